@@ -1,0 +1,41 @@
+"""The exceptions, each carrying `Diagnostic`s and the exit code that the command line gives it.
+
+::
+
+    MovimentumError
+    ├── ScriptError        1   the script is at fault (syntax, names, kinds, files, conflicts)
+    ├── UsageError         2   wrong options, unwritable output
+    └── NoSolutionError    3   the scene has no solution at some time
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from movimentum.diagnostics import Diagnostic
+
+
+class MovimentumError(Exception):
+    """Base of all errors that a user can cause; ``diagnostics`` says everything."""
+
+    exit_code = 1
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("; ".join(item.message for item in self.diagnostics))
+
+
+class ScriptError(MovimentumError):
+    """The script is at fault."""
+
+
+class UsageError(MovimentumError):
+    """The command is at fault: options that do not fit, a file that cannot be written."""
+
+    exit_code = 2
+
+
+class NoSolutionError(MovimentumError):
+    """The scene has no solution at some time."""
+
+    exit_code = 3

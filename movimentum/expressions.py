@@ -1,0 +1,324 @@
+"""Scalar expressions over unknowns and time: the language between scene, timeline and plan.
+
+An `Expr` is an immutable, hash-consed-by-value node. Vectors are lowered to their components
+before they get here, so everything is a real scalar. Angles are in **degrees** throughout
+(``sind``, ``cosd``, …): reducing an argument modulo 90° is exact in binary floating point and
+modulo π/2 is not, so a crank at 270° is exactly at its dead centre (see docs/decisions).
+
+=============  =====================================================================
+op             meaning (arguments are `Expr`, ``payload`` in brackets)
+=============  =====================================================================
+const          a number [float]
+symbol         an unknown or anything that the scene names [hashable]
+clock          time since an instant: T - start [Fraction]
+lifetime       how long a constraint stays stated, ``.iv`` [constraint id]; the
+               timeline replaces it by a const
+add, mul, div  binary
+neg            unary
+pow            a ** payload [float]
+sqrt           never negative; not a number below 0
+sind cosd tand sine, cosine, tangent of degrees
+asind acosd    inverse sine, cosine in degrees
+atand atan2d   inverse tangent in degrees; atan2d(y, x) in (-180, 180]
+abs min max floor mod exp ln    as usual; mod takes the sign of its divisor
+ease           smooth 0 -> 1 for u in [0, 1] (3u^2 - 2u^3), constant outside
+le             le(e, b, v, w): v where e <= b, else w
+integral       of its argument over time from an instant to now [Fraction]
+derivative     of its argument with respect to time
+=============  =====================================================================
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Iterator
+from fractions import Fraction
+
+RADIANS = math.pi / 180.0
+
+
+class Expr:
+    """One node; build it with the functions of this module, which fold constants."""
+
+    __slots__ = ("_hash", "args", "depth", "op", "payload")
+
+    op: str
+    args: tuple[Expr, ...]
+    payload: Hashable
+    depth: int
+
+    def __init__(self, op: str, args: tuple[Expr, ...] = (), payload: Hashable = None) -> None:
+        self.op = op
+        self.args = args
+        self.payload = payload
+        self.depth = 1 + max((arg.depth for arg in args), default=0)
+        self._hash = hash((op, args, payload))
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        if not isinstance(other, Expr) or self._hash != other._hash:
+            return False
+        return self.op == other.op and self.payload == other.payload and self.args == other.args
+
+    def __repr__(self) -> str:
+        inside = ", ".join([*([] if self.payload is None else [repr(self.payload)]), *map(repr, self.args)])
+        return f"{self.op}({inside})"
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Expr, (self.op, self.args, self.payload)
+
+    @property
+    def value(self) -> float | None:
+        """The number of a ``const``, else None."""
+        return self.payload if self.op == "const" else None  # type: ignore[return-value]
+
+
+ZERO = Expr("const", (), 0.0)
+ONE = Expr("const", (), 1.0)
+
+
+def const(value: float) -> Expr:
+    """A number."""
+    return Expr("const", (), float(value) + 0.0)  # + 0.0 turns -0.0 into 0.0
+
+
+def symbol(name: Hashable) -> Expr:
+    """An unknown, or whatever the owner of ``name`` says it is."""
+    return Expr("symbol", (), name)
+
+
+def clock(start: Fraction) -> Expr:
+    """Time since ``start``."""
+    return Expr("clock", (), start)
+
+
+def add(a: Expr, b: Expr) -> Expr:
+    """a + b."""
+    if a.value is not None and b.value is not None:
+        return const(a.value + b.value)
+    if a.value == 0.0:
+        return b
+    if b.value == 0.0:
+        return a
+    return Expr("add", (a, b))
+
+
+def neg(a: Expr) -> Expr:
+    """-a."""
+    if a.value is not None:
+        return const(-a.value)
+    if a.op == "neg":
+        return a.args[0]
+    return Expr("neg", (a,))
+
+
+def sub(a: Expr, b: Expr) -> Expr:
+    """a - b."""
+    if a == b:
+        return ZERO
+    return add(a, neg(b))
+
+
+def mul(a: Expr, b: Expr) -> Expr:
+    """a * b."""
+    if a.value is not None and b.value is not None:
+        return const(a.value * b.value)
+    if b.value is not None:
+        a, b = b, a
+    if a.value == 0.0:
+        return ZERO
+    if a.value == 1.0:
+        return b
+    if a.value == -1.0:
+        return neg(b)
+    if a.value is not None and b.op == "mul" and b.args[0].value is not None:
+        return mul(const(a.value * b.args[0].value), b.args[1])
+    if a.value is not None and b.op == "neg":
+        return mul(const(-a.value), b.args[0])
+    return Expr("mul", (a, b))
+
+
+def div(a: Expr, b: Expr) -> Expr:
+    """a / b; a division by the constant 0 is kept, for its owner to report."""
+    if b.value is not None and b.value != 0.0:
+        if a.value is not None:
+            return const(a.value / b.value)
+        if b.value == 1.0:
+            return a
+    if a.value == 0.0 and b.value is None:
+        return ZERO
+    return Expr("div", (a, b))
+
+
+def power(a: Expr, exponent: float) -> Expr:
+    """a ** exponent for a constant exponent."""
+    if exponent == 1.0:
+        return a
+    if exponent == 0.0:
+        return ONE
+    folded = Expr("pow", (a,), float(exponent))
+    return _folded(folded) if a.value is not None else folded
+
+
+def call(op: str, *args: Expr) -> Expr:
+    """A function of the table above, folded where all arguments are constant and the value is finite."""
+    node = Expr(op, args)
+    if op in ("integral", "derivative"):
+        raise ValueError(f"{op} has a constructor of its own")
+    return _folded(node) if args and all(arg.value is not None for arg in args) else node
+
+
+def integral(a: Expr, start: Fraction) -> Expr:
+    """The integral of a over time from ``start`` to now."""
+    return ZERO if a.value == 0.0 else Expr("integral", (a,), start)
+
+
+def derivative(a: Expr) -> Expr:
+    """The time derivative of a."""
+    return ZERO if a.value is not None else Expr("derivative", (a,))
+
+
+def _folded(node: Expr) -> Expr:
+    value = evaluate_op(node.op, node.payload, [arg.value or 0.0 for arg in node.args])
+    return const(value) if math.isfinite(value) else node
+
+
+# --- evaluation of one operation on numbers -------------------------------------------------
+
+
+def sind(degrees: float) -> float:
+    """Sine of an angle in degrees, exact at multiples of 90."""
+    return _quadrant(degrees, 0)
+
+
+def cosd(degrees: float) -> float:
+    """Cosine of an angle in degrees, exact at multiples of 90."""
+    return _quadrant(degrees, 1)
+
+
+def _quadrant(degrees: float, shift: int) -> float:
+    if not math.isfinite(degrees):
+        return math.nan
+    turns = round(degrees / 90.0)
+    rest = (degrees - 90.0 * turns) * RADIANS
+    quarter = (turns + shift) % 4
+    value = math.sin(rest) if quarter % 2 == 0 else math.cos(rest)
+    return (value if quarter < 2 else -value) + 0.0
+
+
+def atan2d(y: float, x: float) -> float:
+    """Direction of (x, y) in degrees, in (-180, 180]."""
+    value = math.atan2(y, x) / RADIANS
+    return 180.0 if value == -180.0 else value
+
+
+def ease(u: float) -> float:
+    """Smooth step 3u^2 - 2u^3, constant outside [0, 1]."""
+    u = min(max(u, 0.0), 1.0)
+    return u * u * (3.0 - 2.0 * u)
+
+
+def _mod(a: float, b: float) -> float:
+    return a - b * math.floor(a / b)
+
+
+_NUMERIC: dict[str, Callable[..., float]] = {
+    "add": lambda a, b: a + b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "neg": lambda a: -a,
+    "sqrt": math.sqrt,
+    "sind": sind,
+    "cosd": cosd,
+    "tand": lambda a: sind(a) / cosd(a),
+    "asind": lambda a: math.asin(a) / RADIANS,
+    "acosd": lambda a: math.acos(a) / RADIANS,
+    "atand": lambda a: math.atan(a) / RADIANS,
+    "atan2d": atan2d,
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "floor": math.floor,
+    "mod": _mod,
+    "exp": math.exp,
+    "ln": math.log,
+    "ease": ease,
+    "le": lambda e, b, v, w: v if e <= b else w,
+}
+
+
+def evaluate_op(op: str, payload: Hashable, values: list[float]) -> float:
+    """One operation on floats; nan where it is undefined or overflows."""
+    try:
+        if op == "pow":
+            value = values[0] ** float(payload)  # type: ignore[arg-type]
+            return math.nan if isinstance(value, complex) else value
+        return float(_NUMERIC[op](*values))
+    except (ArithmeticError, ValueError):
+        return math.nan
+
+
+# --- walking ---------------------------------------------------------------------------------
+
+
+def walk(*roots: Expr) -> Iterator[Expr]:
+    """Every distinct node below ``roots``, arguments before their users (no recursion)."""
+    seen: set[Expr] = set()
+    for root in roots:
+        stack: list[tuple[Expr, bool]] = [(root, False)]
+        while stack:
+            node, ready = stack.pop()
+            if node in seen:
+                continue
+            if ready or not node.args:
+                seen.add(node)
+                yield node
+            else:
+                stack.append((node, True))
+                stack.extend((arg, False) for arg in reversed(node.args) if arg not in seen)
+
+
+def symbols(*roots: Expr) -> set[Hashable]:
+    """The payloads of all symbols below ``roots``."""
+    return {node.payload for node in walk(*roots) if node.op == "symbol"}
+
+
+def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:
+    """``node`` with other arguments, folded again."""
+    if args == node.args:
+        return node
+    match node.op:
+        case "add":
+            return add(*args)
+        case "mul":
+            return mul(*args)
+        case "div":
+            return div(*args)
+        case "neg":
+            return neg(*args)
+        case "pow":
+            return power(args[0], float(node.payload))  # type: ignore[arg-type]
+        case "integral":
+            return integral(args[0], node.payload)  # type: ignore[arg-type]
+        case "derivative":
+            return derivative(args[0])
+        case _:
+            return call(node.op, *args)
+
+
+def substitute(root: Expr, replace: Callable[[Expr], Expr | None], memo: dict[Expr, Expr] | None = None) -> Expr:
+    """``root`` with every node for which ``replace`` returns an expression replaced by it.
+
+    ``replace`` sees leaves, integrals and derivatives; pass one ``memo`` to share work between roots.
+    """
+    memo = {} if memo is None else memo
+    for node in walk(root):
+        if node in memo:
+            continue
+        new = replace(node) if not node.args or node.op in ("integral", "derivative") else None
+        memo[node] = rebuild(node, tuple(memo[arg] for arg in node.args)) if new is None else new
+    return memo[root]

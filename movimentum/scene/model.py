@@ -1,0 +1,224 @@
+"""The product of the scene stage: things, anchors and constraints, names and kinds resolved.
+
+Frame of reference: the world, in pixels, y up, origin at the canvas' lower-left corner. A thing's
+*local* frame is the world frame of its definition ("as drawn"): an unmoved, unturned thing has its
+local coordinates for world coordinates. Angles are in degrees, counter-clockwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from fractions import Fraction
+
+from movimentum.diagnostics import Diagnostic
+from movimentum.expressions import Expr
+from movimentum.source import SourceText, Span
+
+# --- what a symbol of an expression can stand for (payloads of Expr "symbol") ------------------
+
+
+@dataclass(frozen=True, slots=True)
+class AnchorCoordinate:
+    """World coordinate ``axis`` (0: x, 1: y) of anchor number ``anchor`` of thing number ``thing``."""
+
+    thing: int
+    anchor: int
+    axis: int
+
+
+@dataclass(frozen=True, slots=True)
+class ThingAngle:
+    """How far a thing is turned from how it was drawn: degrees, continuous over time."""
+
+    thing: int
+
+
+@dataclass(frozen=True, slots=True)
+class ThingProperty:
+    """``opacity`` (0 to 1), ``red``, ``green`` or ``blue`` (0 to 255) of a thing."""
+
+    thing: int
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class VariableComponent:
+    """A named variable: ``axis`` None for a scalar, 0 or 1 for a vector's x or y."""
+
+    name: str
+    axis: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Anonymous:
+    """One ``_``: ``number`` counts them through the script; ``axis`` as for a variable."""
+
+    number: int
+    axis: int | None
+    span: Span
+
+
+# --- things -------------------------------------------------------------------------------------
+
+
+class Shape(StrEnum):
+    """What a thing is drawn as; a LINE is no body."""
+
+    SPRITE = "sprite"
+    BAR = "bar"
+    ARROW = "arrow"
+    DISC = "disc"
+    LABEL = "label"
+    LINE = "line"
+
+
+@dataclass(frozen=True, slots=True)
+class Anchor:
+    """A named point of a thing, ``local`` (x, y) in its local frame (world pixels, y up)."""
+
+    name: str
+    local: tuple[float, float]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class AnchorRef:
+    """Anchor ``anchor`` of thing ``thing``, both by number."""
+
+    thing: int
+    anchor: int
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """A rigid body (or a ``.line``, which only follows other things' anchors).
+
+    ``image`` is the sprite's path as found from the script's folder; ``image_size`` its (width, height) in
+    image pixels; one image pixel is ``scale`` world pixels, and the image's lower-left corner is at the
+    local origin. ``through`` are the anchors a LINE is drawn through. ``color`` is (red, green, blue),
+    0 to 255. ``layer`` None means "by order of definition" (see `Scene.drawing_order`).
+    """
+
+    number: int
+    name: str
+    shape: Shape
+    anchors: tuple[Anchor, ...]
+    span: Span
+    name_span: Span
+    image: str | None = None
+    image_size: tuple[int, int] | None = None
+    radius: float | None = None
+    text: str | None = None
+    through: tuple[AnchorRef, ...] = ()
+    color: tuple[int, int, int] | None = None
+    width: float | None = None
+    layer: float | None = None
+    scale: float = 1.0
+    hidden: bool = False
+
+    @property
+    def is_body(self) -> bool:
+        """Whether the thing has a pose of its own."""
+        return self.shape is not Shape.LINE
+
+
+# --- constraints ----------------------------------------------------------------------------------
+
+
+class Relation(StrEnum):
+    """The direction of a constraint; part of its key."""
+
+    EQUAL = "="
+    BELOW = "<"
+    ABOVE = ">"
+    WISH = "~"
+
+
+@dataclass(frozen=True, slots=True)
+class Constraint:
+    """``left RELATION right``, componentwise: one expression each for a scalar, two for a vector.
+
+    ``key`` is the canonical text of the left-hand side (meaning, not white space); together with the relation it is
+    what a later step restates or ends. ``anchor`` is set where the left-hand side is just one anchor.
+    ``.t`` is already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number.
+    ``strict`` tells ``<`` from ``<=``.
+    """
+
+    number: int
+    step: int
+    relation: Relation
+    key: str
+    left: tuple[Expr, ...]
+    right: tuple[Expr, ...]
+    span: Span
+    left_span: Span
+    anchor: AnchorRef | None = None
+    strict: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """``lhs = _;`` (or ``<``, ``>``, ``~``): ends what was stated under the key."""
+
+    step: int
+    relation: Relation
+    key: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """``@t`` with its statements, in the order written."""
+
+    number: int
+    time: Fraction
+    span: Span
+    statements: tuple[Constraint | Ending, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """``.config(fps, width, height)`` and its options; ``size`` None: fit what is drawn."""
+
+    fps: Fraction
+    size: tuple[int, int] | None = None
+    background: tuple[int, int, int] | None = None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A whole script, understood. ``variables`` maps each name to the span of its first use and whether it is a vector."""
+
+    source: SourceText
+    config: Config
+    things: tuple[Thing, ...]
+    variables: dict[str, Variable]
+    steps: tuple[Step, ...]
+    diagnostics: tuple[Diagnostic, ...] = ()
+    mentioned: dict[int, int] = field(default_factory=dict[int, int])
+    """thing number -> number of the first step that mentions it (absent: no step does)."""
+
+    def drawing_order(self) -> tuple[int, ...]:
+        """Thing numbers from back to front: by layer, then by order of definition.
+
+        A thing without a ``.layer`` has its definition number for a layer.
+        """
+        return tuple(
+            thing.number
+            for thing in sorted(self.things, key=lambda t: (t.number if t.layer is None else t.layer, t.number))
+        )
+
+    def constraints(self) -> tuple[Constraint, ...]:
+        """All constraints, by number."""
+        return tuple(item for step in self.steps for item in step.statements if isinstance(item, Constraint))
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A named variable and where it is first used."""
+
+    name: str
+    is_vector: bool
+    span: Span

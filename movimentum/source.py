@@ -1,0 +1,67 @@
+"""Where text came from: a script's text, and spans into it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+class Position(NamedTuple):
+    """A place as people count: ``line`` and ``column`` from 1, columns in characters."""
+
+    line: int
+    column: int
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Span:
+    """A half-open range ``[start, end)`` of character offsets into one `SourceText`."""
+
+    start: int
+    end: int
+
+    def to(self, other: Span) -> Span:
+        """The smallest span that covers both."""
+        return Span(min(self.start, other.start), max(self.end, other.end))
+
+
+@dataclass(frozen=True, slots=True)
+class SourceText:
+    """A script's text with the path it is shown under (``"<stdin>"`` for none).
+
+    Lines end at ``\\n``, ``\\r\\n`` or ``\\r``; positions are computed on demand.
+    """
+
+    path: str
+    text: str
+    _line_starts: tuple[int, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        starts = [0]
+        text = self.text
+        index, size = 0, len(text)
+        while index < size:
+            character = text[index]
+            if character == "\r" and index + 1 < size and text[index + 1] == "\n":
+                index += 1
+            if character in "\r\n":
+                starts.append(index + 1)
+            index += 1
+        object.__setattr__(self, "_line_starts", tuple(starts))
+
+    def position(self, offset: int) -> Position:
+        """Line and column of ``offset``; an offset past the end gives the end's position."""
+        offset = max(0, min(offset, len(self.text)))
+        line = bisect_right(self._line_starts, offset)
+        return Position(line, offset - self._line_starts[line - 1] + 1)
+
+    def line(self, number: int) -> str:
+        """The text of line ``number`` (from 1) without its line end."""
+        start = self._line_starts[number - 1]
+        end = self._line_starts[number] if number < len(self._line_starts) else len(self.text)
+        return self.text[start:end].rstrip("\r\n")
+
+    def slice(self, span: Span) -> str:
+        """The text that ``span`` covers."""
+        return self.text[span.start : span.end]

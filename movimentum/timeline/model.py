@@ -1,0 +1,69 @@
+"""The product of the timeline stage: which constraints hold when, and when the frames are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from movimentum.scene.model import Constraint, Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """From one step (included) to the next (excluded; the last segment includes its end).
+
+    Steps at one and the same time are merged: the segment belongs to the last of them. ``active`` are the constraints that hold, by number, with
+    every ``lifetime`` leaf replaced by its constant. ``visible`` are the numbers of the things that have appeared.
+    """
+
+    number: int
+    step: int
+    start: Fraction
+    end: Fraction
+    active: tuple[Constraint, ...]
+    visible: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """Segments in order, and exact frame times.
+
+    The last step's constraints hold from its time on; as frames end at the last step's time, the last
+    segment has ``start == end`` (one instant).
+    ``lifetimes`` maps a constraint's number to how long it stays stated (``.iv``).
+    """
+
+    scene: Scene
+    segments: tuple[Segment, ...]
+    fps: Fraction
+    lifetimes: dict[int, Fraction]
+
+    @property
+    def start(self) -> Fraction:
+        """The first step's time."""
+        return self.segments[0].start
+
+    @property
+    def end(self) -> Fraction:
+        """The last step's time."""
+        return self.segments[-1].end
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames there are: those at start + k/fps, k = 0, 1, …, not after the end."""
+        return int((self.end - self.start) * self.fps) + 1
+
+    def frame_time(self, frame: int) -> Fraction:
+        """The exact time of frame number ``frame`` (from 0)."""
+        return self.start + frame / self.fps
+
+    def segment_at(self, time: Fraction) -> int:
+        """The number of the segment that an instant belongs to (a step's own time belongs to that step)."""
+        low, high = 0, len(self.segments) - 1
+        while low < high:
+            middle = (low + high + 1) // 2
+            if self.segments[middle].start <= time:
+                low = middle
+            else:
+                high = middle - 1
+        return low
