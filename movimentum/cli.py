@@ -1,13 +1,445 @@
-"""The command line."""
+"""The command line: options, and nothing else. What the commands do is in `pipeline`, what they say in `console`."""
 
 from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from movimentum import __version__
+from movimentum.console import INTERRUPTED, NO_SOLUTION, USAGE, Console, guarded, wants_color
+from movimentum.errors import MovimentumError
+from movimentum.parameters import FrameRange, FrameRangeType, RationalType, TraceType, WordsType
+from movimentum.pipeline import MAX_FRAMES, MAX_PIXELS, Choices, Picture
+
+if TYPE_CHECKING:
+    from movimentum.pipeline import Outcome
+    from movimentum.source import SourceText
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+EXIT_CODES = """\b
+Exit codes:
+  0   done (there may be warnings)
+  1   the script is at fault
+  2   wrong usage, or the output cannot be written
+  3   the scene has no solution at some time
+  70  a bug in Movimentum
+  130 interrupted"""
 
 
-@click.group()
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and end the process with its exit code."""
+    sys.exit(run_command_line(sys.argv[1:] if arguments is None else arguments))
+
+
+def run_command_line(arguments: Sequence[str]) -> int:
+    """Run one command; returns its exit code, and raises nothing."""
+    console = Console(quiet="--quiet" in arguments or "-q" in arguments, debug="--debug" in arguments)
+    return guarded(lambda: _dispatch(list(arguments), console), console)
+
+
+def _dispatch(arguments: list[str], console: Console) -> int:
+    try:
+        code = commands.main(arguments, prog_name="movimentum", standalone_mode=False, obj=console)
+    except click.Abort:
+        return INTERRUPTED
+    except click.ClickException as error:
+        error.show(file=console.stream)
+        return USAGE
+    return code if isinstance(code, int) else 0
+
+
+# --- options that several commands share ------------------------------------------------------------
+
+
+def _together(*decorators: Callable[[Any], Any]) -> Callable[[F], F]:
+    def decorate(function: F) -> F:
+        for decorator in reversed(decorators):
+            function = decorator(function)
+        return function
+
+    return decorate
+
+
+SPEECH = _together(
+    click.option("-q", "--quiet", is_flag=True, expose_value=False, help="Say nothing but warnings and errors."),
+    click.option("--debug", is_flag=True, expose_value=False, help="Show a traceback with every error."),
+)
+SCRIPT = click.argument("script", metavar="SCRIPT")
+FPS = click.option(
+    "--fps", type=RationalType(positive=True), metavar="F", help="Frames per time unit, instead of the script's."
+)
+FRAMES = click.option(
+    "--frames",
+    type=FrameRangeType(),
+    metavar="A:B",
+    help="Only frames A to B-1, counted from 0 as Python slices count (A:, :B and -12: work); A alone is one frame.",
+)
+STRICT = click.option("--strict", is_flag=True, help="Treat warnings as errors (exit code 1).")
+MAX_FRAMES_OPTION = click.option(
+    "--max-frames",
+    type=click.IntRange(min=1),
+    default=MAX_FRAMES,
+    show_default=True,
+    metavar="N",
+    help="Refuse scripts that make more frames.",
+)
+ACCURACY = click.option(
+    "--accuracy",
+    type=click.Choice(["draft", "standard", "high", "exact"]),
+    default="standard",
+    show_default=True,
+    help="How exactly the equations are solved.",
+)
+ON_FAILURE = click.option(
+    "--on-failure",
+    type=click.Choice(["stop", "hold", "skip"]),
+    default="stop",
+    show_default=True,
+    help="Where the scene has no solution: write nothing, hold the last good pose, or leave those frames out "
+    "(the exit code is 3 in each case).",
+)
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="""\b
+Examples:
+  movimentum run scripts/four-bar.mov
+  movimentum check my-engine.mov
+  movimentum solve my-engine.mov -o poses.csv
+
+\b
+Shell completion (bash; zsh and fish alike):
+  eval "$(_MOVIMENTUM_COMPLETE=bash_source movimentum)"
+
+"""
+    + EXIT_CODES,
+)
 @click.version_option(__version__, prog_name="movimentum")
-def main() -> None:
-    """Animate mechanisms by stating what is connected to what."""
+@SPEECH
+def commands() -> None:
+    """Animate mechanisms by stating what is connected to what.
+
+    A script states which points of which parts coincide; Movimentum finds the motion and draws it.
+    """
+
+
+# --- run ----------------------------------------------------------------------------------------------
+
+
+@commands.command(
+    epilog="""\b
+Examples:
+  movimentum run crank.mov                         crank.gif, beside the script
+  movimentum run crank.mov -o crank.mp4            a film (pip install 'movimentum[video]')
+  movimentum run crank.mov --at 2.5                crank.png, a still at time 2.5
+  movimentum run crank.mov -o 'frames/%04d.png'    numbered pictures
+  movimentum run crank.mov --trace Rod.B --show names,free
+  movimentum run crank.mov --watch --open          again at every change
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option(
+    "-o",
+    "--output",
+    metavar="OUT",
+    help="The file to write: .gif (default, under the script's name), .png (a still, or numbered pictures with %d in "
+    "the name), .apng, .webp; .mp4 and .webm with the video extra.",
+)
+@FPS
+@FRAMES
+@click.option("--at", type=RationalType(), metavar="T", help="A still at time T, between frames too.")
+@click.option(
+    "--scale",
+    type=click.FloatRange(min=0, min_open=True),
+    default=1.0,
+    metavar="S",
+    help="Enlarge the picture S times.",
+)
+@click.option(
+    "--trace",
+    "traces",
+    type=TraceType(),
+    multiple=True,
+    metavar="THING.ANCHOR",
+    help="Draw the path of an anchor over the whole animation (repeatable).",
+)
+@click.option(
+    "--show",
+    type=WordsType("names", "free", "anchors"),
+    default=frozenset[str](),
+    help="Draw over the picture: things' names, what can still move, anchors.",
+)
+@click.option("--background", metavar="COLOR", help="A colour by name or as #rrggbb, instead of the script's.")
+@ACCURACY
+@click.option(
+    "--quality",
+    type=click.Choice(["draft", "standard", "high"]),
+    default="standard",
+    show_default=True,
+    help="How finely the picture is drawn (high: every frame is drawn twice as large and averaged).",
+)
+@click.option(
+    "--loop",
+    type=click.IntRange(min=0, max=65535),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Play N times; 0 is for ever.",
+)
+@click.option("--transparent", is_flag=True, help="No background (GIF, PNG, APNG, WebP, WebM).")
+@STRICT
+@ON_FAILURE
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1, max=256),
+    metavar="N",
+    help="Render in N processes [default: as many as pay]. The file is the same, byte for byte.",
+)
+@click.option("--watch", is_flag=True, help="Render again whenever the script or a sprite changes; Ctrl-C ends it.")
+@click.option("--open", "open_it", is_flag=True, help="Show the file when it is done.")
+@MAX_FRAMES_OPTION
+@click.option(
+    "--max-pixels",
+    type=click.IntRange(min=1),
+    default=MAX_PIXELS,
+    show_default=True,
+    metavar="N",
+    help="Refuse larger pictures (and sprites).",
+)
+@SPEECH
+@click.pass_obj
+def run(
+    console: Console,
+    *,
+    script: str,
+    output: str | None,
+    fps: Fraction | None,
+    frames: FrameRange | None,
+    at: Fraction | None,
+    scale: float,
+    traces: tuple[tuple[str, str], ...],
+    show: frozenset[str],
+    background: str | None,
+    accuracy: str,
+    quality: str,
+    loop: int,
+    transparent: bool,
+    strict: bool,
+    on_failure: str,
+    workers: int | None,
+    watch: bool,
+    open_it: bool,
+    max_frames: int,
+    max_pixels: int,
+) -> int:
+    """Render SCRIPT as an animation or as pictures."""
+    if at is not None and frames is not None:
+        raise click.UsageError("--at is one picture and --frames a range of them: give one of the two.")
+    target = _output(script, output, ".gif" if at is None else ".png")
+    choices = Choices(fps, accuracy, None, on_failure, strict, max_frames)
+    picture = Picture(
+        frames=None if frames is None else frames.of,
+        at=at,
+        scale=scale,
+        traces=traces,
+        show=show,
+        background=background,
+        quality=quality,
+        loop=loop,
+        transparent=transparent,
+        workers=workers,
+        max_pixels=max_pixels,
+    )
+
+    def once() -> tuple[int, Iterable[Path]]:
+        from movimentum import pipeline
+
+        def work(source: SourceText) -> Outcome:
+            with console.progress("rendering") as progress:
+                return pipeline.animate(source, target, choices, picture, progress)
+
+        code, outcome = _made(console, script, work)
+        if outcome is not None:
+            from movimentum.report import counted
+
+            console.say(f"{target}: {counted(outcome.frames, 'frame')}")
+            if open_it:
+                click.launch(str(target))
+        return code, [] if outcome is None else outcome.inputs
+
+    if not watch:
+        return once()[0]
+    if script == "-":
+        raise click.UsageError("--watch needs a script in a file.")
+    from movimentum.watch import watch as watch_files
+
+    def again() -> Iterable[Path]:
+        nonlocal open_it
+        inputs: Iterable[Path] = []
+        try:
+            _, inputs = once()
+        except Exception as error:
+            console.show_bug(error)
+        open_it = False  # most viewers follow the file by themselves; a window a change would be a nuisance
+        console.say(f"watching {script}; Ctrl-C ends it")
+        return inputs
+
+    watch_files([Path(script)], again)
+    return 0
+
+
+# --- check ----------------------------------------------------------------------------------------------
+
+
+@commands.command(
+    epilog="""\b
+Examples:
+  movimentum check crank.mov
+  movimentum check crank.mov --format json | jq .diagnostics
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="For people, or for programs.",
+)
+@FPS
+@STRICT
+@MAX_FRAMES_OPTION
+@SPEECH
+@click.pass_obj
+def check(console: Console, *, script: str, form: str, fps: Fraction | None, strict: bool, max_frames: int) -> int:
+    """Say everything that can be said about SCRIPT without rendering it.
+
+    Errors, warnings and notes, and for every step what was left to solve and what is still free.
+    """
+    from movimentum import pipeline
+
+    source = pipeline.read(script)
+    report = pipeline.check(source, Choices(fps=fps, strict=strict, max_frames=max_frames))
+    if form == "json":
+        from movimentum.report import check_json
+
+        click.echo(check_json(report, source))
+    else:
+        from movimentum.report import check_text
+
+        click.echo(check_text(report, source, color=wants_color(sys.stdout)), nl=False)
+    return report.exit_code
+
+
+# --- solve ----------------------------------------------------------------------------------------------
+
+
+@commands.command(
+    epilog="""\b
+Examples:
+  movimentum solve crank.mov -o poses.csv
+  movimentum solve crank.mov -o - | head -3
+  movimentum solve crank.mov -o poses.npz --fps 1000
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option(
+    "-o", "--output", required=True, metavar="OUT", help="A .csv, .json or .npz file; - is CSV on standard output."
+)
+@FPS
+@FRAMES
+@ACCURACY
+@click.option(
+    "--digits",
+    type=click.IntRange(min=1, max=10_000),
+    metavar="N",
+    help="Digits to compute and write with --accuracy exact [default: 50].",
+)
+@STRICT
+@ON_FAILURE
+@MAX_FRAMES_OPTION
+@SPEECH
+@click.pass_obj
+def solve(
+    console: Console,
+    *,
+    script: str,
+    output: str,
+    fps: Fraction | None,
+    frames: FrameRange | None,
+    accuracy: str,
+    digits: int | None,
+    strict: bool,
+    on_failure: str,
+    max_frames: int,
+) -> int:
+    """Write where everything is: a table with one row a frame.
+
+    Columns: frame, time, Thing.Anchor.x and .y of every anchor, Thing.angle of every thing (degrees, counting full
+    turns), every named variable. World coordinates in pixels, y up.
+    """
+    from movimentum import pipeline
+    from movimentum.interop.tables import SUFFIXES
+
+    if digits is not None and accuracy != "exact":
+        raise click.UsageError("--digits needs --accuracy exact: the other tiers have the digits of a float64.")
+    if output != "-" and Path(output).suffix.lower() not in SUFFIXES:
+        raise click.UsageError(f"{output}: a table ends in one of {', '.join(SUFFIXES)}, or is - for CSV on stdout.")
+    choices = Choices(fps, accuracy, digits, on_failure, strict, max_frames)
+    target = None if output == "-" else _output(script, output, ".csv")
+
+    def work(source: SourceText) -> Outcome:
+        with console.progress("solving") as progress:
+            return pipeline.tabulate(source, target, choices, None if frames is None else frames.of, progress)
+
+    code, outcome = _made(console, script, work)
+    if outcome is not None and target is not None:
+        from movimentum.report import counted
+
+        console.say(f"{target}: {counted(outcome.frames, 'row')}")
+    return code
+
+
+# --- helpers ----------------------------------------------------------------------------------------------
+
+
+def _output(script: str, output: str | None, suffix: str) -> Path:
+    """The file to write: never the script itself."""
+    if output is None:
+        if script == "-":
+            raise click.UsageError("a script from stdin has no name: say where to write with -o.")
+        output = str(Path(script).with_suffix(suffix)) if Path(script).name else script
+    target = Path(output)
+    if script != "-" and target.exists() and Path(script).exists() and target.samefile(script):
+        raise click.UsageError(f"{output} is the script itself: choose another name with -o.")
+    return target
+
+
+def _made(console: Console, script: str, work: Callable[[SourceText], Outcome]) -> tuple[int, Outcome | None]:
+    """The exit code and outcome of ``work`` on the script; what it has to say is shown with the script's lines."""
+    from movimentum import pipeline
+
+    source: SourceText | None = None
+    try:
+        source = pipeline.read(script)
+        outcome = work(source)
+    except MovimentumError as error:
+        console.trace(error)
+        console.show(error.diagnostics, source)
+        return error.exit_code, None
+    console.show(outcome.diagnostics, source)
+    return (NO_SOLUTION if outcome.failed else 0), outcome

@@ -1,0 +1,107 @@
+"""What the command line's options look like as text: rational numbers, ranges of frames, colours' names, lists."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import click
+
+# No exponents: Fraction("1e999999999") would fill the memory before anybody could say that it is too large.
+_RATIONAL = re.compile(r"([+-]?)(\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:/(\d{1,30}))?")
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRange:
+    """``A:B``: frames A, A + 1, … B - 1, as Python slices count: half-open, either end may be left out or negative.
+
+    A single number is that one frame.
+    """
+
+    start: int | None
+    stop: int | None
+
+    def of(self, count: int) -> tuple[int, int]:
+        """First frame and end (not included) among ``count`` frames; equal where the range holds none."""
+        start, stop, _ = slice(self.start, self.stop).indices(count)
+        return start, max(start, stop)
+
+
+class RationalType(click.ParamType):
+    """A number such as ``12``, ``2.5`` or ``24000/1001``, kept exactly."""
+
+    name = "number"
+
+    def __init__(self, *, positive: bool = False) -> None:
+        self.positive = positive
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Fraction:
+        """The `Fraction` that ``value`` spells."""
+        if isinstance(value, Fraction):
+            return value
+        match = _RATIONAL.fullmatch(str(value).strip())
+        if match is None or (match[3] is not None and int(match[3]) == 0):
+            self.fail(f"{value!r} is not a number such as 12, 2.5 or 24000/1001.", param, ctx)
+        number = Fraction(match[1] + match[2]) / int(match[3] or 1)
+        if self.positive and number <= 0:
+            self.fail(f"{value} is not greater than 0.", param, ctx)
+        return number
+
+
+class FrameRangeType(click.ParamType):
+    """``A:B``, ``A:``, ``:B`` or ``A``."""
+
+    name = "range"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> FrameRange:
+        """The `FrameRange` that ``value`` spells."""
+        if isinstance(value, FrameRange):
+            return value
+        match = re.fullmatch(r"\s*([+-]?\d{1,18})?\s*(:)?\s*([+-]?\d{1,18})?\s*", str(value))
+        if match is None or (match[2] is None and (match[1] is None or match[3] is not None)):
+            self.fail(f"{value!r} is not a range of frames such as 0:48, 48:, :-1 or 7.", param, ctx)
+        start = None if match[1] is None else int(match[1])
+        if match[2] is None:
+            assert start is not None
+            return FrameRange(start, None if start == -1 else start + 1)
+        return FrameRange(start, None if match[3] is None else int(match[3]))
+
+
+class WordsType(click.ParamType):
+    """A list of words out of a few, separated by commas."""
+
+    name = "words"
+
+    def __init__(self, *words: str) -> None:
+        self.words = words
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
+        """How the option's value is shown in the help (older versions of click pass no context)."""
+        return ",".join(self.words)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> frozenset[str]:
+        """The set of words."""
+        if isinstance(value, frozenset):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        words = [word.strip() for word in str(value).split(",") if word.strip()]
+        for word in words:
+            if word not in self.words:
+                self.fail(f"{word!r} is none of {', '.join(self.words)}.", param, ctx)
+        return frozenset(words)
+
+
+class TraceType(click.ParamType):
+    """``Thing.Anchor``; whether the scene has it is asked later."""
+
+    name = "Thing.Anchor"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        """The two names."""
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        match = re.fullmatch(r"([A-Za-z][A-Za-z0-9_]*)\.([A-Za-z][A-Za-z0-9_]*)", str(value).strip())
+        if match is None:
+            self.fail(f"{value!r} does not name an anchor, as in --trace Rod.B.", param, ctx)
+        return match[1], match[2]

@@ -1,0 +1,65 @@
+"""What ``movimentum check`` prints: the same report for people and for programs."""
+
+from __future__ import annotations
+
+import json
+
+from movimentum.diagnostics import render_text, to_json
+from movimentum.pipeline import CheckReport, StepReport
+from movimentum.source import SourceText
+
+
+def check_json(report: CheckReport, source: SourceText) -> str:
+    """One JSON object: ``diagnostics``, ``steps``, ``frames``, ``duration`` (null where it did not get so far)."""
+    return json.dumps(
+        {
+            "diagnostics": to_json(report.diagnostics, source),
+            "steps": [
+                {
+                    "time": step.time,
+                    "end": step.end,
+                    "unknowns": step.unknowns,
+                    "equations": step.equations,
+                    "rank": step.rank,
+                    "freedom": step.freedom,
+                    "redundant": step.redundant,
+                    "blocks": [{"unknowns": list(unknowns), "kernel": kernel} for unknowns, kernel in step.blocks],
+                }
+                for step in report.steps
+            ],
+            "frames": report.frames,
+            "duration": report.duration,
+        },
+        indent=1,
+        ensure_ascii=False,
+        allow_nan=False,
+    )
+
+
+def check_text(report: CheckReport, source: SourceText, *, color: bool) -> str:
+    """The diagnostics with their lines, then a line a step, and what it all comes to."""
+    parts: list[str] = []
+    if report.diagnostics:
+        parts.append(render_text(report.diagnostics, source, color=color).rstrip("\n") + "\n\n")
+    parts.extend(_line(step) for step in report.steps)
+    if report.exit_code:
+        parts.append(f"{source.path}: not good yet\n")
+    elif report.frames is not None and report.duration is not None:
+        parts.append(f"{source.path}: good; {counted(report.frames, 'frame')}, {report.duration:g} time units\n")
+    return "".join(parts)
+
+
+def _line(step: StepReport) -> str:
+    return (
+        f"step @{step.time:g}"
+        + (f" to @{step.end:g}" if step.end > step.time else "")
+        + f": {counted(step.unknowns, 'unknown')} left to solve, "
+        + (f"{counted(step.freedom, 'free motion')}, " if step.freedom else "nothing free, ")
+        + (f"{counted(step.redundant, 'redundant equation')}" if step.redundant else "nothing redundant")
+        + "\n"
+    )
+
+
+def counted(number: int, what: str) -> str:
+    """``1 frame``, ``240 frames``."""
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
