@@ -1,0 +1,197 @@
+"""A system's equations grouped into blocks that can be solved one after the other.
+
+The Dulmage–Mendelsohn decomposition (Dulmage & Mendelsohn 1958; Pothen & Fan 1990, ACM TOMS 16): a maximum matching of
+equations to unknowns splits off what has unknowns to spare (free motion); the rest falls into strongly connected
+components. Equations that stay unmatched are *checks*: redundant if they hold, contradicting if not.
+Structure is a plan, not a verdict: whether a block really has full rank is seen when it is solved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from movimentum.plan.graph import groups, maximum_matching, reachable, strong_components
+from movimentum.plan.system import Equation, Form, System
+from movimentum.scene.model import ThingAngle
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Unknowns that are found together from ``equations``; ``free`` where there are more unknowns than equations."""
+
+    unknowns: tuple[int, ...]
+    equations: tuple[int, ...]
+    free: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Decomposition:
+    """``groups`` in the order in which to solve them; ``checks`` are equations that determine nothing any more."""
+
+    groups: tuple[Group, ...]
+    checks: tuple[int, ...]
+
+
+def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposition:
+    """Group all equations of ``system``.
+
+    Whatever is connected to an unknown in ``merged`` is kept together in one group with all its equations, redundant ones
+    included: the fallback for what is singular by its geometry although its structure looks sound.
+    """
+    equations = sorted(system.equations, key=lambda e: (e.priority, len(e.unknowns), e.number))
+    held: list[Group] = []
+    if merged:
+        held, equations = _held_together(system, equations, merged)
+    taken = {n for group in held for n in group.unknowns}
+    rows = [[n for n in equation.targets if n not in taken] for equation in equations]
+    of_row, of_column = maximum_matching(rows, len(system.unknowns))
+    checks = [equations[i].number for i, column in enumerate(of_row) if column < 0]
+    open_columns = [n for n, row in enumerate(of_column) if row < 0 and n not in taken]
+    users: list[list[int]] = [[] for _ in system.unknowns]
+    for i, equation in enumerate(equations):
+        if of_row[i] >= 0:
+            for n in equation.unknowns:
+                users[n].append(of_row[i])
+    free_columns = reachable(open_columns, users)
+    depends: list[list[int]] = [[] for _ in system.unknowns]
+    for n, row in enumerate(of_column):
+        if row >= 0:
+            depends[n] = sorted(equations[row].unknowns - {n})
+    # held groups stand for one node each: tie their unknowns into a cycle
+    for group in held:
+        members = group.unknowns
+        outside = {
+            m for e in group.equations for m in system.equations[e].unknowns if m not in set(members)
+        }
+        for place, n in enumerate(members):
+            depends[n] = sorted({members[(place + 1) % len(members)], *outside} - {n})
+    of_held = {n: group for group in held for n in group.unknowns}
+    result: list[Group] = []
+    for component in strong_components(depends):
+        if component[0] in of_held:
+            result.append(of_held[component[0]])
+        elif component[0] not in free_columns:
+            numbers = tuple(equations[of_column[n]].number for n in component)
+            result.append(Group(tuple(component), tuple(sorted(numbers))))
+    result.extend(_free_groups(system, equations, of_row, free_columns))
+    return Decomposition(tuple(result), tuple(sorted(checks)))
+
+
+def _held_together(
+    system: System, equations: list[Equation], merged: frozenset[int]
+) -> tuple[list[Group], list[Equation]]:
+    """Groups of what is connected to ``merged``, and the equations that are left."""
+    links: list[tuple[int, int]] = []
+    plain = [e for e in equations if e.form is Form.PLAIN]
+    for equation in plain:
+        first, *rest = sorted(equation.targets) if equation.targets else [None]
+        links.extend((first, other) for other in rest)  # type: ignore[misc]
+    held: list[Group] = []
+    gone: set[int] = set()
+    for component in groups(len(system.unknowns), links):
+        members = set(component)
+        if not members & merged:
+            continue
+        own = [e.number for e in plain if members & set(e.targets)]
+        gone |= set(own)
+        held.append(Group(tuple(component), tuple(sorted(own)), free=True))
+    return held, [e for e in equations if e.number not in gone]
+
+
+def _free_groups(
+    system: System, equations: list[Equation], of_row: list[int], columns: set[int]
+) -> Iterable[Group]:
+    rows = [i for i, column in enumerate(of_row) if column in columns]
+    order = sorted(columns)
+    place = {n: k for k, n in enumerate(order)}
+    links: list[tuple[int, int]] = []
+    for i in rows:
+        inside = [place[n] for n in equations[i].unknowns if n in columns]
+        links.extend((inside[0], other) for other in inside[1:])
+    for thing in system.scene.things:  # a body moves as one, also where no equation ties its unknowns
+        inside = [place[n] for n in order if getattr(system.unknowns[n].payload, "thing", None) == thing.number]
+        inside = [p for p in inside if _is_pose(system, order[p])]
+        links.extend((inside[0], other) for other in inside[1:])
+    for component in groups(len(order), links):
+        members = {order[k] for k in component}
+        own = tuple(sorted(equations[i].number for i in rows if members & equations[i].unknowns))
+        yield Group(tuple(sorted(members)), own, free=True)
+
+
+def _is_pose(system: System, unknown: int) -> bool:
+    name = type(system.unknowns[unknown].payload).__name__
+    return name.startswith("Pose") or name == "ThingAngle"
+
+
+def driven_angles(system: System, with_rigidity: object) -> frozenset[int]:
+    """The things whose direction follows from their angle (``Wheel.angle = 90*.t``, gears), rather than the other way round.
+
+    An angle is driven where an equation gives it from what is known already. What is known grows in two ways until it no longer does:
+    by such assignments, and by decomposing the equations that mention no undecided angle.
+    ``with_rigidity`` is `plan.system.with_rigidity`.
+    """
+    angles = {
+        payload.thing: number
+        for payload, number in system.number_of.items()
+        if isinstance(payload, ThingAngle)
+    }
+    driven: set[int] = set()
+    measured: set[int] = set()
+    if not angles:
+        return frozenset()
+    known: set[int] = set()
+
+    def assign() -> bool:
+        progress = False
+        again = True
+        while again:
+            again = False
+            for equation in system.equations:
+                left = equation.unknowns - known
+                if len(left) != 1 or equation.polynomial is None:
+                    continue
+                (target,) = left
+                payload = system.unknowns[target].payload
+                if type(payload).__name__.startswith("Pose"):
+                    continue
+                if max(m.count(target) for m in equation.polynomial) > 1:
+                    continue
+                known.add(target)
+                again = progress = True
+                if isinstance(payload, ThingAngle):
+                    driven.add(payload.thing)
+        return progress
+
+    while True:
+        progress = assign()
+        undecided = {t for t in angles if t not in driven and t not in measured}
+        if not undecided:
+            break
+        full = with_rigidity(system, frozenset(driven))  # type: ignore[operator]
+        blocked = {angles[t] for t in undecided}
+        usable = [e for e in full.equations if not (e.unknowns & blocked)]
+        of_row, of_column = maximum_matching([list(e.targets) for e in usable], len(full.unknowns))
+        users: list[list[int]] = [[] for _ in full.unknowns]
+        for i, equation in enumerate(usable):
+            if of_row[i] >= 0:
+                for n in equation.unknowns:
+                    users[n].append(of_row[i])
+        loose = reachable([n for n, row in enumerate(of_column) if row < 0], users)
+        for n in range(len(full.unknowns)):
+            if n not in loose and n < len(system.unknowns) and n not in known:
+                known.add(n)
+                progress = True
+        names = {payload: number for payload, number in full.number_of.items()}
+        for t in sorted(undecided):
+            pose = [number for payload, number in names.items()
+                    if type(payload).__name__ in ("PoseCos", "PoseSin") and payload.thing == t]  # type: ignore[attr-defined]
+            if pose and all(n not in loose for n in pose):
+                measured.add(t)
+                known.add(angles[t])
+                progress = True
+        if not progress:
+            break
+    undecided = {t for t in angles if t not in driven and t not in measured}
+    tied = {n for e in system.equations for n in e.unknowns}
+    return frozenset(driven | {t for t in undecided if angles[t] in tied})

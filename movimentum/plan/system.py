@@ -1,0 +1,432 @@
+"""A segment's constraints as equations and selectors over numbered unknowns.
+
+This is the first half of planning: anchors become linear forms in poses, vector constraints become scalar
+rows, lengths and angles become polynomials where that is equivalent, and only what active constraints mention gets unknowns at all.
+Every equation keeps the number of its constraint (or of the rigid thing it belongs to).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+from movimentum.expressions import (
+    ONE,
+    ZERO,
+    Expr,
+    add,
+    call,
+    const,
+    div,
+    mul,
+    neg,
+    sub,
+    substitute,
+    symbol,
+    symbols,
+    walk,
+)
+from movimentum.plan import polynomial as poly
+from movimentum.plan.calculus import differentiate
+from movimentum.plan.integrals import closed_form
+from movimentum.plan.polynomial import Polynomial
+from movimentum.plan.unknowns import Accumulated, PoseCos, PoseSin, PoseX, PoseY, Rate, Unknown
+from movimentum.scene.model import (
+    AnchorCoordinate,
+    Anonymous,
+    Constraint,
+    Relation,
+    Scene,
+    ThingAngle,
+    ThingProperty,
+    VariableComponent,
+)
+from movimentum.timeline.model import Segment
+
+
+class Form(StrEnum):
+    """How an equation is solved: PLAIN ones by any kernel; a WINDING gives a continuous angle from a direction; an INTEGRAL accumulates."""
+
+    PLAIN = "plain"
+    WINDING = "winding"
+    INTEGRAL = "integral"
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """``residual`` is zero where the equation holds.
+
+    ``constraint`` is the scene's constraint number, or None for what rigidity and bookkeeping add (then ``thing`` tells whose).
+    ``targets`` are the unknowns that the equation may be used to determine (usually all of its ``unknowns``).
+    ``integrand`` belongs to INTEGRAL equations.
+    """
+
+    number: int
+    residual: Expr
+    unknowns: frozenset[int]
+    targets: tuple[int, ...]
+    polynomial: Polynomial | None = None
+    constraint: int | None = None
+    thing: int | None = None
+    form: Form = Form.PLAIN
+    integrand: Expr | None = None
+
+    @property
+    def priority(self) -> int:
+        """Which equations to keep when there are too many: linear with constant coefficients first, rigid ones last."""
+        if self.form is not Form.PLAIN:
+            return 0
+        if self.polynomial is None:
+            return 3
+        order = poly.degree(self.polynomial)
+        if order <= 1:
+            return 0 if all(c.value is not None for m, c in self.polynomial.items() if m) else 1
+        return 2 if self.constraint is not None else 4
+
+
+@dataclass(frozen=True, slots=True)
+class Selector:
+    """An inequality: ``value`` (an expression) must not be negative.
+
+    ``constraint`` is None for one that an equation implies (a length's sign, an angle's side); ``equation_of`` is then
+    the constraint whose equation it belongs to.
+    """
+
+    value: Expr
+    constraint: int | None
+    equation_of: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """A soft goal: all of ``errors`` as near to zero as can be."""
+
+    errors: tuple[Expr, ...]
+    constraint: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class System:
+    """Everything that must hold in one segment, in numbered unknowns.
+
+    ``reference`` maps a thing to the local coordinates of its reference anchor; ``directed`` are the things that have (c, s) unknowns.
+    """
+
+    scene: Scene
+    segment: Segment
+    unknowns: tuple[Unknown, ...]
+    equations: tuple[Equation, ...]
+    selectors: tuple[Selector, ...]
+    wishes: tuple[Wish, ...]
+    reference: dict[int, tuple[float, float]]
+    number_of: dict[Hashable, int]
+
+
+class _Builder:
+    """Collects unknowns and equations while a segment is lowered."""
+
+    def __init__(self, scene: Scene, segment: Segment) -> None:
+        self.scene = scene
+        self.segment = segment
+        self.unknowns: list[Unknown] = []
+        self.number_of: dict[Hashable, int] = {}
+        self.equations: list[Equation] = []
+        self.selectors: list[Selector] = []
+        self.wishes: list[Wish] = []
+        self.reference = _reference_anchors(scene, segment.active)
+        self.memo: dict[Expr, Expr] = {}
+        self.constraint: Constraint | None = None
+        self.integrals = 0
+
+    # unknowns
+
+    def unknown(self, payload: Hashable, name: str) -> int:
+        number = self.number_of.get(payload)
+        if number is None:
+            number = self.number_of[payload] = len(self.unknowns)
+            self.unknowns.append(Unknown(number, payload, name))
+        return number
+
+    def pose(self, thing: int, kind: type[PoseX | PoseY | PoseCos | PoseSin]) -> Expr:
+        suffix = {PoseX: "x", PoseY: "y", PoseCos: "cos", PoseSin: "sin"}[kind]
+        return symbol(self.unknown(kind(thing), f"{self.scene.things[thing].name}.{suffix}"))
+
+    def lower(self, expr: Expr) -> Expr:
+        return substitute(expr, self._leaf, self.memo)
+
+    def _leaf(self, node: Expr) -> Expr | None:
+        if node.op == "integral":
+            return self._integral(node)
+        if node.op == "derivative":
+            return self.total_derivative(self.memo[node.args[0]])
+        if node.op != "symbol":
+            return None
+        payload = node.payload
+        match payload:
+            case AnchorCoordinate(thing, anchor, axis):
+                ax, ay = self.scene.things[thing].anchors[anchor].local
+                rx, ry = self.reference[thing]
+                dx, dy = ax - rx, ay - ry
+                base = self.pose(thing, PoseX if axis == 0 else PoseY)
+                if dx == 0.0 and dy == 0.0:
+                    return base
+                c, s = self.pose(thing, PoseCos), self.pose(thing, PoseSin)
+                if axis == 0:
+                    return add(base, sub(mul(const(dx), c), mul(const(dy), s)))
+                return add(base, add(mul(const(dx), s), mul(const(dy), c)))
+            case ThingAngle(thing):
+                return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.angle"))
+            case ThingProperty(thing, name):
+                return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.{name}"))
+            case VariableComponent(name, axis):
+                return symbol(self.unknown(payload, name if axis is None else f"{name}.{'xy'[axis]}"))
+            case Anonymous(number, axis, _):
+                return symbol(self.unknown(payload, f"_{number}" if axis is None else f"_{number}.{'xy'[axis]}"))
+            case _:
+                raise TypeError(payload)
+
+    def _integral(self, node: Expr) -> Expr:
+        integrand = self.memo[node.args[0]]
+        start = node.payload
+        if not symbols(integrand):
+            closed = closed_form(integrand, start)  # type: ignore[arg-type]
+            if closed is not None:
+                return closed
+        owner = -1 if self.constraint is None else self.constraint.number
+        payload = Accumulated((owner, node))
+        value = symbol(self.unknown(payload, f".i#{self.integrals}"))
+        self.integrals += 1
+        number = self.number_of[payload]
+        self.equations.append(
+            Equation(
+                number=len(self.equations),
+                residual=sub(value, Expr("integral", (integrand,), start)),
+                unknowns=frozenset({number, *symbols(integrand)}),  # type: ignore[arg-type]
+                targets=(number,),
+                constraint=None if self.constraint is None else self.constraint.number,
+                form=Form.INTEGRAL,
+                integrand=integrand,
+            )
+        )
+        return value
+
+    def rate(self, unknown: int) -> Expr:
+        """The time derivative of an unknown, as an unknown of its own (an integral's is its integrand)."""
+        payload = self.unknowns[unknown].payload
+        if isinstance(payload, Accumulated):
+            for equation in self.equations:
+                if equation.form is Form.INTEGRAL and equation.targets == (unknown,):
+                    assert equation.integrand is not None
+                    return equation.integrand
+        return symbol(self.unknown(Rate(unknown), f"{self.unknowns[unknown].name}'"))
+
+    def total_derivative(self, expr: Expr) -> Expr:
+        def leaf(node: Expr) -> Expr:
+            if node.op == "clock":
+                return ONE
+            if node.op == "symbol":
+                return self.rate(node.payload)  # type: ignore[arg-type]
+            if node.op == "integral":
+                return node.args[0]
+            return ZERO
+
+        return differentiate(expr, leaf)
+
+    # rows
+
+    def add_equation(self, residual: Expr, form: Polynomial | None, constraint: int | None, thing: int | None = None) -> None:
+        unknowns = poly.occurring(form) if form is not None else set(symbols(residual))
+        self.equations.append(
+            Equation(
+                number=len(self.equations),
+                residual=residual,
+                unknowns=frozenset(unknowns),  # type: ignore[arg-type]
+                targets=tuple(sorted(unknowns)),  # type: ignore[type-var]
+                polynomial=form,
+                constraint=constraint,
+                thing=thing,
+            )
+        )
+
+    def constrain(self, constraint: Constraint) -> None:
+        self.constraint = constraint
+        self.memo = {}  # integrals belong to their constraint
+        pairs = [(self.lower(a), self.lower(b)) for a, b in zip(constraint.left, constraint.right, strict=True)]
+        match constraint.relation:
+            case Relation.EQUAL:
+                for left, right in pairs:
+                    self._equate(left, right, constraint.number)
+            case Relation.BELOW:
+                self.selectors.append(Selector(sub(pairs[0][1], pairs[0][0]), constraint.number))
+            case Relation.ABOVE:
+                self.selectors.append(Selector(sub(pairs[0][0], pairs[0][1]), constraint.number))
+            case Relation.WISH:
+                self.wishes.append(Wish(tuple(sub(a, b) for a, b in pairs), constraint.number))
+        self.constraint = None
+
+    def _equate(self, left: Expr, right: Expr, number: int) -> None:
+        residual = sub(left, right)
+        form = poly.from_expression(residual)
+        if form is None:
+            rewritten = _angle_rows(left, right) or _angle_rows(right, left) or _squared(residual)
+            if rewritten is not None:
+                row, side = rewritten
+                if symbols(row):
+                    self.selectors.append(Selector(side, None, equation_of=number))
+                    self.add_equation(row, poly.from_expression(row), number)
+                    return
+        self.add_equation(residual, form, number)
+
+
+def _reference_anchors(scene: Scene, active: Iterable[Constraint]) -> dict[int, tuple[float, float]]:
+    """Each thing's reference anchor: one that an equation names on its own, so that the pose is as sparse as the script."""
+    chosen: dict[int, int] = {}
+    for constraint in active:
+        if constraint.relation is not Relation.EQUAL:
+            continue
+        for side in (constraint.left, constraint.right):
+            payload = side[0].payload
+            if len(side) == 2 and isinstance(payload, AnchorCoordinate):
+                chosen.setdefault(payload.thing, payload.anchor)
+    return {thing.number: thing.anchors[chosen.get(thing.number, 0)].local for thing in scene.things if thing.anchors}
+
+
+def _angle_rows(left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
+    """``atan2d(y, x) = e`` as a sine row with its side: y cos e - x sin e = 0 where x cos e + y sin e >= 0.
+
+    The sine form keeps its rank at 0 and 180 degrees, where a cosine form loses it. Angles agree modulo 360.
+    """
+    if left.op != "atan2d" or not symbols(left):
+        return None
+    y, x = left.args
+    if right.op == "atan2d":
+        v, u = right.args
+        return sub(mul(y, u), mul(x, v)), add(mul(x, u), mul(y, v))
+    c, s = call("cosd", right), call("sind", right)
+    return sub(mul(y, c), mul(x, s)), add(mul(x, c), mul(y, s))
+
+
+def _squared(residual: Expr) -> tuple[Expr, Expr] | None:
+    """A row a*sqrt(p) + rest = 0 as a^2 p = rest^2 where -rest/a >= 0 (a length is never negative)."""
+    roots = [node for node in walk(residual) if node.op == "sqrt" and symbols(node)]
+    if not 1 <= len(roots) <= 2:
+        return None
+    if len(roots) == 1:
+        mark = symbol("root")
+        form = poly.from_expression(substitute_node(residual, roots[0], mark))
+        if form is None or poly.degree(form, {"root"}) != 1:  # type: ignore[arg-type]
+            return None
+        split = poly.relative_to(form, {"root"})  # type: ignore[arg-type]
+        a, rest = split.get(("root",), ZERO), split.get((), ZERO)  # type: ignore[call-overload]
+        if symbols(a) or set(split) - {(), ("root",)}:
+            return None
+        target = neg(div(rest, a))
+        return sub(roots[0].args[0], mul(target, target)), target
+    marks = symbol("root0"), symbol("root1")
+    form = poly.from_expression(substitute_node(substitute_node(residual, roots[0], marks[0]), roots[1], marks[1]))
+    if form is None or set(form) != {("root0",), ("root1",)}:
+        return None
+    ratio = neg(div(form[("root1",)], form[("root0",)]))  # type: ignore[index]
+    if ratio.value is None or ratio.value <= 0.0:
+        return None
+    return sub(roots[0].args[0], mul(mul(ratio, ratio), roots[1].args[0])), ONE
+
+
+def substitute_node(root: Expr, old: Expr, new: Expr) -> Expr:
+    """``root`` with the node ``old`` replaced wherever it stands."""
+    from movimentum.expressions import rebuild
+
+    memo: dict[Expr, Expr] = {}
+    for node in walk(root):
+        memo[node] = new if node == old else rebuild(node, tuple(memo[arg] for arg in node.args))
+    return memo[root]
+
+
+def build_system(scene: Scene, segment: Segment) -> System:
+    """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`."""
+    builder = _Builder(scene, segment)
+    for constraint in segment.active:
+        builder.constrain(constraint)
+    return _finished(builder)
+
+
+def _finished(builder: _Builder) -> System:
+    return System(
+        scene=builder.scene,
+        segment=builder.segment,
+        unknowns=tuple(builder.unknowns),
+        equations=tuple(builder.equations),
+        selectors=tuple(builder.selectors),
+        wishes=tuple(builder.wishes),
+        reference=builder.reference,
+        number_of=dict(builder.number_of),
+    )
+
+
+def _reopened(system: System) -> _Builder:
+    builder = _Builder(system.scene, system.segment)
+    builder.unknowns = list(system.unknowns)
+    builder.number_of = dict(system.number_of)
+    builder.equations = list(system.equations)
+    builder.selectors = list(system.selectors)
+    builder.wishes = list(system.wishes)
+    return builder
+
+
+def with_rigidity(system: System, driven: frozenset[int]) -> System:
+    """``system`` with each directed thing's rigid equation and, where its angle is mentioned, the tie between angle and direction.
+
+    Things in ``driven`` get their direction from their angle (c = cos, s = sin); the others have c^2 + s^2 = 1 and
+    their angle, where mentioned, follows the direction continuously.
+    """
+    builder = _reopened(system)
+    for thing in system.scene.things:
+        t = thing.number
+        c, s = system.number_of.get(PoseCos(t)), system.number_of.get(PoseSin(t))
+        angle = system.number_of.get(ThingAngle(t))
+        if c is None and s is None:
+            continue
+        cosine, sine = builder.pose(t, PoseCos), builder.pose(t, PoseSin)
+        if angle is not None and t in driven:
+            for direction, op in ((cosine, "cosd"), (sine, "sind")):
+                target = int(direction.payload)  # type: ignore[call-overload]
+                builder.equations.append(
+                    Equation(
+                        number=len(builder.equations),
+                        residual=sub(direction, call(op, symbol(angle))),
+                        unknowns=frozenset({target, angle}),
+                        targets=(target,),
+                        thing=t,
+                    )
+                )
+            continue
+        norm = sub(add(mul(cosine, cosine), mul(sine, sine)), ONE)
+        builder.add_equation(norm, poly.from_expression(norm), None, t)
+        if angle is not None:
+            builder.equations.append(
+                Equation(
+                    number=len(builder.equations),
+                    residual=sub(symbol(angle), call("atan2d", sine, cosine)),
+                    unknowns=frozenset({angle, int(cosine.payload), int(sine.payload)}),  # type: ignore[call-overload]
+                    targets=(angle,),
+                    thing=t,
+                    form=Form.WINDING,
+                )
+            )
+    return _finished(builder)
+
+
+def with_rates(system: System, equations: Iterable[int]) -> System:
+    """``system`` with the time derivatives of the given equations added (linear in the rates)."""
+    builder = _reopened(system)
+    for number in equations:
+        equation = system.equations[number]
+        if equation.form is Form.INTEGRAL:
+            continue
+        derived = builder.total_derivative(equation.residual)
+        builder.add_equation(derived, poly.from_expression(derived), equation.constraint, equation.thing)
+        last = builder.equations[-1]
+        rates = tuple(n for n in last.targets if isinstance(builder.unknowns[n].payload, Rate))
+        builder.equations[-1] = replace(last, targets=rates)
+    return _finished(builder)

@@ -1,0 +1,64 @@
+"""The unknowns of a system, by number; a lowered expression's symbols are these numbers.
+
+A thing's pose is four unknowns: the world position (x, y) of its *reference anchor*, and its direction
+(c, s) = (cos, sin) of its turn, tied by c^2 + s^2 = 1. Every anchor is then linear in the pose, handedness
+cannot flip, and one quadratic replaces the n(n-1)/2 distances between n anchors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class PoseX:
+    """World x of a thing's reference anchor."""
+
+    thing: int
+
+
+@dataclass(frozen=True, slots=True)
+class PoseY:
+    """World y of a thing's reference anchor."""
+
+    thing: int
+
+
+@dataclass(frozen=True, slots=True)
+class PoseCos:
+    """Cosine of a thing's turn."""
+
+    thing: int
+
+
+@dataclass(frozen=True, slots=True)
+class PoseSin:
+    """Sine of a thing's turn."""
+
+    thing: int
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """The time derivative of unknown number ``of``."""
+
+    of: int
+
+
+@dataclass(frozen=True, slots=True)
+class Accumulated:
+    """The value of an integral, identified by (its constraint's number, its expression in the scene)."""
+
+    identity: Hashable
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """One scalar unknown. ``payload`` is one of the classes above or of `scene.model`'s symbol payloads, and is
+    the unknown's identity from segment to segment; ``number`` is its place in this system.
+    """
+
+    number: int
+    payload: Hashable
+    name: str
