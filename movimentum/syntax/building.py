@@ -1,0 +1,291 @@
+"""From the grammar's rules to tree nodes: one method for each rule, called while the parser reduces.
+
+Nothing here recurses, and nothing remembers: what is wrong with a node is raised as `Refusal`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from typing import TYPE_CHECKING, Any
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.source import Span
+from movimentum.syntax.tree import (
+    AnchorDefinition,
+    Blank,
+    Call,
+    Clock,
+    Comparison,
+    Config,
+    Definition,
+    Expression,
+    Item,
+    Member,
+    Name,
+    Negate,
+    Number,
+    Operator,
+    Option,
+    Power,
+    Product,
+    Range,
+    Reference,
+    Rotate,
+    Script,
+    ShapeWord,
+    Statement,
+    StepHeader,
+    Sum,
+    Text,
+    Vector,
+)
+from movimentum.syntax.words import FUNCTIONS, SYNONYMS
+
+if TYPE_CHECKING:
+    from lark import Token
+
+LARGEST_EXPONENT = 400
+"""Numbers from 10^400 on, or with digits below 10^-400, are refused: no float holds them, and exact arithmetic chokes."""
+
+
+class Refusal(Exception):  # noqa: N818
+    """A node that is spelled right and still cannot be: ``diagnostic`` says why."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        self.diagnostic = diagnostic
+        super().__init__(diagnostic.message)
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """An expression in parentheses, until the rule around it has seen them."""
+
+    inner: Expression
+    span: Span
+
+
+Piece = Any
+"""A lark Token, a node or a `Group`; `Builder`'s methods know from the grammar which comes where."""
+
+
+class Builder:
+    """The callbacks; each gets the children of one rule, all tokens included."""
+
+    # --- items ---
+
+    def start(self, pieces: Sequence[Piece]) -> Script:
+        items: tuple[Item, ...] = tuple(pieces)
+        return Script(items, span=_span(pieces) if pieces else Span(0, 0))
+
+    def config(self, pieces: Sequence[Piece]) -> Config:
+        return Config(
+            tuple(_bare(piece) for piece in pieces if _is_argument(piece)),
+            tuple(piece for piece in pieces if isinstance(piece, Option)),
+            span=_span(pieces),
+        )
+
+    def definition(self, pieces: Sequence[Piece]) -> Definition:
+        name = pieces[0]
+        return Definition(str(name), pieces[2], tuple(pieces[3:-1]), span=_span(pieces), name_span=_place(name))
+
+    def line(self, pieces: Sequence[Piece]) -> Definition:
+        name, word = pieces[0], pieces[2]
+        shape = ShapeWord("line", span=_place(word))
+        return Definition(str(name), shape, tuple(pieces[3:-1]), span=_span(pieces), name_span=_place(name))
+
+    def shape(self, pieces: Sequence[Piece]) -> ShapeWord:
+        word = pieces[0]
+        if word.type == "STRING":
+            return ShapeWord("sprite", _text(word), span=_place(word))
+        argument = _bare(pieces[2]) if len(pieces) > 1 else None
+        return ShapeWord(str(word)[1:], argument, span=_span(pieces))
+
+    def anchor(self, pieces: Sequence[Piece]) -> AnchorDefinition:
+        offsets = tuple((Operator(pieces[i]), pieces[i + 1]) for i in range(3, len(pieces), 2))
+        return AnchorDefinition(str(pieces[0]), pieces[2], offsets, span=_span(pieces), name_span=_place(pieces[0]))
+
+    def reference(self, pieces: Sequence[Piece]) -> Reference:
+        thing, anchor = pieces
+        return Reference(
+            str(thing), str(anchor)[1:], span=_span(pieces), thing_span=_place(thing), anchor_span=_after_dot(anchor)
+        )
+
+    def option(self, pieces: Sequence[Piece]) -> Option:
+        word = pieces[0]
+        arguments = tuple(_bare(piece) for piece in pieces if _is_argument(piece))
+        return Option(str(word)[1:], arguments, span=_span(pieces), name_span=_place(word))
+
+    def step(self, pieces: Sequence[Piece]) -> StepHeader:
+        return StepHeader(_bare(pieces[1]), span=_span(pieces))
+
+    def relative_step(self, pieces: Sequence[Piece]) -> StepHeader:
+        return StepHeader(_bare(pieces[2]), relative=True, span=_span(pieces))
+
+    def statement(self, pieces: Sequence[Piece]) -> Statement:
+        left, comparison, right, _ = pieces
+        return Statement(_bare(left), Comparison(comparison), _bare(right), span=_span(pieces[:3]))
+
+    # --- expressions ---
+
+    def number(self, pieces: Sequence[Piece]) -> Number:
+        return _number(pieces[0])
+
+    def name(self, pieces: Sequence[Piece]) -> Name:
+        return Name(str(pieces[0]), span=_place(pieces[0]))
+
+    def blank(self, pieces: Sequence[Piece]) -> Blank:
+        return Blank(span=_place(pieces[0]))
+
+    def clock(self, pieces: Sequence[Piece]) -> Clock:
+        return Clock(str(pieces[0])[1:], span=_place(pieces[0]))
+
+    def group(self, pieces: Sequence[Piece]) -> Group:
+        return Group(_bare(pieces[1]), _span(pieces))
+
+    def vector(self, pieces: Sequence[Piece]) -> Vector:
+        components = tuple(_bare(piece) for piece in pieces[1::2])
+        span = _span(pieces)
+        if not 2 <= len(components) <= 3:
+            raise Refusal(
+                Diagnostic(
+                    "syntax/arguments",
+                    Severity.ERROR,
+                    f"a vector has two components, this one has {len(components)}",
+                    span,
+                    helps=("write `[x, y]`",),
+                )
+            )
+        return Vector(components, span=span)
+
+    def member(self, pieces: Sequence[Piece]) -> Member:
+        operand, word = pieces
+        return Member(_bare(operand), str(word)[1:], span=_span(pieces), name_span=_after_dot(word))
+
+    def rotate(self, pieces: Sequence[Piece]) -> Rotate:
+        return Rotate(_bare(pieces[0]), _bare(pieces[3]), span=_span(pieces))
+
+    def call(self, pieces: Sequence[Piece]) -> Call:
+        word = str(pieces[0])[1:]
+        function = SYNONYMS.get(word, word)
+        arguments = tuple(_bare(piece) for piece in pieces[2::2])
+        span = _span(pieces)
+        least, most = FUNCTIONS[function]
+        if len(arguments) < least or (most is not None and len(arguments) > most):
+            wanted = "1 argument" if most == 1 else f"{most} arguments"
+            raise Refusal(
+                Diagnostic("syntax/arguments", Severity.ERROR, f"`.{word}` takes {wanted}, not {len(arguments)}", span)
+            )
+        return Call(function, arguments, span=span)
+
+    def range(self, pieces: Sequence[Piece]) -> Range:
+        inner = [_bare(piece) for piece in pieces[1:-1:2]]
+        return Range(inner[0], tuple(inner[1::2]), tuple(inner[2::2]), span=_span(pieces))
+
+    def power(self, pieces: Sequence[Piece]) -> Expression:
+        base, _, exponent = pieces
+        span = _span(pieces)
+        if isinstance(exponent, Rotate):  # `v*s^2.r(90)`: .r binds like `*`
+            return Rotate(Power(_bare(base), exponent.operand, span=span), exponent.angle, span=span)
+        return Power(_bare(base), _bare(exponent), span=span)
+
+    def negate(self, pieces: Sequence[Piece]) -> Expression:
+        operand = pieces[1]
+        span = _span(pieces)
+        if isinstance(operand, Rotate):
+            return Rotate(Negate(operand.operand, span=span), operand.angle, span=span)
+        return Negate(_bare(operand), span=span)
+
+    def product(self, pieces: Sequence[Piece]) -> Expression | Group:
+        if len(pieces) == 1:
+            return pieces[0]
+        first = _bare(pieces[0])
+        operands, operators = [first], list[Operator]()
+        if isinstance(first, Product):
+            operands, operators = list(first.operands), list(first.operators)
+        start = _place(pieces[0]).start
+        for index in range(2, len(pieces), 2):
+            factor = pieces[index]
+            operators.append(Operator(pieces[index - 1]))
+            # A factor `w.r(a)` without parentheses gives its rotations to the product so far.
+            angles: list[Expression] = []
+            end = _place(factor).end
+            while isinstance(factor, Rotate):
+                angles.append(factor.angle)
+                factor = factor.operand
+            operands.append(_bare(factor))
+            if angles:
+                turned: Expression = Product(tuple(operands), tuple(operators), span=Span(start, end))
+                for angle in reversed(angles):
+                    turned = Rotate(turned, angle, span=Span(start, end))
+                operands, operators = [turned], []
+        if not operators:
+            return operands[0]
+        return Product(tuple(operands), tuple(operators), span=_span(pieces))
+
+    def sum(self, pieces: Sequence[Piece]) -> Expression | Group:
+        if len(pieces) == 1:
+            return pieces[0]
+        first = _bare(pieces[0])
+        operands, operators = [first], list[Operator]()
+        if isinstance(first, Sum):
+            operands, operators = list(first.operands), list(first.operators)
+        operands.extend(_bare(piece) for piece in pieces[2::2])
+        operators.extend(Operator(token) for token in pieces[1::2])
+        return Sum(tuple(operands), tuple(operators), span=_span(pieces))
+
+
+# --- pieces ----------------------------------------------------------------------------------------------------------------
+
+
+def _bare(piece: Piece) -> Any:
+    """``piece`` without its parentheses; a STRING token as `Text`."""
+    if isinstance(piece, Group):
+        return piece.inner
+    return _text(piece) if getattr(piece, "type", None) == "STRING" else piece
+
+
+def _is_argument(piece: Piece) -> bool:
+    kind = getattr(piece, "type", None)
+    return not isinstance(piece, Option) and (kind is None or kind == "STRING")
+
+
+def _place(piece: Piece) -> Span:
+    """Where a token, node or group stands."""
+    start = getattr(piece, "start_pos", None)
+    return piece.span if start is None else Span(start, piece.end_pos)
+
+
+def _span(pieces: Sequence[Piece]) -> Span:
+    return Span(_place(pieces[0]).start, _place(pieces[-1]).end)
+
+
+def _after_dot(token: Token) -> Span:
+    place = _place(token)
+    return Span(place.start + 1, place.end)
+
+
+def _text(token: Token) -> Text:
+    return Text(str(token)[1:-1].replace("''", "'"), span=_place(token))
+
+
+def _number(token: Token) -> Number:
+    span = _place(token)
+    try:
+        value = Decimal(str(token))
+    except InvalidOperation:  # an exponent that not even Decimal holds
+        value = None
+    if value == 0 and value is not None:
+        value = Decimal(0)
+    elif value is None or not -LARGEST_EXPONENT <= value.adjusted() < LARGEST_EXPONENT or len(token) > 1000:
+        raise Refusal(
+            Diagnostic(
+                "syntax/number",
+                Severity.ERROR,
+                "this number is out of range",
+                span,
+                notes=(f"numbers lie between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, in at most 1000 characters",),
+            )
+        )
+    return Number(value, span=span)

@@ -1,0 +1,187 @@
+"""Script text to syntax tree: limits first, then the grammar, with all syntax errors of a script at once."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, cast
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import ScriptError
+from movimentum.source import SourceText, Span
+from movimentum.syntax.building import Refusal
+from movimentum.syntax.grammar import load_parser
+from movimentum.syntax.tree import (
+    AnchorDefinition,
+    Config,
+    Definition,
+    Expression,
+    Option,
+    Script,
+    Statement,
+    StepHeader,
+    Text,
+    children,
+    postorder,
+)
+
+if TYPE_CHECKING:
+    from lark.exceptions import UnexpectedInput
+
+MAX_NESTING = 100
+"""How deep brackets and operators may be nested, unless the caller says otherwise."""
+
+MAX_CHARACTERS = 4_000_000
+"""How long a script may be, unless the caller says otherwise."""
+
+MAX_ERRORS = 20
+"""After so many syntax errors the rest of a script is not looked at."""
+
+_BRACKETS = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[\[({]|[\])}]", re.DOTALL)
+_ITEM_END = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[;@]", re.DOTALL)
+_CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f\ufffe\uffff]")
+
+
+def parse(source: SourceText, *, max_nesting: int = MAX_NESTING, max_characters: int = MAX_CHARACTERS) -> Script:
+    """The syntax tree of a script.
+
+    Raises ScriptError with all syntax errors that were found (``syntax/…``), or with the limit that the text is beyond
+    (``limit/…``). Time and memory grow linearly with the text; nothing recurses.
+    """
+    text = source.text
+    _check_characters(text, max_characters)
+    _check_brackets(text, max_nesting)
+    errors: list[Diagnostic] = []
+    start = 0
+    while True:
+        found = _parse_from(text, start)
+        if isinstance(found, Script):
+            break
+        error, start = found
+        errors.append(error)
+        if start >= len(text) or len(errors) >= MAX_ERRORS:
+            raise ScriptError(errors)
+    if errors:
+        raise ScriptError(errors)
+    _check_depth(found, max_nesting)
+    return found
+
+
+def _parse_from(text: str, start: int) -> Script | tuple[Diagnostic, int]:
+    """The tree of ``text`` from ``start`` on, or the first error there and where to go on behind it."""
+    from lark.exceptions import UnexpectedInput
+
+    parser = load_parser()
+    try:
+        return cast("Script", parser.parse(" " * start + text[start:] if start else text))
+    except Refusal as refusal:
+        span = refusal.diagnostic.span or Span(start, start)
+        return refusal.diagnostic, _next_item(text, max(span.end, start + 1))
+    except UnexpectedInput as unexpected:
+        return _explained(unexpected, text, start)
+
+
+def _explained(unexpected: UnexpectedInput, text: str, start: int) -> tuple[Diagnostic, int]:
+    from movimentum.syntax.messages import explain  # only a script with an error needs its words
+
+    error, place, resume_here = explain(unexpected, text, start)
+    if resume_here and place > start:
+        return error, place
+    return error, _next_item(text, max(place, start + 1 if place <= start else start))
+
+
+def _next_item(text: str, offset: int) -> int:
+    """Where the item after the one at ``offset`` begins: behind the next ``;`` or at the next ``@``."""
+    for match in _ITEM_END.finditer(text, offset):
+        if match[0] == ";":
+            return match.end()
+        if match[0] == "@":
+            return match.start()
+    return len(text)
+
+
+# --- limits -------------------------------------------------------------------------------------------------------------
+
+
+def _check_characters(text: str, max_characters: int) -> None:
+    if len(text) > max_characters:
+        raise ScriptError(
+            [
+                Diagnostic(
+                    "limit/text",
+                    Severity.ERROR,
+                    f"the script has {len(text):,} characters, more than the limit of {max_characters:,}",
+                )
+            ]
+        )
+    control = _CONTROL.search(text)
+    if control:
+        raise ScriptError(
+            [
+                Diagnostic(
+                    "syntax/binary",
+                    Severity.ERROR,
+                    f"this is no script: it has the control character U+{ord(control[0]):04X}",
+                    Span(control.start(), control.end()),
+                    helps=("a script is plain text in UTF-8",),
+                )
+            ]
+        )
+
+
+def _check_brackets(text: str, max_nesting: int) -> None:
+    depth = 0
+    for match in _BRACKETS.finditer(text):
+        first = match[0]
+        if first in "[({":
+            depth += 1
+            if depth > max_nesting:
+                raise ScriptError([_too_deep(Span(match.start(), match.end()), max_nesting)])
+        elif first in "])}":
+            depth -= 1
+        # A bracket left open should not make the rest of the script "nested".
+        if depth < 0:
+            depth = 0
+
+
+def _check_depth(script: Script, max_nesting: int) -> None:
+    errors: list[Diagnostic] = []
+    for item in script.items:
+        for root in _expressions(item):
+            depth: dict[int, int] = {}
+            for node in postorder(root):
+                level = 1 + max((depth[id(child)] for child in children(node)), default=0)
+                depth[id(node)] = level
+                if level > max_nesting:
+                    errors.append(_too_deep(node.span, max_nesting))
+                    break
+    if errors:
+        raise ScriptError(errors)
+
+
+def _expressions(item: Config | Definition | StepHeader | Statement) -> list[Expression]:
+    match item:
+        case Statement():
+            return [item.left, item.right]
+        case StepHeader():
+            return [item.time]
+        case Config():
+            found = [*item.arguments, *(argument for option in item.options for argument in option.arguments)]
+        case Definition():
+            found = [] if item.shape.argument is None else [item.shape.argument]
+            for part in item.parts:
+                if isinstance(part, Option):
+                    found.extend(part.arguments)
+                elif isinstance(part, AnchorDefinition):
+                    found.extend((part.base, *(vector for _, vector in part.offsets)))
+    return [node for node in found if not isinstance(node, Text)]
+
+
+def _too_deep(span: Span, max_nesting: int) -> Diagnostic:
+    return Diagnostic(
+        "limit/nesting",
+        Severity.ERROR,
+        f"this is nested deeper than the limit of {max_nesting} levels",
+        span,
+        notes=("brackets, minus signs, powers and functions inside one another count as levels; a long sum does not",),
+        helps=("give a name to a part of it: `x = …;`",),
+    )

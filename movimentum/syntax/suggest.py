@@ -1,0 +1,33 @@
+"""Nearest names, for "did you mean"."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+def distance(first: str, second: str) -> int:
+    """How many letters must be changed, left out, put in or swapped with their neighbour to get from one to the other."""
+    before: list[int] = []
+    row = list(range(len(second) + 1))
+    for i, a in enumerate(first, 1):
+        previous, row, oldest = row, [i], before
+        for j, b in enumerate(second, 1):
+            best = min(previous[j] + 1, row[j - 1] + 1, previous[j - 1] + (a != b))
+            if i > 1 and j > 1 and a == second[j - 2] and first[i - 2] == b:
+                best = min(best, oldest[j - 2] + 1)
+            row.append(best)
+        before = previous
+    return row[-1]
+
+
+def nearest(name: str, candidates: Iterable[str]) -> str | None:
+    """The candidate that ``name`` is most likely a misspelling of; None where nothing is near."""
+    limit = max(1, len(name) // 3)
+    best: tuple[int, str] | None = None
+    for candidate in sorted(set(candidates)):
+        if abs(len(candidate) - len(name)) > limit:
+            continue
+        steps = 0 if candidate.lower() == name.lower() else distance(name, candidate)
+        if steps <= limit and (best is None or steps < best[0]):
+            best = (steps, candidate)
+    return best[1] if best else None

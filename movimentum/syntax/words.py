@@ -1,0 +1,48 @@
+"""The language's own words: functions with their number of arguments, and what may follow a vector."""
+
+from __future__ import annotations
+
+FUNCTIONS: dict[str, tuple[int, int | None]] = {
+    "a": (2, 2),
+    "q": (1, 1),
+    "i": (1, 1),
+    "d": (1, 1),
+    "sin": (1, 1),
+    "cos": (1, 1),
+    "tan": (1, 1),
+    "asin": (1, 1),
+    "acos": (1, 1),
+    "atan": (1, 1),
+    "atan2": (2, 2),
+    "abs": (1, 1),
+    "min": (1, None),
+    "max": (1, None),
+    "floor": (1, 1),
+    "mod": (2, 2),
+    "exp": (1, 1),
+    "ln": (1, 1),
+    "ease": (1, 1),
+}
+"""Canonical name -> the least and the greatest number of arguments (None: any)."""
+
+SYNONYMS = {"angle": "a", "sqrt": "q", "integral": "i", "differential": "d"}
+"""Longer spellings of functions -> canonical names."""
+
+CLOCKS = ("t", "iv", "T", "pi")
+"""Values without arguments."""
+
+VECTOR_MEMBERS = {"x": "x", "y": "y", "z": "z", "l": "l", "length": "l"}
+"""What may follow any vector -> canonical name."""
+
+THING_MEMBERS = {
+    "a": "angle",
+    "angle": "angle",
+    "opacity": "opacity",
+    "red": "red",
+    "green": "green",
+    "blue": "blue",
+}
+"""What may follow a thing besides its anchors (an anchor of that name goes first) -> canonical name."""
+
+SHAPES = ("bar", "arrow", "disc", "label", "line")
+"""What a thing may be, besides a sprite."""
