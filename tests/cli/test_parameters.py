@@ -1,0 +1,77 @@
+"""Options as text: what is accepted, and what it means."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import click
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from movimentum.parameters import FrameRangeType, RationalType, TraceType, WordsType
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("12", Fraction(12)),
+        ("2.5", Fraction(5, 2)),
+        (".5", Fraction(1, 2)),
+        ("3.", Fraction(3)),
+        ("24000/1001", Fraction(24000, 1001)),
+        ("-1/3", Fraction(-1, 3)),
+        ("0.1", Fraction(1, 10)),
+    ],
+)
+def test_numbers_are_kept_exactly(text: str, value: Fraction) -> None:
+    assert RationalType().convert(text, None, None) == value
+
+
+@pytest.mark.parametrize("text", ["", "x", "1/0", "1e999999999", "1e3", "nan", "inf", "1//2", "1/2/3", "--1", "9" * 40])
+def test_other_texts_are_refused_as_numbers(text: str) -> None:
+    with pytest.raises(click.BadParameter):
+        RationalType().convert(text, None, None)
+
+
+@pytest.mark.parametrize("text", ["0", "-5", "0/7"])
+def test_a_rate_is_positive(text: str) -> None:
+    with pytest.raises(click.BadParameter):
+        RationalType(positive=True).convert(text, None, None)
+
+
+bound = st.none() | st.integers(-30, 30)
+
+
+@given(start=bound, stop=bound, count=st.integers(1, 20))
+def test_ranges_count_as_python_slices(start: int | None, stop: int | None, count: int) -> None:
+    text = f"{'' if start is None else start}:{'' if stop is None else stop}"
+    first, end = FrameRangeType().convert(text, None, None).of(count)
+    assert list(range(first, end)) == list(range(count))[start:stop]
+
+
+@given(frame=st.integers(-30, 30), count=st.integers(1, 20))
+def test_one_number_is_that_frame(frame: int, count: int) -> None:
+    first, end = FrameRangeType().convert(str(frame), None, None).of(count)
+    inside = -count <= frame < count
+    assert list(range(first, end)) == ([range(count)[frame]] if inside else [])
+
+
+@pytest.mark.parametrize("text", ["", "a:b", "1:2:3", "1-2", "1.5:2", "1 2", "9" * 20])
+def test_other_texts_are_refused_as_ranges(text: str) -> None:
+    with pytest.raises(click.BadParameter):
+        FrameRangeType().convert(text, None, None)
+
+
+def test_words_come_in_any_order_and_once() -> None:
+    kind = WordsType("names", "free", "anchors")
+    assert kind.convert("free, names,free", None, None) == {"names", "free"}
+    with pytest.raises(click.BadParameter, match="'name' is none of"):
+        kind.convert("name", None, None)
+
+
+def test_a_trace_names_a_thing_and_an_anchor() -> None:
+    assert TraceType().convert("Rod.B", None, None) == ("Rod", "B")
+    for text in ("Rod", "Rod.", ".B", "Rod.B.x", "1.B"):
+        with pytest.raises(click.BadParameter):
+            TraceType().convert(text, None, None)
