@@ -1,0 +1,93 @@
+"""Animations as pieces: for each frame the box that changed, coded on its own.
+
+A `Coder` turns pictures into pieces, in any process; a `Writer` puts pieces into a file, in order. So pictures
+never travel between processes, and no more than a few frames are in memory.
+"""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple, Protocol
+
+from PIL import Image, ImageChops
+
+
+class Box(NamedTuple):
+    """Pixels from (left, top) to (right, bottom), the latter excluded."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+class Piece(NamedTuple):
+    """What a frame changes: coded ``data`` for the pixels of ``box``."""
+
+    box: Box
+    data: bytes
+
+
+class Coder(Protocol):
+    """Codes one frame; a value, sent to other processes. It may keep tables that do not change what comes out."""
+
+    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+        """``image`` after ``previous`` (None: as the first frame); None where nothing changed."""
+        ...
+
+
+class Writer(Protocol):
+    """Writes pieces to one file."""
+
+    def begin(self) -> None:
+        """Everything before the first frame."""
+        ...
+
+    def add(self, piece: Piece, first: int, end: int) -> None:
+        """Show ``piece`` from frame number ``first`` until before frame number ``end``."""
+        ...
+
+    def end(self) -> None:
+        """Everything after the last frame."""
+        ...
+
+
+def changed_box(image: Image.Image, previous: Image.Image | None) -> Box | None:
+    """The smallest box outside of which two pictures of one size and mode are the same; None if they are the same."""
+    if previous is None:
+        return Box(0, 0, image.width, image.height)
+    if image is previous:
+        return None
+    box = ImageChops.difference(image, previous).getbbox(alpha_only=False)
+    return None if box is None else Box(*box)
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Frame times in whole ticks: frame k begins at tick round(k · ``ticks`` / ``fps``), so no error ever adds up."""
+
+    fps: Fraction
+    ticks: int
+
+    def at(self, frame: int) -> int:
+        """The tick at which frame number ``frame`` begins."""
+        return round(frame * self.ticks / self.fps)
+
+    def delays(self, first: int, end: int, longest: int) -> list[int]:
+        """The ticks from frame ``first`` to frame ``end`` in parts of at most ``longest``."""
+        return parts(self.at(end) - self.at(first), longest)
+
+
+def parts(total: int, longest: int) -> list[int]:
+    """``total`` as a sum of at least one number, none above ``longest``."""
+    whole, rest = divmod(total, longest)
+    return [longest] * whole + ([rest] if rest or not whole else [])
+
+
+def saved(image: Image.Image, file_format: str, **options: int | bool) -> bytes:
+    """The bytes of one picture as Pillow writes them."""
+    buffer = io.BytesIO()
+    image.save(buffer, file_format, **options)
+    return buffer.getvalue()

@@ -1,0 +1,80 @@
+"""MP4 (H.264) and WebM (VP9) through PyAV, which only the ``video`` extra installs.
+
+Frames are drawn in this process while the encoder's own threads compress: it is they that take the processors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import UsageError
+
+
+def write_video(
+    images: Iterator[Image.Image],
+    path: Path,
+    kind: str,
+    size: tuple[int, int],
+    fps: Fraction,
+    ground: tuple[int, int, int],
+    step: Callable[[], None],
+) -> None:
+    """Write ``kind`` (``"mp4"`` or ``"webm"``) to ``path``; frame k is shown from exactly k / ``fps``.
+
+    Odd sizes are padded by a row or column of ``ground``, which also lies under transparent pictures. ``step`` is
+    called after each frame. `UsageError` (``output/video``) where PyAV or its encoder is missing.
+    """
+    av = _library()
+    width, height = size[0] + size[0] % 2, size[1] + size[1] % 2
+    tick = 1 / fps
+    codec, options = ("libx264", {"crf": "18"}) if kind == "mp4" else ("libvpx-vp9", {"crf": "24", "b:v": "0"})
+    if kind == "webm":
+        options |= {"deadline": "good", "cpu-used": "5", "row-mt": "1"}
+    with av.open(str(path), "w", format=kind, options={"movflags": "+faststart"} if kind == "mp4" else {}) as container:
+        try:
+            stream = container.add_stream(codec, rate=fps, options=options)
+        except (ValueError, LookupError, av.error.FFmpegError) as error:
+            raise UsageError(
+                [Diagnostic("output/video", Severity.ERROR, f"this PyAV has no encoder {codec}", helps=("-o out.gif",))]
+            ) from error
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        stream.time_base = stream.codec_context.time_base = tick
+        for number, image in enumerate(images):
+            frame = av.VideoFrame.from_image(_padded(image, width, height, ground))
+            frame.pts, frame.time_base = number, tick
+            for packet in stream.encode(frame):
+                container.mux(packet)
+            step()
+        for packet in stream.encode(None):
+            container.mux(packet)
+
+
+def _padded(image: Image.Image, width: int, height: int, ground: tuple[int, int, int]) -> Image.Image:
+    if image.mode == "RGB" and image.size == (width, height):
+        return image
+    whole = Image.new("RGB", (width, height), ground)
+    whole.paste(image, (0, 0), image if image.mode == "RGBA" else None)
+    return whole
+
+
+def _library() -> Any:
+    try:
+        import av
+    except ImportError as error:
+        raise UsageError(
+            [
+                Diagnostic(
+                    "output/video",
+                    Severity.ERROR,
+                    "video files need PyAV, which is not installed",
+                    helps=("pip install 'movimentum[video]'",),
+                )
+            ]
+        ) from error
+    return av

@@ -1,0 +1,85 @@
+"""How a picture is to look: what a user chooses on the command line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import UsageError
+from movimentum.scene.model import AnchorRef, Scene
+
+MAX_CANVAS_PIXELS = 64_000_000
+MAX_SPRITE_PIXELS = 64_000_000
+
+
+class Quality(StrEnum):
+    """``draft``: jagged and fast; ``standard``: anti-aliased; ``high``: drawn twice as large, then averaged."""
+
+    DRAFT = "draft"
+    STANDARD = "standard"
+    HIGH = "high"
+
+
+class Show(StrEnum):
+    """What can be written over a picture."""
+
+    NAMES = "names"
+    ANCHORS = "anchors"
+    FREE = "free"
+
+
+@dataclass(frozen=True, slots=True)
+class FreeMark:
+    """A motion that is left free, to be shown: of thing number ``thing``, about (or at) its ``local`` point.
+
+    ``direction`` None: it can turn about that point; else it can slide along that unit vector, given in the local frame.
+    """
+
+    thing: int
+    local: tuple[float, float]
+    direction: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PictureOptions:
+    """``scale``: output pixels per world pixel. ``background`` None: the script's, else white.
+
+    ``traces``: anchors whose path up to now is drawn. ``free`` is drawn where ``show`` has ``free``.
+    ``max_pixels``: more of them on a canvas are refused (``limit/pixels``).
+    """
+
+    quality: Quality = Quality.STANDARD
+    scale: float = 1.0
+    background: tuple[int, int, int] | None = None
+    transparent: bool = False
+    traces: tuple[AnchorRef, ...] = ()
+    show: frozenset[Show] = frozenset()
+    free: tuple[FreeMark, ...] = ()
+    max_pixels: int = MAX_CANVAS_PIXELS
+
+
+def trace_anchors(scene: Scene, names: tuple[str, ...]) -> tuple[AnchorRef, ...]:
+    """The anchors that ``--trace Thing.Anchor`` names; `UsageError` for those that do not exist."""
+    known = {
+        f"{thing.name}.{anchor.name}": AnchorRef(thing.number, number)
+        for thing in scene.things
+        for number, anchor in enumerate(thing.anchors)
+    }
+    problems: list[Diagnostic] = []
+    for name in names:
+        if name not in known:
+            from difflib import get_close_matches
+
+            near = get_close_matches(name, known, 3)
+            problems.append(
+                Diagnostic(
+                    "name/unknown-anchor",
+                    Severity.ERROR,
+                    f"there is no anchor `{name}` to trace",
+                    helps=tuple(f"--trace {item}" for item in near or sorted(known)[:3]),
+                )
+            )
+    if problems:
+        raise UsageError(problems)
+    return tuple(known[name] for name in names)

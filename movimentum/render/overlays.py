@@ -1,0 +1,183 @@
+"""What is written over a picture on request: names, anchors, free motions, and the paths of anchors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.geometry import Affine
+from movimentum.render.canvas import Canvas, Color
+from movimentum.render.coverage import Coverage, Point, disc, stroke
+from movimentum.render.items import draw_line
+from movimentum.render.options import FreeMark, Show
+from movimentum.render.sprites import Sprite
+from movimentum.render.style import ACCENT, INK, NOTE_HEIGHT, PAPER
+from movimentum.render.text import halo, text_sprite
+from movimentum.scene.model import Thing
+from movimentum.solve.motion import Poses
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A text beside a thing's local point, upright, at whole pixels; with ``dot`` a mark at the point itself."""
+
+    thing: int
+    local: Point
+    text: Sprite
+    ground: Sprite
+    color: Color
+    offset: Point
+    dot: float = 0.0
+
+    def state(self, poses: Poses) -> Floats:
+        """Where the point is, and whether it is shown."""
+        return _point_state(self.thing, self.local, poses)
+
+    def bounds(self, poses: Poses) -> Floats:
+        """Nowhere: notes do not make a canvas larger."""
+        return np.full((len(poses.frames), 4), np.nan)
+
+    def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
+        """Draw frame ``i``."""
+        if not poses.visible[self.thing, i]:
+            return
+        scale = to_image.a
+        x, y = to_image.apply(*poses.select(slice(i, i + 1)).world(self.thing, self.local)[0].tolist())
+        if self.dot:
+            canvas.fill(disc((x, y), self.dot * scale, None, canvas.size), PAPER)
+            canvas.fill(disc((x, y), self.dot * scale, 1.2 * scale, canvas.size), self.color)
+        place = Affine(
+            *(scale, 0.0, float(round(x + self.offset[0] * scale))),
+            *(0.0, -scale, float(round(y - self.offset[1] * scale))),
+        )
+        canvas.picture(self.ground, place @ self.ground.to_local, 1.0, PAPER)
+        canvas.picture(self.text, place @ self.text.to_local, 1.0, self.color)
+
+
+@dataclass(frozen=True, slots=True)
+class FreeArrow:
+    """A motion that is left free: a bent arrow about a point, or a double arrow along a direction."""
+
+    mark: FreeMark
+
+    def state(self, poses: Poses) -> Floats:
+        """Where the point is, which way it is turned, and whether it is shown."""
+        thing = self.mark.thing
+        return np.concatenate([_point_state(thing, self.mark.local, poses), poses.direction[thing]], axis=1)
+
+    def bounds(self, poses: Poses) -> Floats:
+        """Nowhere: marks do not make a canvas larger."""
+        return np.full((len(poses.frames), 4), np.nan)
+
+    def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
+        """Draw frame ``i``."""
+        mark = self.mark
+        if not poses.visible[mark.thing, i]:
+            return
+        scale = to_image.a
+        x, y = to_image.apply(*poses.select(slice(i, i + 1)).world(mark.thing, mark.local)[0].tolist())
+        width, paint = 2.5 * scale, (ACCENT, 1.0)
+        if mark.direction is None:
+            angles = [math.radians(40.0 + 280.0 * k / 24.0) for k in range(25)]
+            arc = [(x + 18.0 * scale * math.cos(a), y - 18.0 * scale * math.sin(a)) for a in angles]
+            # the head needs a straight piece of its own length
+            draw_line(canvas, [*arc[:-4], arc[-1]], width, True, paint)
+            return
+        c, s = poses.direction[mark.thing, i].tolist()
+        dx, dy = mark.direction
+        ux, uy = (c * dx - s * dy) * 24.0 * scale, -(s * dx + c * dy) * 24.0 * scale
+        draw_line(canvas, [(x, y), (x + ux, y + uy)], width, True, paint)
+        draw_line(canvas, [(x, y), (x - ux, y - uy)], width, True, paint)
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """The path of a thing's local point, from the animation's first frame to the present one."""
+
+    thing: int
+    local: Point
+    color: Color
+    width: float
+
+    def points(self, poses: Poses) -> Floats:
+        """(F, 3): world x, y, and 1 where the thing is visible, else 0."""
+        return _point_state(self.thing, self.local, poses)
+
+
+class TraceLayer:
+    """One trace as far as it has been drawn. Segments only ever add, one at a time, so the picture of a frame is the
+    same whatever came in one run (pixels keep the largest coverage, which depends on no order).
+    """
+
+    def __init__(self, trace: Trace, size: tuple[int, int]) -> None:
+        self.trace = trace
+        self._values = np.zeros((size[1], size[0]), dtype=np.uint8)
+        self._last: Point | None = None
+        self._box: tuple[int, int, int, int] | None = None
+
+    def state(self, poses: Poses) -> Floats:
+        """The newest point."""
+        return self.trace.points(poses)
+
+    def feed(self, points: Floats, to_image: Affine) -> None:
+        """Go on along ``points`` (M, 3) as `Trace.points` gives them."""
+        width = self.trace.width * to_image.a
+        for x, y, shown in points.tolist():
+            if not shown:
+                self._last = None
+                continue
+            point = to_image.apply(x, y)
+            if point != self._last:
+                # the start of a path is a dot
+                self._add(stroke([self._last or point, point], width, self._values.shape[::-1]))
+                self._last = point
+
+    def _add(self, part: Coverage | None) -> None:
+        if part is None:
+            return
+        left, top = part.left, part.top
+        bottom, right = top + part.values.shape[0], left + part.values.shape[1]
+        into = self._values[top:bottom, left:right]
+        np.maximum(into, part.values, out=into)
+        box = self._box or (left, top, right, bottom)
+        self._box = (min(box[0], left), min(box[1], top), max(box[2], right), max(box[3], bottom))
+
+    def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
+        """Lay the path so far over the canvas."""
+        del to_image, poses, i  # it was fed
+        if self._box is not None:
+            left, top, right, bottom = self._box
+            canvas.fill(Coverage(left, top, self._values[top:bottom, left:right]), self.trace.color)
+
+
+def notes(things: tuple[Thing, ...], show: frozenset[Show], magnification: float) -> list[Note]:
+    """The names of things and anchors that ``show`` asks for, for all bodies that are not hidden."""
+    found: list[Note] = []
+    for thing in things:
+        if thing.hidden or not thing.is_body or not thing.anchors:
+            continue
+        if Show.ANCHORS in show:
+            for anchor in thing.anchors:
+                found += _note(thing.number, anchor.local, anchor.name, ACCENT, (5.0, 4.0), 3.0, magnification)
+        if Show.NAMES in show:
+            x = sum(anchor.local[0] for anchor in thing.anchors) / len(thing.anchors)
+            y = sum(anchor.local[1] for anchor in thing.anchors) / len(thing.anchors)
+            # above the middle; an anchor's own name is at its right, so the two keep clear of each other
+            found += _note(thing.number, (x, y), thing.name, INK, (0.0, 8.0), 0.0, magnification)
+    return found
+
+
+def _note(
+    thing: int, local: Point, text: str, color: Color, offset: Point, dot: float, magnification: float
+) -> list[Note]:
+    sprite = text_sprite(text, NOTE_HEIGHT, magnification)
+    return [] if sprite is None else [Note(thing, local, sprite, halo(sprite), color, offset, dot)]
+
+
+def _point_state(thing: int, local: Point, poses: Poses) -> Floats:
+    return np.concatenate([poses.world(thing, local), poses.visible[thing].astype(np.float64)[:, None]], axis=1)
