@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from fractions import Fraction
+from typing import Any
 
 from movimentum.expressions import Expr, walk
+from movimentum.plan.numeric import NAMESPACE
 
-type Compiled = Callable[..., tuple[object, ...]]
+Compiled = Callable[..., tuple[Any, ...]]
 
 _CALLS = {
     "tand", "asind", "acosd", "atand", "atan2d", "ease", "mod", "le", "sqrt", "floor", "exp", "ln",
@@ -51,6 +53,9 @@ def source_of(outputs: Sequence[Expr], clocks: Clocks, name: str = "f") -> str:
             continue
         a = [names[arg] for arg in node.args]
         target = f"t{len(names)}"
+        if node.op == "neg":
+            names[node] = f"(-{a[0]})"
+            continue
         if node.op in ("sind", "cosd"):
             pair = trigonometry.get(node.args[0])
             if pair is None:
@@ -66,8 +71,6 @@ def source_of(outputs: Sequence[Expr], clocks: Clocks, name: str = "f") -> str:
                 text = f"{a[0]} * {a[1]}"
             case "div":
                 text = f"{a[0]} / {a[1]}"
-            case "neg":
-                text = f"-{a[0]}"
             case "pow":
                 text = f"{a[0]} * {a[0]}" if node.payload == 2.0 else f"power({a[0]}, {node.payload!r})"
             case op if op in _CALLS:
@@ -82,8 +85,8 @@ def source_of(outputs: Sequence[Expr], clocks: Clocks, name: str = "f") -> str:
     return "\n".join(lines)
 
 
-def compiled(outputs: Sequence[Expr], clocks: Clocks, namespace: dict[str, object]) -> Compiled:
-    """The generated function; ``namespace`` provides sincosd, sqrt, …"""
-    scope = dict(namespace)
+def compiled(outputs: Sequence[Expr], clocks: Clocks) -> Compiled:
+    """The generated function, over float64 arrays that broadcast."""
+    scope = dict(NAMESPACE)
     exec(compile(source_of(outputs, clocks), "<plan>", "exec"), scope)  # noqa: S102 -- our own text, from numbers and operators only
     return scope["f"]  # type: ignore[return-value]

@@ -54,6 +54,8 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
             for n in equation.unknowns:
                 users[n].append(of_row[i])
     free_columns = reachable(open_columns, users)
+    hanging = _hanging(system, equations, of_column, free_columns)
+    free_columns -= hanging
     depends: list[list[int]] = [[] for _ in system.unknowns]
     for n, row in enumerate(of_column):
         if row >= 0:
@@ -68,14 +70,51 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
             depends[n] = sorted({members[(place + 1) % len(members)], *outside} - {n})
     of_held = {n: group for group in held for n in group.unknowns}
     result: list[Group] = []
+    after: list[Group] = []
     for component in strong_components(depends):
         if component[0] in of_held:
             result.append(of_held[component[0]])
         elif component[0] not in free_columns:
             numbers = tuple(equations[of_column[n]].number for n in component)
-            result.append(Group(tuple(component), tuple(sorted(numbers))))
+            group = Group(tuple(component), tuple(sorted(numbers)))
+            (after if component[0] in hanging else result).append(group)
     result.extend(_free_groups(system, equations, of_row, free_columns))
-    return Decomposition(tuple(result), tuple(sorted(checks)))
+    return Decomposition((*result, *after), tuple(sorted(checks)))
+
+
+def _hanging(system: System, equations: list[Equation], of_column: list[int], columns: set[int]) -> set[int]:
+    """Those of the free ``columns`` that only hang from the others: no part of a pose, each given by its own equation.
+
+    They move no anchor, so they have no say in how a free motion goes, and are found after it.
+    """
+    left = set(columns)
+    users: dict[int, set[int]] = {n: set() for n in columns}
+    for n in columns:
+        if of_column[n] >= 0:
+            for other in equations[of_column[n]].unknowns & columns:
+                users[other].add(n)
+    hanging: set[int] = set()
+    progress = True
+    while progress:
+        progress = False
+        for n in sorted(left):
+            if of_column[n] >= 0 and not type(system.unknowns[n].payload).__name__.startswith("Pose"):
+                row = equations[of_column[n]]
+                if row.targets == (n,) or (users[n] & left) <= {n} and _linear_in(row, n):
+                    left.discard(n)
+                    hanging.add(n)
+                    progress = True
+    # what a hanging unknown feeds must hang as well
+    while True:
+        bad = {n for n in hanging if users[n] & left}
+        if not bad:
+            return hanging
+        hanging -= bad
+        left |= bad
+
+
+def _linear_in(equation: Equation, unknown: int) -> bool:
+    return equation.polynomial is not None and max(m.count(unknown) for m in equation.polynomial) == 1
 
 
 def _held_together(

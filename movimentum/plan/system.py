@@ -59,7 +59,8 @@ class Equation:
 
     ``constraint`` is the scene's constraint number, or None for what rigidity and bookkeeping add (then ``thing`` tells whose).
     ``targets`` are the unknowns that the equation may be used to determine (usually all of its ``unknowns``).
-    ``integrand`` belongs to INTEGRAL equations.
+    ``integrand`` belongs to INTEGRAL equations. ``original`` is the residual as the script states it, where ``residual`` was rewritten:
+    what a solution is verified against.
     """
 
     number: int
@@ -71,6 +72,7 @@ class Equation:
     thing: int | None = None
     form: Form = Form.PLAIN
     integrand: Expr | None = None
+    original: Expr | None = None
 
     @property
     def priority(self) -> int:
@@ -235,7 +237,14 @@ class _Builder:
 
     # rows
 
-    def add_equation(self, residual: Expr, form: Polynomial | None, constraint: int | None, thing: int | None = None) -> None:
+    def add_equation(
+        self,
+        residual: Expr,
+        form: Polynomial | None,
+        constraint: int | None,
+        thing: int | None = None,
+        original: Expr | None = None,
+    ) -> None:
         unknowns = poly.occurring(form) if form is not None else set(symbols(residual))
         self.equations.append(
             Equation(
@@ -246,6 +255,7 @@ class _Builder:
                 polynomial=form,
                 constraint=constraint,
                 thing=thing,
+                original=original,
             )
         )
 
@@ -274,7 +284,7 @@ class _Builder:
                 row, side = rewritten
                 if symbols(row):
                     self.selectors.append(Selector(side, None, equation_of=number))
-                    self.add_equation(row, poly.from_expression(row), number)
+                    self.add_equation(row, poly.from_expression(row), number, original=residual)
                     return
         self.add_equation(residual, form, number)
 

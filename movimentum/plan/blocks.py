@@ -1,0 +1,315 @@
+"""A group of equations made into a block: what is linear eliminated, a kernel chosen, code generated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.expressions import ZERO, Expr, const, div, neg, substitute, symbols, walk
+from movimentum.plan import polynomial as poly
+from movimentum.plan.calculus import with_respect_to
+from movimentum.plan.codegen import Clocks, Compiled, compiled
+from movimentum.plan.decompose import Group
+from movimentum.plan.polynomial import Polynomial
+from movimentum.plan.system import Form, System
+from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
+
+
+class Kernel(StrEnum):
+    """How a block is solved, from the cheapest."""
+
+    ASSIGN = "assign"
+    LINEAR = "linear"
+    POLYNOMIAL = "polynomial"
+    DYAD = "dyad"
+    NEWTON = "newton"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """Unknowns that are solved for together, given those of earlier blocks.
+
+    ``core``          the unknowns the kernel solves for; all other ``unknowns`` are given by ``explicit`` from them
+    ``explicit``      compiled; returns the values of ``targets`` (in that order)
+    ``coefficients``  compiled, by kernel:
+                      LINEAR      the (m, m) matrix row by row, then the m right-hand sides
+                      POLYNOMIAL  a, b, c of a u^2 + b u + c = 0
+                      DYAD        line l1, l2, l0 (l1 p + l2 q = l0), then A, B, C, D, E, F of
+                                  A p^2 + B p q + C q^2 + D p + E q + F = 0
+                      NEWTON      the m residuals
+    ``jacobian``      NEWTON: compiled; the entries listed in ``entries`` as (row, column) of the (m, len(core)) Jacobian
+    ``metric``        free blocks: (n, n), the quadratic form that sums the squared speeds of all anchors
+    ``inputs``        the unknowns of earlier blocks that it reads
+    ``moving``        whether anything in it can change with time
+    ``circular``      DYAD: the conic is a circle
+    ``phases``        compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
+    ``form``          PLAIN, or a WINDING or an INTEGRAL (then ``coefficients`` gives (sine, cosine) or the integrand)
+    """
+
+    number: int
+    kernel: Kernel
+    unknowns: tuple[int, ...]
+    equations: tuple[int, ...]
+    core: tuple[int, ...]
+    targets: tuple[int, ...]
+    explicit: Compiled | None
+    coefficients: Compiled | None
+    rows: int
+    jacobian: Compiled | None
+    entries: tuple[tuple[int, int], ...]
+    metric: NDArray[np.float64] | None
+    inputs: frozenset[int]
+    moving: bool
+    free: bool
+    circular: bool = False
+    phases: Compiled | None = None
+    form: Form = Form.PLAIN
+    start: Fraction | None = None
+
+
+def make_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int], size: float) -> Block:
+    """Compile ``group``. ``moving`` are the unknowns of earlier blocks that change with time; ``size`` the scene's size."""
+    first = system.equations[group.equations[0]] if group.equations else None
+    if first is not None and first.form is not Form.PLAIN and len(group.unknowns) == 1:
+        return _special_block(number, system, group, clocks, moving)
+    if group.free:
+        return _newton_block(number, system, group, clocks, moving, [], None)
+    inside = set(group.unknowns)
+    forms: list[Polynomial] = []
+    for e in group.equations:
+        form = system.equations[e].polynomial
+        if form is None:
+            return _general_block(number, system, group, clocks, moving)
+        forms.append(poly.relative_to(form, inside))
+    eliminated, rest = _eliminate(system, forms, inside, size)
+    core = tuple(n for n in group.unknowns if n not in {n for n, _ in eliminated})
+    explicit = _back_substituted(eliminated)
+    if not rest:
+        return _block(number, Kernel.ASSIGN, system, group, clocks, moving, core, explicit, [])
+    if all(poly.degree(form, inside) <= 1 for form in rest):
+        matrix = [form.get((n,), ZERO) for form in rest for n in core]
+        right = [neg(form.get((), ZERO)) for form in rest]
+        return _block(number, Kernel.LINEAR, system, group, clocks, moving, core, explicit, matrix + right)
+    if len(core) == 1 and poly.degree(rest[0], inside) == 2:
+        (u,) = core
+        quadratic = [rest[0].get(m, ZERO) for m in ((u, u), (u,), ())]
+        return _block(number, Kernel.POLYNOMIAL, system, group, clocks, moving, core, explicit, quadratic)
+    if len(core) == 2:
+        outputs = _dyad(rest, core)
+        if outputs is not None:
+            return _block(number, Kernel.DYAD, system, group, clocks, moving, core, explicit, outputs)
+    return _newton_block(number, system, group, clocks, moving, explicit, (core, [poly.to_expression(f) for f in rest]))
+
+
+def _eliminate(
+    system: System, forms: list[Polynomial], inside: set[int], size: float
+) -> tuple[list[tuple[int, Polynomial]], list[Polynomial]]:
+    """Gaussian elimination of what is linear with a constant pivot: ``(unknown, polynomial that gives it)`` in order, and the rows left.
+
+    The pivot is the largest coefficient, weighted by the unknown's own size (a cosine is of size 1, a position of the
+    scene's size), in the row with the fewest unknowns.
+    """
+    weight = {n: 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else size for n in inside}
+    forms = list(forms)
+    eliminated: list[tuple[int, Polynomial]] = []
+    while True:
+        best: tuple[tuple[int, float], int, int] | None = None
+        for i, form in enumerate(forms):
+            if poly.degree(form) != 1:
+                continue
+            for monomial, coefficient in form.items():
+                if monomial and coefficient.value is not None:
+                    rank = (len(form), -abs(coefficient.value) * weight[monomial[0]])
+                    if best is None or rank < best[0]:
+                        best = rank, i, monomial[0]
+        if best is None:
+            return eliminated, forms
+        _, i, unknown = best
+        row = forms[i]
+        pivot = row[(unknown,)]
+        given = {m: neg(div(c, pivot)) for m, c in row.items() if m != (unknown,)}
+        after = [poly.replaced(form, unknown, given) for k, form in enumerate(forms) if k != i]
+        if any(form is None for form in after):
+            return eliminated, forms
+        forms = [form for form in after if form is not None]
+        eliminated.append((unknown, given))
+
+
+def _back_substituted(eliminated: list[tuple[int, Polynomial]]) -> list[tuple[int, Expr]]:
+    """The eliminated unknowns as expressions of the core and the inputs."""
+    values: dict[object, Expr] = {}
+    memo: dict[Expr, Expr] = {}
+    result: list[tuple[int, Expr]] = []
+    for unknown, given in reversed(eliminated):
+        expr = substitute(
+            poly.to_expression(given), lambda node: values.get(node.payload) if node.op == "symbol" else None, memo
+        )
+        values[unknown] = expr
+        memo[Expr("symbol", (), unknown)] = expr
+        result.append((unknown, expr))
+    return result
+
+
+def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) -> list[Expr] | None:
+    """Line and conic of two equations in two unknowns: one linear, or two quadratics with proportional quadratic parts."""
+    p, q = core
+    quadratic = ((p, p), (p, q), (q, q))
+    orders = [poly.degree(form) for form in forms]
+    if max(orders) > 2:
+        return None
+    if min(orders) == 1:
+        line, conic = sorted(forms, key=poly.degree)
+    else:
+        first = [form.get(m, ZERO) for form in forms[:1] for m in quadratic]
+        second = [form.get(m, ZERO) for form in forms[1:] for m in quadratic]
+        if any(c.value is None for c in first + second):
+            return None
+        a, b = np.array([c.value for c in first]), np.array([c.value for c in second])
+        k = int(np.argmax(np.abs(b)))
+        ratio = a[k] / b[k]
+        if np.max(np.abs(a - ratio * b)) > 1e-14 * np.max(np.abs(a)):
+            return None
+        conic = forms[1]
+        difference = poly.plus(forms[0], poly.scaled(forms[1], const(-ratio)))
+        line = {m: c for m, c in difference.items() if len(m) < 2}
+        if not any(line.get((n,)) for n in core):
+            return None
+    return [
+        line.get((p,), ZERO),
+        line.get((q,), ZERO),
+        neg(line.get((), ZERO)),
+        *(conic.get(m, ZERO) for m in (*quadratic, (p,), (q,), ())),
+    ]
+
+
+def _general_block(
+    number: int, system: System, group: Group, clocks: Clocks, moving: set[int]
+) -> Block:
+    """A block with equations that are no polynomials: one unknown that stands alone on a side is assigned, else Newton."""
+    if len(group.unknowns) == 1 and len(group.equations) == 1:
+        (unknown,) = group.unknowns
+        residual = system.equations[group.equations[0]].residual
+        slope = with_respect_to(residual, unknown)
+        if slope.value is not None and slope.value != 0.0:
+            rest = substitute(residual, lambda n: ZERO if n.op == "symbol" and n.payload == unknown else None)
+            explicit = [(unknown, div(neg(rest), slope))]
+            return _block(number, Kernel.ASSIGN, system, group, clocks, moving, (), explicit, [])
+        if unknown not in symbols(slope):
+            rest = substitute(residual, lambda n: ZERO if n.op == "symbol" and n.payload == unknown else None)
+            return _block(number, Kernel.LINEAR, system, group, clocks, moving, (unknown,), [], [slope, neg(rest)])
+    return _newton_block(number, system, group, clocks, moving, [], None)
+
+
+def _newton_block(
+    number: int,
+    system: System,
+    group: Group,
+    clocks: Clocks,
+    moving: set[int],
+    explicit: list[tuple[int, Expr]],
+    reduced: tuple[tuple[int, ...], list[Expr]] | None,
+) -> Block:
+    if reduced is None:
+        core = tuple(group.unknowns)
+        residuals = [system.equations[e].residual for e in group.equations]
+    else:
+        core, residuals = reduced
+    entries: list[tuple[int, int]] = []
+    slopes: list[Expr] = []
+    for i, residual in enumerate(residuals):
+        present = symbols(residual)
+        for j, n in enumerate(core):
+            if n in present:
+                slope = with_respect_to(residual, n)
+                if slope.value != 0.0:
+                    entries.append((i, j))
+                    slopes.append(slope)
+    block = _block(number, Kernel.NEWTON, system, group, clocks, moving, core, explicit, residuals)
+    object.__setattr__(block, "jacobian", compiled(slopes, clocks))
+    object.__setattr__(block, "entries", tuple(entries))
+    if group.free:
+        object.__setattr__(block, "metric", anchor_metric(system, core))
+    return block
+
+
+def _special_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
+    equation = system.equations[group.equations[0]]
+    if equation.form is Form.WINDING:
+        outputs = list(equation.residual.args[1].args[0].args)  # angle - atan2d(sine, cosine)
+    else:
+        assert equation.integrand is not None
+        outputs = [equation.integrand]
+    block = _block(number, Kernel.ASSIGN, system, group, clocks, moving, group.unknowns, [], outputs)
+    object.__setattr__(block, "form", equation.form)
+    if equation.form is Form.INTEGRAL:
+        object.__setattr__(block, "moving", True)
+        object.__setattr__(block, "start", equation.residual.args[1].args[0].payload)
+    return block
+
+
+def _block(
+    number: int,
+    kernel: Kernel,
+    system: System,
+    group: Group,
+    clocks: Clocks,
+    moving: set[int],
+    core: tuple[int, ...],
+    explicit: list[tuple[int, Expr]],
+    outputs: list[Expr],
+) -> Block:
+    roots = [expr for _, expr in explicit] + outputs
+    inputs = {int(n) for n in symbols(*roots)} - set(group.unknowns)  # type: ignore[call-overload]
+    timed = any(node.op == "clock" for node in walk(*roots))
+    phases = {node.args[0] for node in walk(*roots) if node.op in ("sind", "cosd", "tand")}
+    return Block(
+        number=number,
+        kernel=kernel,
+        unknowns=group.unknowns,
+        equations=group.equations,
+        core=core,
+        targets=tuple(n for n, _ in explicit),
+        explicit=compiled([expr for _, expr in explicit], clocks) if explicit else None,
+        coefficients=compiled(outputs, clocks) if outputs else None,
+        rows=len(group.equations) - len(explicit),
+        jacobian=None,
+        entries=(),
+        metric=None,
+        inputs=frozenset(inputs),
+        moving=timed or bool(inputs & moving),
+        free=group.free,
+        circular=kernel is Kernel.DYAD and outputs[4] == ZERO and outputs[3] == outputs[5],
+        phases=compiled(sorted(phases, key=repr), clocks) if phases else None,
+    )
+
+
+def anchor_metric(system: System, core: Sequence[int]) -> NDArray[np.float64]:
+    """(n, n) matrix M of the sum of squared speeds of all anchors, v' M v for speeds v of the unknowns ``core``.
+
+    Unknowns that move no anchor get a tiny weight of their own, so that they too stay where nothing drives them.
+    """
+    place = {system.unknowns[n].payload: k for k, n in enumerate(core)}
+    metric = np.zeros((len(core), len(core)))
+    for thing in system.scene.things:
+        t = thing.number
+        columns = [place.get(kind(t)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
+        if all(k is None for k in columns):
+            continue
+        rx, ry = system.reference[t]
+        for anchor in thing.anchors:
+            dx, dy = anchor.local[0] - rx, anchor.local[1] - ry
+            for form in ((1.0, 0.0, dx, -dy), (0.0, 1.0, dy, dx)):
+                for i, ki in enumerate(columns):
+                    for j, kj in enumerate(columns):
+                        if ki is not None and kj is not None:
+                            metric[ki, kj] += form[i] * form[j]
+    scale = float(np.max(np.diag(metric), initial=0.0)) or 1.0
+    return metric + 1e-9 * scale * np.eye(len(core))
+
+
+

@@ -1,0 +1,107 @@
+"""From a segment to its `Plan`."""
+
+from __future__ import annotations
+
+from movimentum.expressions import Expr, symbols
+from movimentum.plan.blocks import Block, make_block
+from movimentum.plan.codegen import Clocks, compiled
+from movimentum.plan.decompose import Decomposition, decompose, driven_angles
+from movimentum.plan.model import Plan
+from movimentum.plan.system import Form, System, build_system, with_rates, with_rigidity
+from movimentum.plan.unknowns import Accumulated, Rate
+from movimentum.scene.model import Anonymous, Scene
+from movimentum.timeline.model import Segment
+
+MAXIMAL_RATE_ROUNDS = 6
+
+
+class CyclicRateError(Exception):
+    """A derivative depends on itself; carries the number of a constraint that states it."""
+
+    def __init__(self, constraint: int | None) -> None:
+        self.constraint = constraint
+        super().__init__("a derivative depends on itself")
+
+
+def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozenset[int] = frozenset()) -> Plan:
+    """Plan ``segment``.
+
+    ``size`` is the scene's size in world pixels (for scaling); ``merged`` are unknowns whose whole connected
+    part is to be solved as one block, see `plan.decompose.decompose`. Raises `CyclicRateError`.
+    """
+    system = build_system(scene, segment)
+    system = with_rigidity(system, driven_angles(system, with_rigidity))
+    decomposition = decompose(system, merged)
+    system, decomposition = _with_needed_rates(system, decomposition, merged)
+    clocks = Clocks()
+    blocks: list[Block] = []
+    moving: set[int] = set()
+    for group in _needed(system, decomposition):
+        block = make_block(len(blocks), system, group, clocks, moving, size)
+        blocks.append(block)
+        if block.moving:
+            moving |= set(block.unknowns)
+    verified = tuple(e.number for e in system.equations if e.form is Form.PLAIN and not _about_rates(system, e.number))
+    originals = [system.equations[n].original or system.equations[n].residual for n in verified]
+    errors = [error for wish in system.wishes for error in wish.errors]
+    return Plan(
+        system=system,
+        blocks=tuple(blocks),
+        checks=decomposition.checks,
+        verified=verified,
+        residuals=compiled(originals, clocks),
+        check_values=compiled([system.equations[n].residual for n in decomposition.checks], clocks),
+        selectors=compiled([selector.value for selector in system.selectors], clocks),
+        wishes=compiled(errors, clocks),
+        wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
+        clocks=tuple(clocks.starts),
+        size=size,
+        still=not moving,
+        merged=merged,
+    )
+
+
+def _about_rates(system: System, equation: int) -> bool:
+    targets = system.equations[equation].targets
+    return bool(targets) and any(isinstance(system.unknowns[n].payload, Rate) for n in targets)
+
+
+def _with_needed_rates(
+    system: System, decomposition: Decomposition, merged: frozenset[int]
+) -> tuple[System, Decomposition]:
+    """Differentiate the equations of every block whose rates are asked for, until no new rate is."""
+    done: set[int] = set()
+    for _ in range(MAXIMAL_RATE_ROUNDS):
+        wanted = {u.payload.of for u in system.unknowns if isinstance(u.payload, Rate)}
+        fresh: list[int] = []
+        for group in decomposition.groups:
+            if wanted & set(group.unknowns):
+                fresh += [e for e in group.equations if e not in done]
+        if not fresh:
+            return system, decomposition
+        done |= set(fresh)
+        system = with_rates(system, fresh)
+        decomposition = decompose(system, merged)
+    for equation in system.equations:
+        if equation.constraint is not None and _about_rates(system, equation.number):
+            raise CyclicRateError(equation.constraint)
+    raise CyclicRateError(None)
+
+
+def _needed(system: System, decomposition: Decomposition) -> list:  # type: ignore[type-arg]
+    """The groups without those that find only ``_``s and the like that nothing else depends on."""
+    used: set[int] = set()
+    roots: list[Expr] = [selector.value for selector in system.selectors]
+    roots += [error for wish in system.wishes for error in wish.errors]
+    roots += [system.equations[n].residual for n in decomposition.checks]
+    used |= {int(n) for n in symbols(*roots)}  # type: ignore[call-overload]
+    kept = []
+    for group in reversed(decomposition.groups):
+        idle = all(isinstance(system.unknowns[n].payload, Anonymous | Rate | Accumulated) for n in group.unknowns)
+        if idle and not used & set(group.unknowns):
+            continue
+        kept.append(group)
+        for e in group.equations:
+            used |= system.equations[e].unknowns
+    kept.reverse()
+    return kept

@@ -1,0 +1,55 @@
+"""Sets of times within one segment, and what the clocks read at them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instants:
+    """``tau`` (F,): time since the segment's start; ``clocks``: one array (F,) for each of `Plan.clocks`."""
+
+    tau: FloatArray
+    clocks: tuple[FloatArray, ...]
+
+    def __len__(self) -> int:
+        return len(self.tau)
+
+
+def at_offsets(starts: Sequence[Fraction], segment_start: Fraction, tau: FloatArray) -> Instants:
+    """Instants at any floating-point offsets ``tau`` from the segment's start."""
+    tau = np.asarray(tau, dtype=np.float64)
+    return Instants(tau, tuple(float(segment_start - start) + tau for start in starts))
+
+
+def at_times(starts: Sequence[Fraction], segment_start: Fraction, times: Sequence[Fraction]) -> Instants:
+    """Instants at exact times: each clock is the exact difference, rounded once."""
+    def since(start: Fraction) -> FloatArray:
+        return np.array([float(time - start) for time in times], dtype=np.float64)
+
+    return Instants(since(segment_start), tuple(since(start) for start in starts))
+
+
+def at_frames(
+    starts: Sequence[Fraction], segment_start: Fraction, origin: Fraction, step: Fraction, frames: NDArray[np.int64]
+) -> Instants:
+    """Instants at ``origin + k * step`` for the frame numbers k: exact rational arithmetic, rounded once, at array speed."""
+
+    def since(start: Fraction) -> FloatArray:
+        offset = origin - start
+        denominator = offset.denominator * step.denominator
+        first = offset.numerator * step.denominator
+        stride = step.numerator * offset.denominator
+        largest = abs(first) + abs(stride) * (int(frames.max(initial=0)) + 1)
+        if largest < 2**53 and denominator < 2**53:  # both exact as floats, so the quotient is rounded once
+            return (first + stride * frames).astype(np.float64) / float(denominator)
+        return np.array([float(offset + int(k) * step) for k in frames], dtype=np.float64)
+
+    return Instants(since(segment_start), tuple(since(start) for start in starts))

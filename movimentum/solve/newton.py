@@ -1,0 +1,138 @@
+"""Newton's method on one block's equations, for many instants or starts at once.
+
+Rows and unknowns are scaled to size one before any decision. Square blocks take LU steps; rectangular ones take the step that is
+least in the block's metric (free blocks) or in the least-squares sense (redundant ones), with rank decided relative to the largest singular value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.plan.blocks import Block
+from movimentum.solve.kernels import State
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+RANK_TOLERANCE = 1e-8
+
+
+def residual_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
+    """(F, m) residuals at core values ``x`` (F, n)."""
+    assert block.coefficients is not None
+    for j, n in enumerate(block.core):
+        u[n] = x[:, j]
+    values = block.coefficients(u, k)
+    result = np.empty((len(x), len(values)))
+    for i, value in enumerate(values):
+        result[:, i] = value
+    return result
+
+
+def jacobian_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
+    """(F, m, n) Jacobian at core values ``x`` (F, n)."""
+    assert block.jacobian is not None
+    for j, n in enumerate(block.core):
+        u[n] = x[:, j]
+    result = np.zeros((len(x), block.rows, len(block.core)))
+    for (i, j), value in zip(block.entries, block.jacobian(u, k), strict=True):
+        result[:, i, j] = value
+    return result
+
+
+def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The Jacobian with unknowns in units of ``scale`` and rows of unit length, and those rows' lengths (F, m)."""
+    wide = jacobian * scale
+    lengths = np.sqrt(np.einsum("fmn,fmn->fm", wide, wide))
+    lengths = np.where(lengths > 0.0, lengths, 1.0)
+    return wide / lengths[..., None], lengths
+
+
+def step_of(jacobian: FloatArray, residual: FloatArray, scale: FloatArray, square: bool) -> FloatArray:
+    """(F, n) Newton steps; least-norm (in units of ``scale``), least-squares where not square or singular."""
+    rows, lengths = scaled(jacobian, scale)
+    right = residual / lengths
+    if square:
+        try:
+            return -np.linalg.solve(rows, right[..., None])[..., 0] * scale
+        except np.linalg.LinAlgError:
+            pass
+    finite = np.isfinite(rows).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+    result = np.full((len(rows), len(scale)), np.nan)
+    if finite.any():
+        inverse = np.linalg.pinv(rows[finite], rcond=RANK_TOLERANCE)
+        result[finite] = -np.einsum("fnm,fm->fn", inverse, right[finite]) * scale
+    return result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """``x`` (F, n); ``converged`` (F,); ``error`` (F,) the last relative residual; ``iterations`` used."""
+
+    x: FloatArray
+    converged: BoolArray
+    error: FloatArray
+    iterations: int
+
+
+def relative_error(residual: FloatArray, jacobian: FloatArray, scale: FloatArray) -> FloatArray:
+    """(F,) largest residual, each row in units of its own gradient over unknowns of size ``scale``."""
+    if residual.shape[1] == 0:
+        return np.zeros(len(residual))
+    wide = np.abs(jacobian) * scale
+    return np.max(np.abs(residual) / np.maximum(wide.max(axis=2, initial=0.0), 1e-300), axis=1)
+
+
+def newton(
+    block: Block,
+    u: State,
+    k: Sequence[FloatArray],
+    start: FloatArray,
+    scale: FloatArray,
+    *,
+    tolerance: float = 1e-14,
+    iterations: int = 12,
+    limit: float | None = None,
+) -> Outcome:
+    """Solve the block from ``start`` (F, n). ``limit`` bounds a single step (in units of ``scale``), for starts from afar.
+
+    Stops where steps are below ``tolerance`` or no longer shrink; converged means a relative residual below 1e-9
+    (near a singularity the step is no measure, the residual is).
+    """
+    x = np.array(start, dtype=np.float64)
+    square = block.rows == len(block.core)
+    done = 0
+    last = np.full(len(x), np.inf)
+    residual = residual_of(block, u, k, x)
+    with np.errstate(all="ignore"):
+        for done in range(1, iterations + 1):
+            jacobian = jacobian_of(block, u, k, x)
+            step = step_of(jacobian, residual, scale, square)
+            size = np.max(np.abs(step) / scale, axis=1, initial=0.0)
+            if limit is not None:
+                step = step * np.minimum(1.0, limit / np.maximum(size, 1e-300))[:, None]
+            moved = np.isfinite(step).all(axis=1)
+            x = np.where(moved[:, None], x + np.where(moved[:, None], step, 0.0), x)
+            residual = residual_of(block, u, k, x)
+            if (size <= tolerance).all():
+                break
+            if done > 3 and limit is None and (size >= 0.5 * last).all() and (size < 1e-9).all():
+                break
+            last = size
+        error = relative_error(residual, jacobian_of(block, u, k, x), scale)
+    return Outcome(x, np.isfinite(error) & (error <= 1e-9), error, done)
+
+
+def null_space(matrix: FloatArray, tolerance: float = RANK_TOLERANCE) -> tuple[int, FloatArray, FloatArray]:
+    """Rank, the null space (n, n - rank) and the pseudo-inverse (n, m) of one scaled matrix (m, n)."""
+    m, n = matrix.shape
+    if m == 0:
+        return 0, np.eye(n), np.zeros((n, 0))
+    left, singular, right = np.linalg.svd(matrix)
+    rank = int(np.sum(singular > tolerance * max(singular[0], 1e-300))) if len(singular) else 0
+    inverse = (right[:rank].T / singular[:rank]) @ left[:, :rank].T
+    return rank, right[rank:].T, inverse

@@ -1,0 +1,237 @@
+"""The path a block is on, and evaluating all blocks on their paths at any instants.
+
+A *piece* is a stretch of one segment over which the motion is continuous. For each block it has a track:
+what identifies the block's branch, so that any set of instants can be solved at once and on the same path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.plan.blocks import Block, Kernel
+from movimentum.plan.model import Plan
+from movimentum.plan.numeric import atan2d
+from movimentum.plan.system import Form
+from movimentum.plan.unknowns import PoseCos, PoseSin
+from movimentum.scene.model import ThingAngle
+from movimentum.solve import kernels
+from movimentum.solve.change_points import MARGIN_TOLERANCE
+from movimentum.solve.instants import Instants, at_offsets
+from movimentum.solve.kernels import State
+from movimentum.solve.newton import newton
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+GAUSS_POINTS = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StillTrack:
+    """A block that does not depend on time: the values of its unknowns, in order."""
+
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SignTrack:
+    """A quadratic block: its root's sign, which changes at ``switches`` (change points, where the two roots cross)."""
+
+    first: float
+    switches: FloatArray
+
+    def sign(self, tau: FloatArray) -> FloatArray | float:
+        """+1 or -1 at each instant."""
+        if len(self.switches) == 0:
+            return self.first
+        return self.first * (1.0 - 2.0 * (np.searchsorted(self.switches, tau, side="right") % 2))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NodeTrack:
+    """A Newton block: core values (K, n) and their rates (K, n) at nodes ``tau`` (K,); solved up to ``until``."""
+
+    tau: FloatArray
+    values: FloatArray
+    rates: FloatArray
+    until: float
+    still: bool = False
+
+    def guess(self, tau: FloatArray) -> FloatArray:
+        """(F, n) cubic Hermite interpolation between nodes (held beyond the last)."""
+        if len(self.tau) == 1 or self.still:
+            return np.repeat(self.values[:1], len(tau), axis=0)
+        j = np.clip(np.searchsorted(self.tau, tau, side="right") - 1, 0, len(self.tau) - 2)
+        h = (self.tau[j + 1] - self.tau[j])[:, None]
+        w = np.clip((tau - self.tau[j])[:, None] / h, -0.5, 1.5)
+        a, b, da, db = self.values[j], self.values[j + 1], self.rates[j] * h, self.rates[j + 1] * h
+        w2 = w * w
+        w3 = w2 * w
+        return (2 * w3 - 3 * w2 + 1) * a + (w3 - 2 * w2 + w) * da + (3 * w2 - 2 * w3) * b + (w3 - w2) * db
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AngleTrack:
+    """A winding: the continuous angle (degrees) at nodes close enough to count turns between them."""
+
+    tau: FloatArray
+    angle: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TotalTrack:
+    """An integral: its value at nodes."""
+
+    tau: FloatArray
+    total: FloatArray
+
+
+Track = StillTrack | SignTrack | NodeTrack | AngleTrack | TotalTrack | None
+
+
+@dataclass(slots=True, eq=False)
+class Piece:
+    """A continuous stretch [``begin``, ``end``] (offsets from the segment's start), with a track for each block.
+
+    ``tracks`` fills up in block order while the path is being followed. ``nodes`` are the path's own grid.
+    """
+
+    plan: Plan
+    segment_start: Fraction
+    begin: float
+    end: float
+    tracks: list[Track] = field(default_factory=list)
+    nodes: FloatArray = field(default_factory=lambda: np.zeros(1))
+    _upstream: dict[int, tuple[int, ...]] = field(default_factory=dict)
+
+    def upstream(self, number: int) -> tuple[int, ...]:
+        """The numbers of the blocks that block ``number`` depends on, in order."""
+        found = self._upstream.get(number)
+        if found is None:
+            owner = {n: block.number for block in self.plan.blocks for n in block.unknowns}
+            seen: set[int] = set()
+            stack = [owner[n] for n in self.plan.blocks[number].inputs if n in owner]
+            while stack:
+                other = stack.pop()
+                if other not in seen:
+                    seen.add(other)
+                    stack.extend(owner[n] for n in self.plan.blocks[other].inputs if n in owner)
+            found = self._upstream[number] = tuple(sorted(seen))
+        return found
+
+    def instants(self, tau: FloatArray) -> Instants:
+        """Instants at offsets ``tau``."""
+        return at_offsets(self.plan.clocks, self.segment_start, tau)
+
+    def before(self, number: int, instants: Instants) -> State:
+        """The state of all that block ``number`` depends on."""
+        return self.evaluate(instants, self.upstream(number))[0]
+
+    def evaluate(self, instants: Instants, only: Iterable[int] | None = None) -> tuple[State, BoolArray]:
+        """Solve the blocks ``only`` (default: all, in order) at ``instants``.
+
+        Returns the state and a mask (F,) of instants without a solution (their values are finite where a
+        discriminant was clamped, nan otherwise).
+        """
+        plan = self.plan
+        state: State = [None] * len(plan.system.unknowns)
+        bad = np.zeros(len(instants), dtype=np.bool_)
+        with np.errstate(all="ignore"):
+            for number in range(len(self.tracks)) if only is None else only:
+                failed = solve_block(self, plan.blocks[number], self.tracks[number], state, instants)
+                if failed is not None:
+                    bad |= failed
+        return state, bad
+
+
+def scale_of(plan: Plan, unknowns: Sequence[int]) -> FloatArray:
+    """The natural size of each unknown: 1 for a direction, a radian for an angle, else the scene's size."""
+    sizes: list[float] = []
+    for n in unknowns:
+        payload = plan.system.unknowns[n].payload
+        sizes.append(1.0 if isinstance(payload, PoseCos | PoseSin) else 57.0 if isinstance(payload, ThingAngle) else plan.size)
+    return np.array(sizes)
+
+
+def solve_block(piece: Piece, block: Block, track: Track, state: State, instants: Instants) -> BoolArray | None:
+    """Set ``state`` for one block; returns the mask of instants at which it has no solution, or None."""
+    k = instants.clocks
+    if isinstance(track, StillTrack):
+        for n, value in zip(block.unknowns, track.values, strict=True):
+            state[n] = value
+        return None
+    failed: BoolArray | None = None
+    if block.form is Form.WINDING:
+        assert isinstance(track, AngleTrack)
+        state[block.core[0]] = wound(principal(block, state, k), np.interp(instants.tau, track.tau, track.angle))
+    elif block.form is Form.INTEGRAL:
+        assert isinstance(track, TotalTrack)
+        state[block.core[0]] = accumulated(piece, block, track, instants.tau)
+    elif block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
+        assert isinstance(track, SignTrack)
+        quadratic = kernels.quadratic(block, state, k)
+        for n, value in zip(block.core, quadratic.roots(track.sign(instants.tau)), strict=True):
+            state[n] = value
+        failed = ~(quadratic.margin >= -MARGIN_TOLERANCE)
+    elif block.kernel is Kernel.LINEAR:
+        for n, value in zip(block.core, kernels.linear(block, state, k), strict=True):
+            state[n] = value
+    elif block.kernel is Kernel.NEWTON:
+        assert isinstance(track, NodeTrack)
+        guess = track.guess(instants.tau)
+        outcome = newton(block, state, k, guess, track_scale(piece.plan, block), limit=0.1)
+        for j, n in enumerate(block.core):
+            state[n] = outcome.x[:, j]
+        failed = ~outcome.converged | (instants.tau > track.until)
+    kernels.fill_explicit(block, state, k)
+    for n in block.unknowns:
+        finite = np.isfinite(state[n])
+        if not np.all(finite):
+            failed = ~np.broadcast_to(finite, len(instants)) if failed is None else failed | ~finite
+    return None if failed is None else np.broadcast_to(failed, len(instants))
+
+
+def track_scale(plan: Plan, block: Block) -> FloatArray:
+    """`scale_of` of the block's core."""
+    return scale_of(plan, block.core)
+
+
+def principal(block: Block, state: State, k: Sequence[FloatArray]) -> FloatArray:
+    """The direction of a WINDING block's thing in (-180, 180]."""
+    assert block.coefficients is not None
+    sine, cosine = block.coefficients(state, k)
+    return atan2d(sine, cosine)
+
+
+def wound(angle: FloatArray, guess: FloatArray) -> FloatArray:
+    """``angle`` plus the full turns that bring it nearest to ``guess``."""
+    return angle + 360.0 * np.rint((guess - angle) / 360.0)
+
+
+_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+
+
+def accumulated(piece: Piece, block: Block, track: TotalTrack, tau: FloatArray) -> FloatArray:
+    """(F,) the integral at ``tau``: the last node's total plus Gauss–Legendre quadrature from there.
+
+    The integrand is solved for at the quadrature points, so the result depends on the path's grid only, never on the frames.
+    """
+    j = np.clip(np.searchsorted(track.tau, tau, side="right") - 1, 0, len(track.tau) - 1)
+    return track.total[j] + gauss_integral(piece, block, track.tau[j], tau)
+
+
+def gauss_integral(piece: Piece, block: Block, low: FloatArray, high: FloatArray) -> FloatArray:
+    """(F,) integrals of an INTEGRAL block's integrand over each [low, high]."""
+    assert block.coefficients is not None
+    half = 0.5 * (high - low)
+    points = (0.5 * (high + low))[:, None] + half[:, None] * _GAUSS_X
+    instants = piece.instants(points.reshape(-1))
+    state = piece.before(block.number, instants)
+    (values,) = block.coefficients(state, instants.clocks)
+    return half * (np.broadcast_to(values, points.size).reshape(points.shape) @ _GAUSS_W)
