@@ -285,7 +285,9 @@ def _number(token: Token) -> Number:
                 Severity.ERROR,
                 "this number is out of range",
                 span,
-                notes=(f"numbers lie between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, in at most 1000 characters",),
+                notes=(
+                    f"numbers lie between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, in at most 1000 characters",
+                ),
             )
         )
     return Number(value, span=span)

@@ -148,9 +148,7 @@ class Range(Node):
     bounds: tuple[Expression, ...]
 
 
-Expression = (
-    Number | Name | Blank | Clock | Vector | Member | Rotate | Call | Negate | Power | Sum | Product | Range
-)
+Expression = Number | Name | Blank | Clock | Vector | Member | Rotate | Call | Negate | Power | Sum | Product | Range
 """Any expression."""
 
 

@@ -1,0 +1,306 @@
+"""Tree to Scene: names and kinds resolved, vectors lowered, constraints with their keys."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import count
+
+from movimentum.diagnostics import Label
+from movimentum.errors import ScriptError
+from movimentum.scene.configuration import MAX_PIXELS, build_config
+from movimentum.scene.constants import exact
+from movimentum.scene.findings import Findings
+from movimentum.scene.keys import key_text
+from movimentum.scene.kinds import Inference, Kind
+from movimentum.scene.lower import Context, lower
+from movimentum.scene.model import (
+    AnchorRef,
+    Constraint,
+    Ending,
+    Relation,
+    Scene,
+    Step,
+    Variable,
+)
+from movimentum.scene.resolve import (
+    AngleUse,
+    Meanings,
+    PropertyUse,
+    ThingTable,
+    VariableUse,
+    resolve,
+)
+from movimentum.scene.things import ImageSize, build_things
+from movimentum.source import SourceText, Span
+from movimentum.syntax.suggest import nearest
+from movimentum.syntax.tree import (
+    Blank,
+    Comparison,
+    Config,
+    Definition,
+    Expression,
+    Name,
+    Script,
+    Statement,
+    StepHeader,
+    postorder,
+)
+
+_RELATIONS = {
+    Comparison.EQUAL: Relation.EQUAL,
+    Comparison.WISH: Relation.WISH,
+    Comparison.BELOW: Relation.BELOW,
+    Comparison.AT_MOST: Relation.BELOW,
+    Comparison.ABOVE: Relation.ABOVE,
+    Comparison.AT_LEAST: Relation.ABOVE,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Draft:
+    """A statement whose names are resolved; ``right`` is None where it only ends a key."""
+
+    step: int
+    statement: Statement
+    left: tuple[Expression, ...]
+    right: tuple[Expression, ...] | None
+    meanings: Meanings
+
+
+def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixels: int = MAX_PIXELS) -> Scene:
+    """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
+
+    ``image_size`` tells an image's (width, height) by its path, which is the one in the script joined to the script's
+    folder. Raises ScriptError with all errors of the script (and its warnings) at once.
+    """
+    findings = Findings()
+    config = build_config([item for item in script.items if isinstance(item, Config)], max_pixels, findings)
+    things, table = build_things(
+        [item for item in script.items if isinstance(item, Definition)], _folder(source), image_size, findings
+    )
+    times, spans, drafts = _steps(script, table, findings)
+    inference, sound = _kinds(drafts, findings)
+    statements = _statements(sound, times, inference, table, findings) if inference else []
+    if not spans:
+        _report_no_step(script, findings)
+    findings.items.sort(key=lambda item: item.span.start if item.span else -1)
+    if findings.errors:
+        raise ScriptError(findings.items)
+    assert inference is not None
+    steps = tuple(
+        Step(number, time, span, tuple(item for item in statements if item.step == number))
+        for number, (time, span) in enumerate(zip(times, spans, strict=True))
+    )
+    return Scene(
+        source=source,
+        config=config,
+        things=things,
+        variables=_variables(sound, inference),
+        steps=steps,
+        diagnostics=tuple(findings.items),
+        mentioned=_mentioned(sound),
+    )
+
+
+def _folder(source: SourceText) -> str:
+    return "" if source.path.startswith("<") else os.path.dirname(source.path)
+
+
+# --- steps ------------------------------------------------------------------------------------------------------------------
+
+
+def _steps(script: Script, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[_Draft]]:
+    """Step times and spans, and the statements whose names are known."""
+    times: list[Fraction] = []
+    spans: list[Span] = []
+    drafts: list[_Draft] = []
+    early: Statement | None = None
+    for item in script.items:
+        if isinstance(item, StepHeader):
+            times.append(_time(item, times, spans, findings))
+            spans.append(item.span)
+        elif isinstance(item, Statement):
+            if not spans and early is None:
+                early = item
+            draft = _draft(item, max(len(spans) - 1, 0), table, findings)
+            if draft is not None:
+                drafts.append(draft)
+    if early is not None and spans:
+        findings.error(
+            "timeline/before-first-step",
+            "this statement stands before the first step",
+            early.span,
+            labels=(Label(spans[0], "the first step begins here"),),
+            helps=("write `@0` in front of it",),
+        )
+    return times, spans, drafts
+
+
+def _time(header: StepHeader, times: list[Fraction], spans: list[Span], findings: Findings) -> Fraction:
+    before = times[-1] if times else None
+    value = exact(header.time, "a step's time", findings)
+    if value is None:
+        return before or Fraction(0)
+    time = (before or Fraction(0)) + value if header.relative else value
+    if before is not None and time < before:
+        findings.error(
+            "timeline/order",
+            f"this step is at {_shown(time)}, before the one that precedes it",
+            header.span,
+            labels=(Label(spans[-1], f"at {_shown(before)}"),),
+            helps=("write the steps in the order of their times",),
+        )
+        return before
+    return time
+
+
+def _shown(time: Fraction) -> str:
+    return str(time) if time.denominator == 1 else f"{float(time):.6g}"
+
+
+def _report_no_step(script: Script, findings: Findings) -> None:
+    first = next((item for item in script.items if isinstance(item, Statement)), None)
+    findings.error(
+        "timeline/no-step",
+        "the script has no step, so there is no moment to show",
+        first.span if first else None,
+        helps=("write `@0` in front of the statements",) if first else ("add a step: `@0` shows the things as drawn",),
+    )
+
+
+# --- statements ---------------------------------------------------------------------------------------------------------------
+
+
+def _draft(statement: Statement, step: int, table: ThingTable, findings: Findings) -> _Draft | None:
+    left = tuple(postorder(statement.left))
+    ends = isinstance(statement.right, Blank)
+    right = None if ends else tuple(postorder(statement.right))
+    meanings = resolve(left if right is None else (*left, *right), table, findings)
+    return None if meanings is None else _Draft(step, statement, left, right, meanings)
+
+
+def _kinds(drafts: list[_Draft], findings: Findings) -> tuple[Inference | None, list[_Draft]]:
+    """The kinds of all expressions, and the statements without mistakes in them."""
+    inference = Inference(findings)
+    sound: list[_Draft] = []
+    for draft in drafts:
+        errors = findings.errors
+        statement = draft.statement
+        inference.expression(draft.left, draft.meanings)
+        if draft.right is not None:
+            inference.expression(draft.right, draft.meanings)
+            if findings.errors == errors:
+                sign = statement.comparison
+                inference.equate(
+                    statement.left, statement.right, f"the two sides of `{sign}` are a scalar and a vector"
+                )
+        if findings.errors == errors and statement.comparison not in (Comparison.EQUAL, Comparison.WISH):
+            message = f"`{statement.comparison}` compares scalars, not vectors"
+            inference.require(statement.left, Kind.SCALAR, message)
+        if findings.errors == errors:
+            sound.append(draft)
+    errors = findings.errors
+    inference.finish()
+    return (inference if findings.errors == errors else None), sound
+
+
+def _statements(
+    drafts: list[_Draft], times: Sequence[Fraction], inference: Inference, table: ThingTable, findings: Findings
+) -> list[Constraint | Ending]:
+    made: list[Constraint | Ending] = []
+    blanks, numbers = count(), count()
+    stated: set[tuple[str, Relation]] = set()
+    for draft in drafts:
+        statement = draft.statement
+        relation = _RELATIONS[statement.comparison]
+        key = key_text(statement.left, draft.meanings, table)
+        if draft.right is None:
+            if (key, relation) not in stated:
+                _warn_nothing_to_end(statement, key, relation, stated, findings)
+            made.append(Ending(draft.step, relation, key, statement.span))
+            continue
+        time = times[draft.step] if times else Fraction(0)
+        made.extend(_constraint(draft, time, key, next(numbers), inference, blanks, findings))
+        stated.add((key, relation))
+    return made
+
+
+def _constraint(
+    draft: _Draft,
+    time: Fraction,
+    key: str,
+    number: int,
+    inference: Inference,
+    blanks: Iterator[int],
+    findings: Findings,
+) -> Iterator[Constraint]:
+    """The constraint, or nothing after an error."""
+    statement = draft.statement
+    context = Context(inference, findings, blanks, time, number)
+    left = lower(draft.left, draft.meanings, context)
+    right = lower(draft.right or (), draft.meanings, context)
+    if left is None or right is None:
+        return
+    anchor = draft.meanings.get(id(statement.left))
+    yield Constraint(
+        number=number,
+        step=draft.step,
+        relation=_RELATIONS[statement.comparison],
+        key=key,
+        left=left,
+        right=right,
+        span=statement.span,
+        left_span=statement.left.span,
+        anchor=anchor if isinstance(anchor, AnchorRef) else None,
+        strict=statement.comparison in (Comparison.BELOW, Comparison.ABOVE),
+    )
+
+
+def _warn_nothing_to_end(
+    statement: Statement, key: str, relation: Relation, stated: set[tuple[str, Relation]], findings: Findings
+) -> None:
+    others = [item.value for item in Relation if (key, item) in stated]
+    helps: tuple[str, ...] = ()
+    if others:
+        helps = (f"what is stated is ended by `{key} {others[0]} _;`",)
+    else:
+        guess = nearest(key, (name for name, other in stated if other is relation))
+        if guess:
+            helps = (f"did you mean `{guess} {relation} _;`?",)
+    findings.warning(
+        "timeline/nothing-to-end",
+        f"nothing is stated under `{key} {relation}` that could end here",
+        statement.span,
+        helps=helps,
+    )
+
+
+# --- what the scene needs to know of it all ---------------------------------------------------------------------------------------
+
+
+def _variables(drafts: list[_Draft], inference: Inference) -> dict[str, Variable]:
+    """The variables of all constraints, in the order of their first uses."""
+    found: dict[str, Variable] = {}
+    for draft in drafts:
+        if draft.right is None:
+            continue
+        for node in sorted((*draft.left, *draft.right), key=lambda item: item.span.start):
+            meaning = draft.meanings.get(id(node))
+            if isinstance(node, Name) and isinstance(meaning, VariableUse) and meaning.name not in found:
+                vector = inference.variable_kind(meaning.name) is Kind.VECTOR
+                found[meaning.name] = Variable(meaning.name, vector, node.span)
+    return found
+
+
+def _mentioned(drafts: list[_Draft]) -> dict[int, int]:
+    """Thing number -> first step with a constraint that mentions it, on either side."""
+    found: dict[int, int] = {}
+    for draft in drafts:
+        if draft.right is not None:
+            for meaning in draft.meanings.values():
+                if isinstance(meaning, AnchorRef | AngleUse | PropertyUse):
+                    found.setdefault(meaning.thing, draft.step)
+    return found

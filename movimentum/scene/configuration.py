@@ -1,0 +1,108 @@
+"""``.config``: frames per time unit, the canvas, its background."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from movimentum.diagnostics import Label
+from movimentum.scene import model
+from movimentum.scene.constants import exact
+from movimentum.scene.findings import Findings
+from movimentum.scene.things import read_color, report_count, report_twice
+from movimentum.syntax.suggest import nearest
+from movimentum.syntax.tree import Config, Expression, Option, Text
+
+MAX_PIXELS = 64_000_000
+"""How many pixels a canvas may have, unless the caller says otherwise."""
+
+DEFAULT_FPS = Fraction(25)
+"""Of a script without ``.config``: a frame of a GIF then lasts exactly 4/100 s."""
+
+_MAX_FPS = 10**9
+
+
+def build_config(configs: list[Config], max_pixels: int, findings: Findings) -> model.Config:
+    """The configuration; what is wrong in it is reported and replaced by its default."""
+    if not configs:
+        return model.Config(DEFAULT_FPS)
+    first, *more = configs
+    for other in more:
+        findings.error(
+            "name/duplicate",
+            "there are two `.config`",
+            other.span,
+            labels=(Label(first.span, "the first one"),),
+        )
+    fps, size = DEFAULT_FPS, None
+    if len(first.arguments) not in (1, 3):
+        findings.error(
+            "syntax/arguments",
+            f"`.config` takes 1 or 3 arguments, not {len(first.arguments)}",
+            first.span,
+            helps=("write `.config(fps);` or `.config(fps, width, height);`",),
+        )
+    else:
+        fps = _fps(first.arguments[0], findings)
+        if len(first.arguments) == 3:
+            size = _size(first.arguments[1], first.arguments[2], max_pixels, findings)
+    return model.Config(fps, size, _background(first.options, findings), first.span)
+
+
+def _fps(argument: Expression | Text, findings: Findings) -> Fraction:
+    value = exact(argument, "the number of frames per time unit", findings)
+    if value is None:
+        return DEFAULT_FPS
+    if not 0 < value <= _MAX_FPS:
+        findings.error(
+            "kind/out-of-range",
+            f"the number of frames per time unit must be greater than 0 and at most {_MAX_FPS:,}",
+            argument.span,
+        )
+        return DEFAULT_FPS
+    return value
+
+
+def _size(
+    width: Expression | Text, height: Expression | Text, max_pixels: int, findings: Findings
+) -> tuple[int, int] | None:
+    found: list[int] = []
+    for argument, what in ((width, "the width"), (height, "the height")):
+        value = exact(argument, what, findings)
+        if value is not None and (value.denominator != 1 or value <= 0):
+            findings.error("kind/out-of-range", f"{what} is a whole number of pixels, from 1 up", argument.span)
+            value = None
+        if value is not None:
+            found.append(int(value))
+    if len(found) < 2:
+        return None
+    if found[0] * found[1] > max_pixels:
+        findings.error(
+            "limit/pixels",
+            f"a canvas of {found[0]:,} × {found[1]:,} has more pixels than the limit of {max_pixels:,}",
+            width.span.to(height.span),
+            helps=(f"make it smaller, or raise the limit with `--max-pixels {found[0] * found[1]}`",),
+        )
+        return None
+    return found[0], found[1]
+
+
+def _background(options: tuple[Option, ...], findings: Findings) -> tuple[int, int, int] | None:
+    background: tuple[int, int, int] | None = None
+    first: Option | None = None
+    for option in options:
+        if option.name != "background":
+            guess = nearest(option.name, ("background",))
+            findings.error(
+                "syntax/unknown-option",
+                f"`.config` has no option `.{option.name}`",
+                option.name_span,
+                helps=(f"did you mean `.{guess}`?" if guess else "it takes `.background('white')`",),
+            )
+        elif first is not None:
+            report_twice(option, first.span, findings)
+        elif len(option.arguments) != 1:
+            report_count(option, 1, findings)
+        else:
+            first = option
+            background = read_color(option.arguments[0], findings)
+    return background

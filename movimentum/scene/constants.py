@@ -1,0 +1,123 @@
+"""Constant expressions: exact ones for times and sizes, floats for coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import repeat
+
+from movimentum.scene.findings import Findings
+from movimentum.scene.kinds import Inference, Kind
+from movimentum.scene.lower import Context, lower
+from movimentum.scene.resolve import Meanings
+from movimentum.source import Span
+from movimentum.syntax.tree import (
+    Blank,
+    Call,
+    Clock,
+    Expression,
+    Member,
+    Name,
+    Negate,
+    Number,
+    Operator,
+    Product,
+    Rotate,
+    Sum,
+    Text,
+    postorder,
+)
+
+MAX_BITS = 4096
+"""How many binary digits numerator and denominator of an exact number may have."""
+
+
+def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | None:
+    """The exact value of numbers joined by ``+ - * /``; None after an error, which calls it ``what``."""
+    if isinstance(root, Text):
+        findings.error("kind/mismatch", f"{what} is a number, not a text", root.span)
+        return None
+    values: dict[int, Fraction] = {}
+    for node in postorder(root):
+        match node:
+            case Number():
+                value = Fraction(node.value)
+            case Negate():
+                value = -values[id(node.operand)]
+            case Sum() | Product():
+                first = values[id(node.operands[0])]
+                joined = _joined(first, node.operators, [values[id(item)] for item in node.operands[1:]])
+                if joined is None:
+                    findings.error("kind/not-finite", "division by zero", node.span)
+                    return None
+                value = joined
+            case _:
+                findings.error(
+                    "kind/not-constant",
+                    f"{what} must be a number (or numbers joined by `+ - * /`)",
+                    node.span,
+                )
+                return None
+        if value.numerator.bit_length() > MAX_BITS or value.denominator.bit_length() > MAX_BITS:
+            findings.error("kind/not-finite", f"{what} is out of range", node.span)
+            return None
+        values[id(node)] = value
+    return values[id(root)]
+
+
+def _joined(first: Fraction, operators: Sequence[Operator], rest: Sequence[Fraction]) -> Fraction | None:
+    for operator, value in zip(operators, rest, strict=True):
+        match operator:
+            case Operator.PLUS:
+                first += value
+            case Operator.MINUS:
+                first -= value
+            case Operator.TIMES:
+                first *= value
+            case Operator.OVER:
+                if not value:
+                    return None
+                first /= value
+        if first.numerator.bit_length() > 8 * MAX_BITS or first.denominator.bit_length() > 8 * MAX_BITS:
+            return first  # far out of range already: the caller says so
+    return first
+
+
+def constant(root: Expression | Text, what: str, findings: Findings) -> float | None:
+    """The value of a scalar expression without names, clocks and ``_``; None after an error."""
+    if isinstance(root, Text):
+        findings.error("kind/mismatch", f"{what} is a number, not a text", root.span)
+        return None
+    nodes = list(postorder(root))
+    for node in nodes:
+        place = _first_variable_part(node)
+        if place is not None:
+            findings.error(
+                "kind/not-constant",
+                f"{what} must be a constant",
+                place,
+                helps=("a thing is drawn once and for all; what changes is stated in steps",),
+            )
+            return None
+    errors = findings.errors
+    inference = Inference(findings)
+    meanings: Meanings = {}
+    inference.expression(nodes, meanings)
+    inference.require(root, Kind.SCALAR, f"{what} is a scalar")
+    inference.finish()
+    if findings.errors != errors:
+        return None
+    value = lower(nodes, meanings, Context(inference, findings, repeat(0)))
+    return None if value is None else value[0].value
+
+
+def _first_variable_part(node: Expression) -> Span | None:
+    match node:
+        case Name() | Blank() | Member() | Rotate():
+            return node.span
+        case Clock() if node.name != "pi":
+            return node.span
+        case Call() if node.function in ("i", "d", "a"):
+            return node.span
+        case _:
+            return None

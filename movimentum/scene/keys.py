@@ -1,0 +1,104 @@
+"""Constraint keys: a left-hand side as text, spelled one way whatever way it was written."""
+
+from __future__ import annotations
+
+from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, ThingTable
+from movimentum.syntax.printer import expression_text
+from movimentum.syntax.tree import (
+    Call,
+    Expression,
+    Member,
+    Name,
+    Negate,
+    Operator,
+    Power,
+    Product,
+    Range,
+    Rotate,
+    Sum,
+    Vector,
+    postorder,
+)
+
+_OPPOSITE = {Operator.PLUS: Operator.MINUS, Operator.MINUS: Operator.PLUS}
+
+
+def key_text(root: Expression, meanings: Meanings, table: ThingTable) -> str:
+    """The canonical text of a left-hand side.
+
+    White space, comments, redundant parentheses (also those of ``a + (b - c)``), the spelling of numbers, and the
+    choice among ``.length`` and ``.l``, ``.angle`` and ``.a`` and so on make no difference. The order of terms does.
+    """
+    new: dict[int, Expression] = {}
+
+    def of(node: Expression) -> Expression:
+        return new[id(node)]
+
+    for node in postorder(root):
+        match node:
+            case Member():
+                made: Expression = Member(of(node.operand), _member_name(node, meanings, table))
+            case Vector():
+                made = Vector(tuple(of(item) for item in node.components))
+            case Rotate():
+                made = Rotate(of(node.operand), of(node.angle))
+            case Call():
+                made = Call(node.function, tuple(of(item) for item in node.arguments))
+            case Negate():
+                made = Negate(of(node.operand))
+            case Power():
+                made = Power(of(node.base), of(node.exponent))
+            case Range():
+                made = Range(
+                    of(node.subject),
+                    tuple(of(item) for item in node.values),
+                    tuple(of(item) for item in node.bounds),
+                )
+            case Sum():
+                operands, operators = _flat_sum([of(item) for item in node.operands], node.operators)
+                made = Sum(tuple(operands), tuple(operators))
+            case Product():
+                operands, operators = _flat_product([of(item) for item in node.operands], node.operators)
+                made = Product(tuple(operands), tuple(operators))
+            case _:
+                made = node
+        new[id(node)] = made
+    return expression_text(new[id(root)])
+
+
+def _member_name(node: Member, meanings: Meanings, table: ThingTable) -> str:
+    meaning = meanings[id(node)]
+    if isinstance(meaning, ComponentUse):
+        return meaning.name
+    if isinstance(meaning, AngleUse):
+        assert isinstance(node.operand, Name)
+        return "a" if table.anchor(meaning.thing, "angle") else "angle"
+    return node.name
+
+
+def _flat_sum(items: list[Expression], signs: tuple[Operator, ...]) -> tuple[list[Expression], list[Operator]]:
+    operands: list[Expression] = []
+    operators: list[Operator] = []
+    for sign, item in zip((Operator.PLUS, *signs), items, strict=True):
+        if isinstance(item, Sum):
+            operators.extend(
+                inner if sign is Operator.PLUS else _OPPOSITE[inner] for inner in (Operator.PLUS, *item.operators)
+            )
+            operands.extend(item.operands)
+        else:
+            operators.append(sign)
+            operands.append(item)
+    return operands, operators[1:]
+
+
+def _flat_product(items: list[Expression], signs: tuple[Operator, ...]) -> tuple[list[Expression], list[Operator]]:
+    operands: list[Expression] = []
+    operators: list[Operator] = []
+    for sign, item in zip((Operator.TIMES, *signs), items, strict=True):
+        if isinstance(item, Product) and sign is Operator.TIMES:
+            operators.extend((sign, *item.operators))
+            operands.extend(item.operands)
+        else:
+            operators.append(sign)
+            operands.append(item)
+    return operands, operators[1:]

@@ -1,0 +1,269 @@
+"""Scalar or vector: the kind of every expression, by unification over the whole script."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+from movimentum.diagnostics import Label
+from movimentum.scene.findings import Findings
+from movimentum.scene.model import AnchorRef
+from movimentum.scene.resolve import ComponentUse, Meanings, Swallowed, VariableUse
+from movimentum.source import Span
+from movimentum.syntax.tree import (
+    Call,
+    Clock,
+    Expression,
+    Member,
+    Name,
+    Negate,
+    Number,
+    Operator,
+    Power,
+    Product,
+    Range,
+    Rotate,
+    Sum,
+    Vector,
+)
+
+
+class Kind(StrEnum):
+    """What an expression yields."""
+
+    SCALAR = "scalar"
+    VECTOR = "vector"
+
+
+class Cell:
+    """The kind of one expression, possibly shared with others, and the place where it became known."""
+
+    __slots__ = ("evidence", "kind", "parent")
+
+    def __init__(self, kind: Kind | None = None, evidence: Span | None = None) -> None:
+        self.parent: Cell | None = None
+        self.kind = kind
+        self.evidence = evidence
+
+    def root(self) -> Cell:
+        """The cell that stands for all that are known to be of one kind with this one."""
+        cell = self
+        while cell.parent is not None:
+            if cell.parent.parent is not None:
+                cell.parent = cell.parent.parent
+            cell = cell.parent
+        return cell
+
+
+Multiplication = tuple[Cell, Cell, Cell, Product, int]
+"""Kinds of left, right and result of one ``*``, and which of a product's it is."""
+
+
+class Inference:
+    """Kinds of all expressions of a script; variables are shared by name.
+
+    Call `expression` for every tree, `equate` or `require` for what relates them, then `finish`, then ask `kind`.
+    """
+
+    def __init__(self, findings: Findings) -> None:
+        self._findings = findings
+        self._cells: dict[int, Cell] = {}
+        self._variables: dict[str, Cell] = {}
+        self._products: list[Multiplication] = []
+
+    def kind(self, node: Expression) -> Kind:
+        """The kind of a node; what nothing decides is a scalar."""
+        return self._cells[id(node)].root().kind or Kind.SCALAR
+
+    def variable_kind(self, name: str) -> Kind:
+        """The kind of a variable."""
+        return self._variables[name].root().kind or Kind.SCALAR
+
+    def expression(self, nodes: Sequence[Expression], meanings: Meanings) -> None:
+        """Take in an expression: its ``nodes``, children before parents."""
+        for node in nodes:
+            if not isinstance(meanings.get(id(node)), Swallowed):
+                self._cells[id(node)] = self._cell(node, meanings)
+
+    def require(self, node: Expression, kind: Kind, because: str) -> None:
+        """``node`` must be of ``kind``; ``because`` says why, as a whole sentence."""
+        cell = self._cells[id(node)].root()
+        if cell.kind is None:
+            cell.kind, cell.evidence = kind, node.span
+        elif cell.kind is not kind:
+            self._findings.error("kind/mismatch", because, node.span, _is(cell.kind), labels=self._reasons(node, cell))
+
+    def equate(self, first: Expression, second: Expression, because: str) -> None:
+        """Both must be of one kind; ``because`` says why, as a whole sentence."""
+        a, b = self._cells[id(first)].root(), self._cells[id(second)].root()
+        if a is b:
+            return
+        if a.kind is not None and b.kind is not None and a.kind is not b.kind:
+            self._findings.error(
+                "kind/mismatch",
+                because,
+                second.span,
+                _is(b.kind),
+                labels=[Label(first.span, _is(a.kind)), *self._reasons(first, a), *self._reasons(second, b)],
+            )
+            return
+        _join(a, b)
+
+    def finish(self) -> None:
+        """Decide what waited for others: which factor of a product is its vector."""
+        while self._products:
+            waiting = [item for item in self._products if not self._multiply(item)]
+            if len(waiting) < len(self._products):
+                self._products = waiting
+                continue
+            # Nothing moves any more. A product that nothing asks to be a vector is a product of scalars.
+            unasked = [item for item in waiting if item[2].root().kind is None]
+            for left, right, result, _, _ in unasked[:1]:
+                for cell in (left, right, result):
+                    if cell.root().kind is None:
+                        cell.root().kind = Kind.SCALAR
+            if not unasked:
+                for *_, product, index in waiting:
+                    self._findings.error(
+                        "kind/mismatch",
+                        "one of these factors must be a vector, and nothing tells which",
+                        product.operands[index + 1].span,
+                        labels=(Label(product.operands[index].span, "this one?"),),
+                        helps=("state the vector's components: `v = [_, _];`",),
+                    )
+                self._products = []
+
+    # --- one node ---
+
+    def _cell(self, node: Expression, meanings: Meanings) -> Cell:
+        scalar = Cell(Kind.SCALAR, node.span)
+        match node:
+            case Number() | Clock():
+                return scalar
+            case Name():
+                meaning = meanings[id(node)]
+                assert isinstance(meaning, VariableUse)
+                return self._variables.setdefault(meaning.name, Cell())
+            case Vector():
+                for component in node.components:
+                    self.require(component, Kind.SCALAR, "a vector's components are scalars")
+                return Cell(Kind.VECTOR, node.span)
+            case Member():
+                meaning = meanings[id(node)]
+                if isinstance(meaning, ComponentUse):
+                    self.require(node.operand, Kind.VECTOR, f"only a vector has `.{node.name}`")
+                return Cell(Kind.VECTOR, node.span) if isinstance(meaning, AnchorRef) else scalar
+            case Rotate():
+                self.require(node.operand, Kind.VECTOR, "only a vector can be rotated")
+                self.require(node.angle, Kind.SCALAR, "the angle of a rotation is a scalar")
+                return Cell(Kind.VECTOR, node.span)
+            case Negate():
+                return self._cells[id(node.operand)]
+            case Power():
+                self.require(node.base, Kind.SCALAR, "only a scalar has powers")
+                self.require(node.exponent, Kind.SCALAR, "an exponent is a scalar")
+                return scalar
+            case Sum():
+                first, *rest = node.operands
+                for operator, operand in zip(node.operators, rest, strict=True):
+                    self.equate(first, operand, f"a scalar and a vector cannot be joined by `{operator}`")
+                return self._cells[id(first)]
+            case Product():
+                return self._product(node)
+            case Call():
+                return self._call(node)
+            case Range():
+                for part in (node.subject, *node.values, *node.bounds):
+                    self.require(part, Kind.SCALAR, "a range is made of scalars")
+                return scalar
+            case _:
+                return Cell()
+
+    def _call(self, node: Call) -> Cell:
+        if node.function in ("i", "d"):
+            return self._cells[id(node.arguments[0])]
+        vectors = node.function == "a"
+        for argument in node.arguments:
+            if vectors:
+                self.require(argument, Kind.VECTOR, "`.a` is the angle from one vector to another")
+            else:
+                self.require(argument, Kind.SCALAR, f"`.{node.function}` takes scalars")
+        return Cell(Kind.SCALAR, node.span)
+
+    def _product(self, node: Product) -> Cell:
+        result = self._cells[id(node.operands[0])]
+        for index, operator in enumerate(node.operators):
+            factor = node.operands[index + 1]
+            if operator is Operator.OVER:
+                self.require(factor, Kind.SCALAR, "only a scalar can be divided by")
+                continue
+            left, result = result, Cell()
+            item = (left, self._cells[id(factor)], result, node, index)
+            if not self._multiply(item):
+                self._products.append(item)
+        return result
+
+    def _multiply(self, item: Multiplication) -> bool:
+        """Draw the conclusions from one ``*``; whether there are no more to come."""
+        left, right, result = (cell.root() for cell in item[:3])
+        node, index = item[3], item[4]
+        if left.kind is Kind.SCALAR:
+            self._unify_product(right, result, node, index)
+            return True
+        if right.kind is Kind.SCALAR:
+            self._unify_product(left, result, node, index)
+            return True
+        vector = left if left.kind is Kind.VECTOR else right if right.kind is Kind.VECTOR else None
+        if vector is not None:
+            other = right if vector is left else left
+            if other.kind is Kind.VECTOR or other is vector:
+                self._findings.error(
+                    "kind/mismatch",
+                    "two vectors cannot be multiplied",
+                    node.operands[index + 1].span,
+                    _is(Kind.VECTOR),
+                    labels=(Label(Span(node.operands[0].span.start, node.operands[index].span.end), "a vector"),),
+                )
+                result.kind = result.kind or Kind.VECTOR
+                return True
+            other.kind, other.evidence = Kind.SCALAR, node.span
+            self._unify_product(vector, result, node, index)
+            return True
+        if result.kind is Kind.SCALAR or left is right:
+            for cell in (left, right):
+                cell.kind, cell.evidence = Kind.SCALAR, cell.evidence or node.span
+            self._unify_product(left, result, node, index)
+            return True
+        return False
+
+    def _unify_product(self, factor: Cell, result: Cell, node: Product, index: int) -> None:
+        if factor is result:
+            return
+        if factor.kind is not None and result.kind is not None and factor.kind is not result.kind:
+            labels = [Label(result.evidence, f"taken for a {result.kind} here")] if result.evidence else []
+            self._findings.error(
+                "kind/mismatch",
+                f"this product is a {factor.kind}, and is used as a {result.kind}",
+                Span(node.operands[0].span.start, node.operands[index + 1].span.end),
+                _is(factor.kind),
+                labels=labels,
+            )
+            return
+        _join(factor, result)
+
+    def _reasons(self, node: Expression, cell: Cell) -> list[Label]:
+        """Where else it was seen that ``node`` is what it is, unless that is plain from itself."""
+        evidence = cell.evidence
+        if evidence is None or (node.span.start <= evidence.start and evidence.end <= node.span.end):
+            return []
+        return [Label(evidence, f"because this is a {cell.kind}")]
+
+
+def _join(a: Cell, b: Cell) -> None:
+    if a.kind is None:
+        a, b = b, a
+    b.parent = a
+
+
+def _is(kind: Kind) -> str:
+    return f"a {kind}"

@@ -1,0 +1,350 @@
+"""Expressions of the language to scalar `Expr`s: one for a scalar, two (x and y) for a vector.
+
+Degrees stay degrees. ``.t`` becomes a clock that starts with the step, ``.T`` one that starts at 0, ``.iv`` a
+``lifetime`` leaf; a vector's z is 0 until there are bodies in space.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TypeVar
+
+from movimentum.expressions import (
+    ONE,
+    ZERO,
+    Expr,
+    add,
+    call,
+    clock,
+    const,
+    derivative,
+    div,
+    integral,
+    mul,
+    neg,
+    power,
+    sub,
+    symbol,
+)
+from movimentum.scene.findings import Findings
+from movimentum.scene.kinds import Inference, Kind
+from movimentum.scene.model import (
+    AnchorCoordinate,
+    AnchorRef,
+    Anonymous,
+    ThingAngle,
+    ThingProperty,
+    VariableComponent,
+)
+from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PropertyUse, Swallowed, VariableUse
+from movimentum.syntax.tree import (
+    Blank,
+    Call,
+    Clock,
+    Expression,
+    Member,
+    Name,
+    Negate,
+    Number,
+    Operator,
+    Power,
+    Product,
+    Range,
+    Rotate,
+    Sum,
+    Vector,
+    children,
+)
+
+MAX_DEPTH = 400
+"""How deep an `Expr` may be: what walks it later may recurse."""
+
+_LONG = 8
+"""A sum or product with more members is paired up like a tournament, so that its depth stays small."""
+
+_FUNCTIONS = {
+    "q": "sqrt",
+    "sin": "sind",
+    "cos": "cosd",
+    "tan": "tand",
+    "asin": "asind",
+    "acos": "acosd",
+    "atan": "atand",
+    "atan2": "atan2d",
+    "abs": "abs",
+    "min": "min",
+    "max": "max",
+    "floor": "floor",
+    "mod": "mod",
+    "exp": "exp",
+    "ln": "ln",
+    "ease": "ease",
+}
+
+T = TypeVar("T")
+
+Value = tuple[Expr, ...]
+"""One component for a scalar, two for a vector."""
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What an expression is lowered with: ``step_time`` and the number of its ``constraint``; ``blanks`` counts the
+    ``_`` of the whole script; diagnostics go to ``findings``.
+    """
+
+    inference: Inference
+    findings: Findings
+    blanks: Iterator[int]
+    step_time: Fraction = field(default_factory=Fraction)
+    constraint: int = -1
+
+
+def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> Value | None:
+    """The value of an expression given all its ``nodes``, children before parents; None after an error.
+
+    Errors: ``kind/not-finite`` (a division by zero, the root of a negative number, an overflow, as far as constants
+    show it), ``kind/not-constant`` (an exponent), ``kind/not-yet`` (a z), ``limit/nesting``.
+    """
+    errors = context.findings.errors
+    values: dict[int, Value] = {}
+    for node in nodes:
+        meaning = meanings.get(id(node))
+        if isinstance(meaning, Swallowed):
+            continue
+        value = _leaf(node, meanings, context)
+        if value is None:
+            value = _operation(node, meanings, values, context)
+            value = _checked(node, value, values, context)
+        values[id(node)] = value
+    value = values[id(nodes[-1])]
+    if max(part.depth for part in value) > MAX_DEPTH:
+        context.findings.error(
+            "limit/nesting", f"this goes deeper than the limit of {MAX_DEPTH} operations", nodes[-1].span
+        )
+    return value if context.findings.errors == errors else None
+
+
+# --- leaves ---------------------------------------------------------------------------------------------------------------
+
+
+def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | None:
+    meaning = meanings.get(id(node))
+    if isinstance(meaning, VariableUse):
+        if context.inference.kind(node) is Kind.VECTOR:
+            return symbol(VariableComponent(meaning.name, 0)), symbol(VariableComponent(meaning.name, 1))
+        return (symbol(VariableComponent(meaning.name, None)),)
+    if isinstance(meaning, AnchorRef):
+        return (
+            symbol(AnchorCoordinate(meaning.thing, meaning.anchor, 0)),
+            symbol(AnchorCoordinate(meaning.thing, meaning.anchor, 1)),
+        )
+    if isinstance(meaning, AngleUse):
+        return (symbol(ThingAngle(meaning.thing)),)
+    if isinstance(meaning, PropertyUse):
+        return (symbol(ThingProperty(meaning.thing, meaning.name)),)
+    match node:
+        case Number():
+            value = float(node.value)
+            if not math.isfinite(value):
+                context.findings.error("kind/not-finite", "this number is too large", node.span)
+                value = 1.0
+            return (const(value),)
+        case Blank():
+            number = next(context.blanks)
+            if context.inference.kind(node) is Kind.VECTOR:
+                return symbol(Anonymous(number, 0, node.span)), symbol(Anonymous(number, 1, node.span))
+            return (symbol(Anonymous(number, None, node.span)),)
+        case Clock():
+            return (_clock(node.name, context),)
+        case _:
+            return None
+
+
+def _clock(name: str, context: Context) -> Expr:
+    match name:
+        case "t":
+            return clock(context.step_time)
+        case "T":
+            return clock(Fraction(0))
+        case "iv":
+            return Expr("lifetime", (), context.constraint)
+        case _:
+            return const(math.pi)
+
+
+# --- operations -------------------------------------------------------------------------------------------------------------
+
+
+def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], context: Context) -> Value:
+    def of(child: Expression) -> Value:
+        return values[id(child)]
+
+    match node:
+        case Vector():
+            if len(node.components) == 3 and of(node.components[2])[0] != ZERO:
+                report_not_yet(node.components[2], context.findings)
+            return of(node.components[0])[0], of(node.components[1])[0]
+        case Member():
+            meaning = meanings[id(node)]
+            assert isinstance(meaning, ComponentUse)
+            return (_component(of(node.operand), meaning.name),)
+        case Rotate():
+            x, y = of(node.operand)
+            (angle,) = of(node.angle)
+            c, s = call("cosd", angle), call("sind", angle)
+            return sub(mul(x, c), mul(y, s)), add(mul(x, s), mul(y, c))
+        case Negate():
+            return tuple(neg(part) for part in of(node.operand))
+        case Power():
+            exponent = of(node.exponent)[0].value
+            if exponent is None:
+                context.findings.error(
+                    "kind/not-constant",
+                    "an exponent must be a constant",
+                    node.exponent.span,
+                    helps=("write `.exp(n * .ln(s))` for a power that changes",),
+                )
+                return (ONE,)
+            return (power(of(node.base)[0], exponent),)
+        case Sum():
+            signs = (Operator.PLUS, *node.operators)
+            terms = [
+                of(operand) if sign is Operator.PLUS else tuple(neg(part) for part in of(operand))
+                for sign, operand in zip(signs, node.operands, strict=True)
+            ]
+            if len(terms) <= _LONG:
+                return tuple(_left_to_right(add, parts) for parts in zip(*terms, strict=True))
+            return tuple(_paired(add, parts) for parts in zip(*terms, strict=True))
+        case Product():
+            return _product(node, values, context)
+        case Call():
+            return _call(node, [of(argument) for argument in node.arguments], context)
+        case Range():
+            result = of(node.values[-1])[0]
+            subject = of(node.subject)[0]
+            for bound, value in zip(reversed(node.bounds), reversed(node.values[:-1]), strict=True):
+                result = call("le", subject, of(bound)[0], of(value)[0], result)
+            return (result,)
+        case _:
+            raise AssertionError(f"{type(node).__name__} is a leaf")
+
+
+def report_not_yet(node: Expression, findings: Findings) -> None:
+    """A z that is not 0."""
+    findings.error(
+        "kind/not-yet",
+        "a z other than 0 is not possible yet: things live in the plane",
+        node.span,
+        helps=("leave the third component out, or write 0",),
+    )
+
+
+def _component(vector: Value, name: str) -> Expr:
+    match name:
+        case "x":
+            return vector[0]
+        case "y":
+            return vector[1]
+        case "z":
+            return ZERO
+        case _:
+            return call("sqrt", add(power(vector[0], 2.0), power(vector[1], 2.0)))
+
+
+def _call(node: Call, arguments: list[Value], context: Context) -> Value:
+    match node.function:
+        case "a":
+            (ux, uy), (vx, vy) = arguments
+            cross = sub(mul(ux, vy), mul(uy, vx))
+            dot = add(mul(ux, vx), mul(uy, vy))
+            return (call("atan2d", cross, dot),)
+        case "i":
+            return tuple(integral(part, context.step_time) for part in arguments[0])
+        case "d":
+            return tuple(derivative(part) for part in arguments[0])
+        case "min" | "max":
+            return (_paired(lambda a, b: call(node.function, a, b), [part for (part,) in arguments]),)
+        case _:
+            return (call(_FUNCTIONS[node.function], *(part for (part,) in arguments)),)
+
+
+def _product(node: Product, values: dict[int, Value], context: Context) -> Value:
+    above: list[Value] = [values[id(node.operands[0])]]
+    below: list[Value] = []
+    for operator, operand in zip(node.operators, node.operands[1:], strict=True):
+        value = values[id(operand)]
+        if operator is Operator.TIMES:
+            above.append(value)
+            continue
+        if value[0].value == 0.0:
+            context.findings.error("kind/not-finite", "division by zero", operand.span, "this is 0")
+            return (ONE,) * max(len(values[id(factor)]) for factor in node.operands)
+        below.append(value)
+    if len(node.operands) <= _LONG:
+        result = above[0]
+        for operator, operand in zip(node.operators, node.operands[1:], strict=True):
+            value = values[id(operand)]
+            if operator is Operator.TIMES:
+                result = _times(result, value)
+            else:
+                result = tuple(div(part, value[0]) for part in result)
+        return result
+    top = _paired(_times, above)
+    if not below:
+        return top
+    bottom = _paired(_times, below)
+    return tuple(div(part, bottom[0]) for part in top)
+
+
+def _times(a: Value, b: Value) -> Value:
+    if len(a) == 1:
+        return tuple(mul(a[0], part) for part in b)
+    return tuple(mul(part, b[0]) for part in a)
+
+
+def _left_to_right(join: Callable[[T, T], T], items: Sequence[T]) -> T:
+    result = items[0]
+    for item in items[1:]:
+        result = join(result, item)
+    return result
+
+
+def _paired(join: Callable[[T, T], T], items: Sequence[T]) -> T:
+    row = list(items)
+    while len(row) > 1:
+        row = [join(row[i], row[i + 1]) if i + 1 < len(row) else row[i] for i in range(0, len(row), 2)]
+    return row[0]
+
+
+def _checked(node: Expression, value: Value, values: dict[int, Value], context: Context) -> Value:
+    """``value``, or ones where constants have led out of the real numbers (which is told once, where it happens)."""
+    good = all(part.value is None or math.isfinite(part.value) for part in value)
+    if good and any(part.value is None for part in value):
+        below = [values[id(child)] for child in children(node) if id(child) in values]
+        constant = bool(below) and all(part.value is not None for parts in below for part in parts)
+        by_zero = isinstance(node, Call) and node.function == "mod" and below[1][0].value == 0.0
+        good = not by_zero and not constant
+    if good:
+        return value
+    context.findings.error("kind/not-finite", "this has no finite value", node.span, helps=_why(node))
+    return (ONE,) * len(value)
+
+
+def _why(node: Expression) -> tuple[str, ...]:
+    if isinstance(node, Call):
+        match node.function:
+            case "q":
+                return ("a root is taken of numbers from 0 up",)
+            case "ln":
+                return ("a logarithm is taken of numbers above 0",)
+            case "asin" | "acos":
+                return (f"`.{node.function}` takes numbers from -1 to 1",)
+            case "mod":
+                return ("the divisor must not be 0",)
+            case _:
+                return ()
+    return ()

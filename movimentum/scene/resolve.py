@@ -1,0 +1,178 @@
+"""What names stand for: every name and member of an expression is looked up here, once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from movimentum.diagnostics import Label
+from movimentum.scene.findings import Findings
+from movimentum.scene.model import AnchorRef, Shape, Thing
+from movimentum.source import Span
+from movimentum.syntax.suggest import nearest
+from movimentum.syntax.tree import Expression, Member, Name
+from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+
+COLORED = (Shape.BAR, Shape.ARROW, Shape.DISC, Shape.LABEL, Shape.LINE)
+"""Shapes that have a colour of their own; a sprite has its picture's."""
+
+
+@dataclass(frozen=True, slots=True)
+class VariableUse:
+    """A variable."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class AngleUse:
+    """``Thing.angle``."""
+
+    thing: int
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyUse:
+    """``Thing.opacity``, ``.red``, ``.green``, ``.blue``."""
+
+    thing: int
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ComponentUse:
+    """``vector.x``, ``.y``, ``.z`` or ``.l`` (its length)."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Swallowed:
+    """The name of a thing whose member is meant: no value of its own."""
+
+
+Meaning = VariableUse | AnchorRef | AngleUse | PropertyUse | ComponentUse | Swallowed
+Meanings = dict[int, Meaning]
+"""``id`` of a `Name` or `Member` node -> what it stands for."""
+
+
+class ThingTable:
+    """Things and their anchors by name."""
+
+    def __init__(self, things: Sequence[Thing]) -> None:
+        self.things = tuple(things)
+        self.number = {thing.name: thing.number for thing in things}
+        self._anchors = [{anchor.name: i for i, anchor in enumerate(thing.anchors)} for thing in things]
+
+    def anchor(self, thing: int, name: str) -> AnchorRef | None:
+        """Anchor ``name`` of thing number ``thing``."""
+        index = self._anchors[thing].get(name)
+        return None if index is None else AnchorRef(thing, index)
+
+    def anchor_names(self, thing: int) -> tuple[str, ...]:
+        """In the order of definition."""
+        return tuple(self._anchors[thing])
+
+
+def resolve(nodes: Sequence[Expression], table: ThingTable, findings: Findings) -> Meanings | None:
+    """The meanings of all names among ``nodes`` (an expression's, all of them); None after an error.
+
+    What follows a thing is its anchor of that name, if it has one; else one of the language's own words.
+    """
+    meanings: Meanings = {}
+    errors = findings.errors
+    for node in nodes:
+        if isinstance(node, Member):
+            meaning = _member(node, table, findings)
+            if meaning is not None:
+                meanings[id(node)] = meaning
+            if isinstance(node.operand, Name) and not isinstance(meaning, ComponentUse):
+                meanings[id(node.operand)] = Swallowed()
+    for node in nodes:
+        if isinstance(node, Name) and id(node) not in meanings:
+            thing = table.number.get(node.name)
+            if thing is None:
+                meanings[id(node)] = VariableUse(node.name)
+            else:
+                _report_thing_as_value(node, table.things[thing], findings)
+    return meanings if findings.errors == errors else None
+
+
+def _member(node: Member, table: ThingTable, findings: Findings) -> Meaning | None:
+    if isinstance(node.operand, Name):
+        number = table.number.get(node.operand.name)
+        if number is not None:
+            return _member_of_thing(node, table.things[number], table, findings)
+        if node.name in VECTOR_MEMBERS:
+            return ComponentUse(VECTOR_MEMBERS[node.name])
+        guess = nearest(node.operand.name, table.number)
+        if guess is None and table.number and len(table.number) <= 8:
+            helps = ("things are " + ", ".join(f"`{name}`" for name in table.number),)
+        else:
+            helps = (f"did you mean `{guess}.{node.name}`?",) if guess else ()
+        findings.error(
+            "name/unknown-thing", f"there is no thing called `{node.operand.name}`", node.operand.span, helps=helps
+        )
+        return None
+    if node.name in VECTOR_MEMBERS:
+        return ComponentUse(VECTOR_MEMBERS[node.name])
+    guess = nearest(node.name, VECTOR_MEMBERS)
+    findings.error(
+        "name/unknown-anchor",
+        f"a vector has no `.{node.name}`",
+        node.name_span,
+        helps=(f"did you mean `.{guess}`?",) if guess else ("a vector has `.x`, `.y` and its length `.l`",),
+    )
+    return None
+
+
+def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Findings) -> Meaning | None:
+    anchor = table.anchor(thing.number, node.name)
+    if anchor is not None:
+        return anchor
+    word = THING_MEMBERS.get(node.name)
+    if word == "angle" and thing.is_body:
+        return AngleUse(thing.number)
+    if word == "opacity" or (word not in (None, "angle") and thing.shape in COLORED):
+        return PropertyUse(thing.number, word or "")
+    if word is not None:
+        what = "a line, which has no angle of its own" if word == "angle" else "a picture, which has no colour to set"
+        findings.error("kind/mismatch", f"`{thing.name}` is {what}", node.span)
+        return None
+    report_unknown_anchor(thing, node.name, node.name_span, table, findings)
+    return None
+
+
+def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable, findings: Findings) -> None:
+    """``name`` is no anchor of ``thing``: say so, with the nearest one."""
+
+    known = table.anchor_names(thing.number)
+    guess = nearest(name, [*known, *THING_MEMBERS])
+    if guess is not None:
+        helps: tuple[str, ...] = (f"did you mean `{thing.name}.{guess}`?",)
+    elif not thing.is_body:
+        helps = ("a line has no anchors of its own: name those that it is drawn through",)
+    elif known:
+        helps = (f"`{thing.name}` has " + ", ".join(f"`{item}`" for item in known[:12]),)
+    else:
+        helps = (f"define it: `{thing.name} : … {name} = [x, y];`",)
+    findings.error(
+        "name/unknown-anchor",
+        f"`{thing.name}` has no anchor `{name}`",
+        span,
+        labels=(Label(thing.name_span, f"`{thing.name}` is defined here"),),
+        helps=helps,
+    )
+
+
+def _report_thing_as_value(node: Name, thing: Thing, findings: Findings) -> None:
+    first = thing.anchors[0].name if thing.anchors else "angle"
+    findings.error(
+        "kind/mismatch",
+        f"`{node.name}` is a thing, not a value",
+        node.span,
+        labels=(Label(thing.name_span, f"`{thing.name}` is defined here"),),
+        helps=(
+            f"name an anchor of it, such as `{thing.name}.{first}`" if thing.anchors else f"`{thing.name}.{first}`",
+        ),
+    )

@@ -1,0 +1,352 @@
+"""Definitions to things: shapes, anchors and options, with everything that can be wrong with them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from movimentum.diagnostics import Diagnostic, Label
+from movimentum.errors import MovimentumError
+from movimentum.scene.colors import color, color_names
+from movimentum.scene.constants import constant
+from movimentum.scene.findings import Findings
+from movimentum.scene.lower import report_not_yet
+from movimentum.scene.model import Anchor, AnchorRef, Shape, Thing
+from movimentum.scene.resolve import ThingTable, report_unknown_anchor
+from movimentum.source import Span
+from movimentum.syntax.suggest import nearest
+from movimentum.syntax.tree import (
+    AnchorDefinition,
+    Definition,
+    Expression,
+    Operator,
+    Option,
+    Reference,
+    Text,
+    Vector,
+)
+
+ImageSize = Callable[[str], tuple[int, int] | Diagnostic]
+"""From an image's path to its (width, height) in pixels, or to what is wrong with it (a `MovimentumError` will do too)."""
+
+OPTIONS: dict[str, tuple[int, frozenset[Shape]]] = {
+    "color": (1, frozenset(Shape) - {Shape.SPRITE}),
+    "width": (1, frozenset({Shape.BAR, Shape.ARROW, Shape.DISC, Shape.LINE})),
+    "layer": (1, frozenset(Shape)),
+    "scale": (1, frozenset({Shape.SPRITE})),
+    "topleft": (0, frozenset({Shape.SPRITE})),
+    "hidden": (0, frozenset(Shape)),
+}
+"""Option -> how many arguments it takes, and the shapes it fits."""
+
+_LEAST_ANCHORS = {Shape.SPRITE: 0, Shape.BAR: 2, Shape.ARROW: 2, Shape.DISC: 1, Shape.LABEL: 1, Shape.LINE: 2}
+_CALLED = {
+    Shape.SPRITE: "a picture",
+    Shape.BAR: "a `.bar`",
+    Shape.ARROW: "an `.arrow`",
+    Shape.DISC: "a `.disc`",
+    Shape.LABEL: "a `.label`",
+    Shape.LINE: "a `.line`",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """The options of one thing, read."""
+
+    color: tuple[int, int, int] | None = None
+    width: float | None = None
+    layer: float | None = None
+    scale: float = 1.0
+    topleft: bool = False
+    hidden: bool = False
+
+
+def build_things(
+    definitions: list[Definition], folder: str, image_size: ImageSize, findings: Findings
+) -> tuple[tuple[Thing, ...], ThingTable]:
+    """All things in order of definition, and their names. Of two with one name, the first is kept."""
+    kept: dict[str, Definition] = {}
+    for definition in definitions:
+        first = kept.setdefault(definition.name, definition)
+        if first is not definition:
+            findings.error(
+                "name/duplicate",
+                f"there are two things called `{definition.name}`",
+                definition.name_span,
+                labels=(Label(first.name_span, "the first one"),),
+            )
+    things = [_thing(number, item, folder, image_size, findings) for number, item in enumerate(kept.values())]
+    table = ThingTable(things)
+    for number, definition in enumerate(kept.values()):
+        if things[number].shape is Shape.LINE:
+            things[number] = replace(things[number], through=_references(definition, table, findings))
+    return tuple(things), ThingTable(things)
+
+
+def _thing(number: int, definition: Definition, folder: str, image_size: ImageSize, findings: Findings) -> Thing:
+    shape = Shape(definition.shape.word)
+    options = _options([part for part in definition.parts if isinstance(part, Option)], shape, findings)
+    image: str | None = None
+    size: tuple[int, int] | None = None
+    radius: float | None = None
+    text: str | None = None
+    argument = definition.shape.argument
+    if shape is Shape.SPRITE:
+        assert isinstance(argument, Text)
+        image = os.path.join(folder, argument.text)
+        size = _image(image, argument, image_size, findings)
+    elif shape is Shape.DISC:
+        assert argument is not None
+        radius = _positive(argument, "a disc's radius", findings)
+    elif shape is Shape.LABEL:
+        assert isinstance(argument, Text)
+        text = argument.text
+    anchors = _anchors([part for part in definition.parts if isinstance(part, AnchorDefinition)], findings)
+    missing = shape is not Shape.LINE and len(anchors) < _LEAST_ANCHORS[shape]
+    if missing:
+        least = _LEAST_ANCHORS[shape]
+        findings.error(
+            "kind/anchors",
+            f"{_CALLED[shape]} needs at least {least} anchor{'s' if least > 1 else ''}, `{definition.name}` has "
+            f"{len(anchors) or 'none'}",
+            definition.name_span,
+            helps=(f"write `{definition.name} : .{shape} A = [0,0]" + (" B = [100,0];`" if least > 1 else ";`"),)
+            if shape in (Shape.BAR, Shape.ARROW)
+            else (),
+        )
+    if options.topleft and size is not None:
+        anchors = [replace(item, local=(item.local[0], size[1] - item.local[1])) for item in anchors]
+    if options.scale != 1.0:
+        anchors = [
+            replace(item, local=(item.local[0] * options.scale, item.local[1] * options.scale)) for item in anchors
+        ]
+    return Thing(
+        number=number,
+        name=definition.name,
+        shape=shape,
+        anchors=tuple(anchors),
+        span=definition.span,
+        name_span=definition.name_span,
+        image=image,
+        image_size=size,
+        radius=radius,
+        text=text,
+        color=options.color,
+        width=options.width,
+        layer=options.layer,
+        scale=options.scale,
+        hidden=options.hidden,
+    )
+
+
+# --- anchors ------------------------------------------------------------------------------------------------------------
+
+
+def _anchors(definitions: list[AnchorDefinition], findings: Findings) -> list[Anchor]:
+    """The anchors, in the coordinates that they are written in; one that is wrong stands at the origin."""
+    found: dict[str, Anchor] = {}
+    later = {item.name for item in definitions}
+    for item in definitions:
+        local = _position(item, found, later, findings)
+        first = found.get(item.name)
+        if first is not None:
+            findings.error(
+                "name/duplicate",
+                f"there are two anchors called `{item.name}` in one thing",
+                item.name_span,
+                labels=(Label(first.span, "the first one"),),
+            )
+            continue
+        found[item.name] = Anchor(item.name, local, item.span)
+    return list(found.values())
+
+
+def _position(
+    item: AnchorDefinition, earlier: dict[str, Anchor], later: set[str], findings: Findings
+) -> tuple[float, float]:
+    if isinstance(item.base, Vector):
+        x, y = _coordinates(item.base, findings)
+    else:
+        known = earlier.get(item.base.name)
+        if known is None:
+            _report_unknown_base(item, earlier, later, findings)
+            return 0.0, 0.0
+        x, y = known.local
+    for operator, vector in item.offsets:
+        dx, dy = _coordinates(vector, findings)
+        x, y = (x + dx, y + dy) if operator is Operator.PLUS else (x - dx, y - dy)
+    return x, y
+
+
+def _coordinates(vector: Vector, findings: Findings) -> tuple[float, float]:
+    values = [constant(component, "an anchor's coordinate", findings) for component in vector.components]
+    if len(values) == 3 and values[2]:
+        report_not_yet(vector.components[2], findings)
+    return values[0] or 0.0, values[1] or 0.0
+
+
+def _report_unknown_base(
+    item: AnchorDefinition, earlier: dict[str, Anchor], later: set[str], findings: Findings
+) -> None:
+    base = item.base
+    assert not isinstance(base, Vector)
+    if base.name in later:
+        findings.error(
+            "name/unknown-anchor",
+            f"`{base.name}` is not defined yet: an anchor builds on earlier ones",
+            base.span,
+            helps=(f"define `{base.name}` before `{item.name}`",) if base.name != item.name else (),
+        )
+        return
+    guess = nearest(base.name, earlier)
+    findings.error(
+        "name/unknown-anchor",
+        f"there is no anchor `{base.name}` to build `{item.name}` on",
+        base.span,
+        helps=(f"did you mean `{guess}`?",) if guess else ("an anchor builds on earlier ones of the same thing",),
+    )
+
+
+def _references(definition: Definition, table: ThingTable, findings: Findings) -> tuple[AnchorRef, ...]:
+    """The anchors that a line is drawn through."""
+    references = [part for part in definition.parts if isinstance(part, Reference)]
+    found: list[AnchorRef] = []
+    for item in references:
+        number = table.number.get(item.thing)
+        if number is None:
+            guess = nearest(item.thing, table.number)
+            findings.error(
+                "name/unknown-thing",
+                f"there is no thing called `{item.thing}`",
+                item.thing_span,
+                helps=(f"did you mean `{guess}.{item.anchor}`?",) if guess else (),
+            )
+            continue
+        anchor = table.anchor(number, item.anchor)
+        if anchor is None:
+            report_unknown_anchor(table.things[number], item.anchor, item.anchor_span, table, findings)
+        else:
+            found.append(anchor)
+    if len(references) < 2:
+        findings.error(
+            "kind/anchors",
+            f"a `.line` is drawn through at least 2 anchors, `{definition.name}` names {len(references) or 'none'}",
+            definition.name_span,
+            helps=(f"write `{definition.name} : .line Thing.Anchor Other.Anchor;`",),
+        )
+    return tuple(found)
+
+
+# --- options ------------------------------------------------------------------------------------------------------------
+
+
+def _options(options: list[Option], shape: Shape, findings: Findings) -> Options:
+    read = Options()
+    seen: dict[str, Option] = {}
+    for option in options:
+        if not _fits(option, shape, findings):
+            continue
+        first = seen.setdefault(option.name, option)
+        if first is not option:
+            report_twice(option, first.span, findings)
+            continue
+        count = OPTIONS[option.name][0]
+        if len(option.arguments) != count:
+            report_count(option, count, findings)
+            continue
+        match option.name:
+            case "topleft":
+                read = replace(read, topleft=True)
+            case "hidden":
+                read = replace(read, hidden=True)
+            case "color":
+                read = replace(read, color=read_color(option.arguments[0], findings))
+            case "layer":
+                read = replace(read, layer=constant(option.arguments[0], "a layer", findings))
+            case "width":
+                read = replace(read, width=_positive(option.arguments[0], "the width", findings))
+            case _:
+                read = replace(read, scale=_positive(option.arguments[0], "the scale", findings) or 1.0)
+    return read
+
+
+def _fits(option: Option, shape: Shape, findings: Findings) -> bool:
+    known = OPTIONS.get(option.name)
+    if known is None:
+        fitting = [name for name, (_, shapes) in OPTIONS.items() if shape in shapes]
+        guess = nearest(option.name, OPTIONS)
+        findings.error(
+            "syntax/unknown-option",
+            f"there is no option `.{option.name}`",
+            option.name_span,
+            helps=(
+                f"did you mean `.{guess}`?"
+                if guess
+                else f"{_CALLED[shape]} takes " + ", ".join(f"`.{name}`" for name in fitting),
+            ),
+        )
+        return False
+    if shape not in known[1]:
+        others = ", ".join(_CALLED[item] for item in Shape if item in known[1])
+        findings.error(
+            "syntax/misplaced-option",
+            f"{_CALLED[shape]} takes no `.{option.name}`",
+            option.span,
+            notes=(f"`.{option.name}` is for {others}",),
+        )
+        return False
+    return True
+
+
+def report_twice(option: Option, first: Span, findings: Findings) -> None:
+    """An option that is given a second time."""
+    findings.error(
+        "name/duplicate", f"`.{option.name}` is given twice", option.span, labels=(Label(first, "the first time"),)
+    )
+
+
+def report_count(option: Option, count: int, findings: Findings) -> None:
+    """An option with too few or too many arguments."""
+    wanted = "no argument" if count == 0 else "1 argument"
+    findings.error(
+        "syntax/arguments", f"`.{option.name}` takes {wanted}, not {len(option.arguments) or 'none'}", option.span
+    )
+
+
+def read_color(argument: Expression | Text, findings: Findings) -> tuple[int, int, int] | None:
+    """A colour from an option's argument; None after an error."""
+    if not isinstance(argument, Text):
+        findings.error("kind/mismatch", "a colour is a text", argument.span, helps=("write `'orange'` or `'#ff8000'`",))
+        return None
+    value = color(argument.text)
+    if value is None:
+        guess = nearest(argument.text.lower(), color_names())
+        findings.error(
+            "name/unknown-color",
+            f"there is no colour `{argument.text}`",
+            argument.span,
+            helps=(f"did you mean `'{guess}'`?",) if guess else ("write a CSS colour name, `'#rgb'` or `'#rrggbb'`",),
+        )
+    return value
+
+
+def _positive(argument: Expression | Text, what: str, findings: Findings) -> float | None:
+    value = constant(argument, what, findings)
+    if value is not None and value <= 0.0:
+        findings.error("kind/out-of-range", f"{what} must be greater than 0", argument.span, f"this is {value:g}")
+        return None
+    return value
+
+
+def _image(path: str, argument: Text, image_size: ImageSize, findings: Findings) -> tuple[int, int] | None:
+    try:
+        found = image_size(path)
+    except MovimentumError as error:
+        findings.items.extend(item if item.span else replace(item, span=argument.span) for item in error.diagnostics)
+        return None
+    if isinstance(found, Diagnostic):
+        findings.items.append(found if found.span else replace(found, span=argument.span))
+        return None
+    return found

@@ -1,0 +1,138 @@
+"""Scene to Timeline: which constraints hold when, how long, and when the frames are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import ScriptError
+from movimentum.expressions import Expr, const, substitute, walk
+from movimentum.scene.model import Constraint, Relation, Scene
+from movimentum.timeline.model import Segment, Timeline
+
+MAX_FRAMES = 100_000
+"""How many frames an animation may have, unless the caller says otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    """What holds from a step on."""
+
+    step: int
+    time: Fraction
+    active: tuple[Constraint, ...]
+
+
+def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int = MAX_FRAMES) -> Timeline:
+    """The scene in time, at ``fps`` frames per time unit (None: the script's).
+
+    A step that states a key replaces all that earlier steps stated under it, all that one step states under one key
+    holds together, and an ending ends it; the relation's direction belongs to the key. Steps at one time make one
+    segment. ``.iv`` is replaced by the time a constraint stays stated; where that is 0 (stated in the last step, or
+    replaced at the same time), by 1, so that ``.t/.iv`` is 0 there and no division fails.
+
+    Raises ScriptError: ``timeline/no-step`` for a scene without steps, ``limit/frames`` where there would be more than
+    ``max_frames`` frames (before anything else is done), ``timeline/order`` for steps that go back in time.
+    """
+    if not scene.steps:
+        raise _refusal("timeline/no-step", "the script has no step, so there is no moment to show")
+    rate = Fraction(scene.config.fps if fps is None else fps)
+    start, end = scene.steps[0].time, scene.steps[-1].time
+    frames = int((end - start) * rate) + 1
+    if frames > max_frames:
+        raise ScriptError(
+            [
+                Diagnostic(
+                    "limit/frames",
+                    Severity.ERROR,
+                    f"the animation would have {frames:,} frames, more than the limit of {max_frames:,}",
+                    scene.steps[-1].span,
+                    notes=(f"from {_shown(start)} to {_shown(end)} at {_shown(rate)} frames per time unit",),
+                    helps=(f"raise the limit with `--max-frames {frames}`, or take fewer frames with `--fps`",),
+                )
+            ]
+        )
+    moments = _moments(scene)
+    lifetimes = _lifetimes(scene, moments)
+    segments: list[Segment] = []
+    lowered: dict[int, Constraint] = {}
+    for number, moment in enumerate(moments):
+        until = moments[number + 1].time if number + 1 < len(moments) else moment.time
+        active = tuple(_with_lifetime(item, lifetimes, lowered) for item in moment.active)
+        segments.append(Segment(number, moment.step, moment.time, until, active, _visible(scene, moment.step)))
+    return Timeline(scene, tuple(segments), rate, lifetimes)
+
+
+def _moments(scene: Scene) -> list[_Moment]:
+    """One for each instant at which there is a step: the last step there, and all that holds then."""
+    held: dict[tuple[str, Relation], list[Constraint]] = {}
+    moments: list[_Moment] = []
+    for step in scene.steps:
+        if moments and step.time < moments[-1].time:
+            raise _refusal("timeline/order", "the steps' times must not decrease")
+        for item in step.statements:  # what earlier steps said under these keys is over
+            held.pop((item.key, item.relation), None)
+        for item in step.statements:
+            if isinstance(item, Constraint):
+                held.setdefault((item.key, item.relation), []).append(item)
+        active = sorted((item for items in held.values() for item in items), key=lambda item: item.number)
+        moment = _Moment(step.number, step.time, tuple(active))
+        if moments and moments[-1].time == step.time:
+            moments[-1] = moment
+        else:
+            moments.append(moment)
+    return moments
+
+
+def _lifetimes(scene: Scene, moments: list[_Moment]) -> dict[int, Fraction]:
+    """Constraint number -> how long it stays stated; 0 for one that a step at the same time replaces."""
+    end = scene.steps[-1].time
+    began = {item.number: scene.steps[item.step].time for item in scene.constraints()}
+    ended = dict(began)
+    alive: set[int] = set()
+    for moment in moments:
+        now = {item.number for item in moment.active}
+        for number in alive - now:
+            ended[number] = moment.time
+        alive = now
+    ended.update(dict.fromkeys(alive, end))
+    return {number: ended[number] - start for number, start in began.items()}
+
+
+def _with_lifetime(constraint: Constraint, lifetimes: dict[int, Fraction], done: dict[int, Constraint]) -> Constraint:
+    found = done.get(constraint.number)
+    if found is None:
+        found = done[constraint.number] = _substituted(constraint, lifetimes)
+    return found
+
+
+def _substituted(constraint: Constraint, lifetimes: dict[int, Fraction]) -> Constraint:
+    if not any(node.op == "lifetime" for node in walk(*constraint.left, *constraint.right)):
+        return constraint
+    memo: dict[Expr, Expr] = {}
+
+    def constant(node: Expr) -> Expr | None:
+        if node.op != "lifetime":
+            return None
+        number = node.payload
+        assert isinstance(number, int)
+        return const(float(lifetimes[number] or 1))
+
+    return replace(
+        constraint,
+        left=tuple(substitute(part, constant, memo) for part in constraint.left),
+        right=tuple(substitute(part, constant, memo) for part in constraint.right),
+    )
+
+
+def _visible(scene: Scene, step: int) -> frozenset[int]:
+    return frozenset(thing.number for thing in scene.things if scene.mentioned.get(thing.number, 0) <= step)
+
+
+def _shown(value: Fraction) -> str:
+    return str(value) if value.denominator == 1 else f"{float(value):.6g}"
+
+
+def _refusal(code: str, message: str) -> ScriptError:
+    return ScriptError([Diagnostic(code, Severity.ERROR, message)])
