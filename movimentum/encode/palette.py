@@ -47,7 +47,7 @@ def choose_palette(samples: Sequence[Image.Image], background: tuple[int, int, i
     few = _few_colors(samples, kept)
     if few is not None:
         return Palette(_channels(few).astype(np.uint8), True, kept)
-    step = max(1, math.isqrt(sum(image.width * image.height for image in samples) // _SAMPLES))
+    step = math.ceil(math.sqrt(sum(image.width * image.height for image in samples) / _SAMPLES))
     chosen: list[Keys] = []
     for image in samples:
         keys = _words(image).reshape(image.height, image.width)[::step, ::step].ravel()
@@ -102,12 +102,12 @@ def _words(image: Image.Image) -> Keys:
 
 def _channels(keys: NDArray[np.uint32]) -> NDArray[np.uint32]:
     """(n, 3) red, green, blue."""
-    return np.stack([keys & 255, (keys >> 8) & 255, (keys >> 16) & 255], axis=-1)
+    return np.stack([keys & 255, keys >> 8 & 255, keys >> 16 & 255], axis=-1).astype(np.uint32)
 
 
 def _packed(colors: NDArray[np.uint8]) -> Keys:
     wide = colors.astype(np.uint32)
-    return wide[:, 0] | wide[:, 1] << 8 | wide[:, 2] << 16
+    return (wide[:, 0] | wide[:, 1] << 8 | wide[:, 2] << 16).astype(np.uint32)
 
 
 def _few_colors(samples: Sequence[Image.Image], background: int | None) -> Keys | None:

@@ -17,11 +17,11 @@ import signal
 import sys
 import time
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,9 @@ from movimentum.errors import MovimentumError
 from movimentum.render.painter import Painter, Session
 from movimentum.render.stream import PoseSource, chunks, concatenate, pieces
 from movimentum.solve.motion import Poses
+
+if TYPE_CHECKING:
+    from multiprocessing.context import SpawnContext
 
 RUN = 30
 _FORKS = sys.platform == "linux"
@@ -60,7 +63,7 @@ def runs(source: PoseSource) -> Iterator[Run]:
         before = piece.select(slice(-1, None))
 
 
-def coded_runs(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Iterator[Pieces]:
+def coded_runs(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Generator[Pieces, None, None]:
     """For each run in order, one entry a frame: what it changes, None for nothing.
 
     Close the generator (or let an exception through it) to end the workers.
@@ -82,7 +85,7 @@ def workers_that_pay(seconds_a_frame: float, frames: int) -> int:
 # --- in this process ----------------------------------------------------------------------------------------
 
 
-def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Iterator[Pieces]:
+def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Generator[Pieces, None, None]:
     session = Session(painter)
     previous: Image.Image | None = None
     for run in runs(source):
@@ -139,7 +142,8 @@ class _Crew:
         import multiprocessing
 
         painter, coder, workers = self._start
-        context = multiprocessing.get_context("fork" if _FORKS else "spawn")
+        # typed as one of the two; they are used alike
+        context = cast("SpawnContext", multiprocessing.get_context("fork" if _FORKS else "spawn"))
         try:
             for _ in range(workers):
                 ours, theirs = context.Pipe()
@@ -165,7 +169,7 @@ class _Crew:
             process.join()
 
 
-def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Iterator[Pieces]:
+def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Generator[Pieces, None, None]:
     waiting = runs(source)
     tail: list[Points] = []  # the points of traces of every run so far, for workers that did not draw it
     sent = [0] * workers  # how many runs' points each worker has

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import stat
 import warnings
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 import numpy as np
@@ -82,7 +82,7 @@ def _as_rgba(image: Image.Image) -> Image.Image:
 
 
 @contextmanager
-def _opened(path: str, span: Span | None) -> Iterator[Image.Image]:
+def _opened(path: str, span: Span | None) -> Generator[Image.Image, None, None]:
     """The file, its header read and within the limits; every failure inside is a `ScriptError`."""
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):  # a folder, a pipe that would never end, a device

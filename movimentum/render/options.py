@@ -33,7 +33,7 @@ class Show(StrEnum):
 class FreeMark:
     """A motion that is left free, to be shown: of thing number ``thing``, about (or at) its ``local`` point.
 
-    ``direction`` None: it can turn about that point; else it can slide along that unit vector, given in the local frame.
+    ``direction`` None: it can turn about that point; else it can slide along that unit vector (local frame).
     """
 
     thing: int

@@ -116,6 +116,7 @@ class TraceLayer:
 
     def __init__(self, trace: Trace, size: tuple[int, int]) -> None:
         self.trace = trace
+        self._size = size
         self._values = np.zeros((size[1], size[0]), dtype=np.uint8)
         self._last: Point | None = None
         self._box: tuple[int, int, int, int] | None = None
@@ -134,7 +135,7 @@ class TraceLayer:
             point = to_image.apply(x, y)
             if point != self._last:
                 # the start of a path is a dot
-                self._add(stroke([self._last or point, point], width, self._values.shape[::-1]))
+                self._add(stroke([self._last or point, point], width, self._size))
                 self._last = point
 
     def _add(self, part: Coverage | None) -> None:
@@ -167,8 +168,8 @@ def notes(things: tuple[Thing, ...], show: frozenset[Show], magnification: float
         if Show.NAMES in show:
             x = sum(anchor.local[0] for anchor in thing.anchors) / len(thing.anchors)
             y = sum(anchor.local[1] for anchor in thing.anchors) / len(thing.anchors)
-            # above the middle; an anchor's own name is at its right, so the two keep clear of each other
-            found += _note(thing.number, (x, y), thing.name, INK, (0.0, 8.0), 0.0, magnification)
+            # below the middle: an anchor has its own name above it
+            found += _note(thing.number, (x, y), thing.name, INK, (5.0, -12.0), 0.0, magnification)
     return found
 
 

@@ -141,8 +141,9 @@ def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | Non
     if not (math.isfinite(options.scale) and options.scale > 0.0):
         raise UsageError([Diagnostic("usage/scale", Severity.ERROR, "the scale must be a positive number")])
     supersample = 2 if options.quality is Quality.HIGH else 1
-    if scene.config.size is not None:  # a limit that needs no sprite
-        _view(scene, options, supersample, (0.0, 0.0, *map(float, scene.config.size)))
+    box = None if scene.config.size is None else (0.0, 0.0, float(scene.config.size[0]), float(scene.config.size[1]))
+    if box is not None:
+        _view(scene, options, supersample, box)  # a limit that needs no sprite
     magnification = options.scale * supersample
     items = _items(scene, magnification)
     things = scene.things
@@ -150,15 +151,11 @@ def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | Non
         Trace(ref.thing, things[ref.thing].anchors[ref.anchor].local, color_of(things[ref.thing]), TRACE_WIDTH)
         for ref in options.traces
     )
-    if scene.config.size is not None:
-        box = (0.0, 0.0, *map(float, scene.config.size))
-    else:
-        box = _fitted(items, traces, source)
     overlays: list[Item] = [*notes(things, options.show, magnification)]
     if Show.FREE in options.show:
         overlays += [FreeArrow(mark) for mark in options.free]
     return Painter(
-        view=_view(scene, options, supersample, box),
+        view=_view(scene, options, supersample, box or _fitted(items, traces, source)),
         items=tuple(items),
         traces=traces,
         overlays=tuple(overlays),
