@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from movimentum import __version__
-from movimentum.console import INTERRUPTED, NO_SOLUTION, USAGE, Console, guarded, wants_color
+from movimentum.console import DONE, INTERRUPTED, NO_SOLUTION, USAGE, Console, guarded, wants_color
 from movimentum.errors import MovimentumError
 from movimentum.parameters import FrameRange, FrameRangeType, RationalType, TraceType, WordsType
 from movimentum.pipeline import MAX_FRAMES, MAX_PIXELS, Choices, Picture
@@ -213,7 +213,7 @@ Examples:
     default=MAX_PIXELS,
     show_default=True,
     metavar="N",
-    help="Refuse larger pictures (and sprites).",
+    help="Refuse larger pictures.",
 )
 @SPEECH
 @click.pass_obj
@@ -226,7 +226,7 @@ def run(
     frames: FrameRange | None,
     at: Fraction | None,
     scale: float,
-    traces: tuple[tuple[str, str], ...],
+    traces: tuple[str, ...],
     show: frozenset[str],
     background: str | None,
     accuracy: str,
@@ -260,7 +260,7 @@ def run(
         max_pixels=max_pixels,
     )
 
-    def once() -> tuple[int, Iterable[Path]]:
+    def once() -> int:
         from movimentum import pipeline
 
         def work(source: SourceText) -> Outcome:
@@ -272,29 +272,43 @@ def run(
             from movimentum.report import counted
 
             console.say(f"{target}: {counted(outcome.frames, 'frame')}")
-            if open_it:
-                click.launch(str(target))
-        return code, [] if outcome is None else outcome.inputs
+        return code
 
     if not watch:
-        return once()[0]
+        code = once()
+        if open_it and code in (DONE, NO_SOLUTION) and target.exists():
+            click.launch(str(target))
+        return code
     if script == "-":
         raise click.UsageError("--watch needs a script in a file.")
-    from movimentum.watch import watch as watch_files
+    _watch(console, script, once, target if open_it else None)
+    return DONE
+
+
+def _watch(console: Console, script: str, once: Callable[[], int], shown: Path | None) -> None:
+    """Call ``once`` at every change of the script or its pictures; ``shown`` is opened the first time it exists."""
+    from movimentum import pipeline
+    from movimentum.watch import watch
+
+    waiting = shown
 
     def again() -> Iterable[Path]:
-        nonlocal open_it
-        inputs: Iterable[Path] = []
+        nonlocal waiting
         try:
-            _, inputs = once()
-        except Exception as error:
+            code = once()
+            # Opened once: most viewers follow the file by themselves, and a window a change would be a nuisance.
+            if waiting is not None and code == DONE:
+                click.launch(str(waiting))
+                waiting = None
+        except Exception as error:  # a fault of ours must not end the watching either
             console.show_bug(error)
-        open_it = False  # most viewers follow the file by themselves; a window a change would be a nuisance
         console.say(f"watching {script}; Ctrl-C ends it")
-        return inputs
+        try:
+            return pipeline.mentioned_files(pipeline.read(script))
+        except MovimentumError:
+            return ()
 
-    watch_files([Path(script)], again)
-    return 0
+    watch([Path(script)], again)
 
 
 # --- check ----------------------------------------------------------------------------------------------

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Protocol, TextIO
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
+from movimentum.files import FULL, unwritable
 from movimentum.source import SourceText
 
 if TYPE_CHECKING:
@@ -184,6 +185,10 @@ def guarded(work: Callable[[], int], console: Console) -> int:
         console.show([_out_of_memory()], None)
         return 1
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in FULL:
+            console.trace(error)
+            console.show(unwritable("the output", (error.strerror or "the disk is full").lower()).diagnostics, None)
+            return USAGE
         console.show_bug(error)
         return BUG
 

@@ -14,7 +14,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError
 
 # What a write can fail with that has nothing to do with us; any other OSError in a stage is a bug and stays one.
-_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
+FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 
 
 def unwritable(path: Path | str, reason: str, *helps: str) -> UsageError:
@@ -60,6 +60,17 @@ def whole_folder(pattern: Path) -> Iterator[Path]:
             shutil.rmtree(part, ignore_errors=True)
 
 
+def refuse_unwritable(path: Path) -> None:
+    """Raise `UsageError` now where `whole_file` or `whole_folder` would later, after the work."""
+    target = _target(path)
+    if target.exists() and not target.is_file():
+        return
+    part = _beside(target)
+    with _explained(path, part):
+        part.open("xb").close()
+        part.unlink()
+
+
 def _target(path: Path) -> Path:
     """Where the bytes end up: links are followed, so that a rename does not replace the link."""
     target = Path(os.path.realpath(path))
@@ -81,6 +92,6 @@ def _explained(path: Path, part: Path) -> Iterator[None]:
     except BrokenPipeError:
         raise
     except OSError as problem:
-        if problem.errno in _FULL or str(problem.filename).startswith(str(part)):
+        if problem.errno in FULL or str(problem.filename).startswith(str(part)):
             raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
         raise

@@ -97,11 +97,10 @@ class TraceType(click.ParamType):
 
     name = "Thing.Anchor"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
-        """The two names."""
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        match = re.fullmatch(r"([A-Za-z][A-Za-z0-9_]*)\.([A-Za-z][A-Za-z0-9_]*)", str(value).strip())
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name, without white space around it."""
+        text = str(value).strip()
+        match = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*\.[A-Za-z][A-Za-z0-9_]*", text)
         if match is None:
             self.fail(f"{value!r} does not name an anchor, as in --trace Rod.B.", param, ctx)
-        return match[1], match[2]
+        return text

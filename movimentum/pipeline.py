@@ -7,14 +7,16 @@ a script that cannot be parsed imports no solver.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.errors import MovimentumError, ScriptError, UsageError
+from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, UsageError
 from movimentum.source import SourceText
 
 if TYPE_CHECKING:
@@ -24,10 +26,10 @@ if TYPE_CHECKING:
     from movimentum.timeline.model import Timeline
 
 MAX_FRAMES = 1_000_000
-MAX_PIXELS = 100_000_000
+MAX_PIXELS = 64_000_000
 MAX_SCRIPT_BYTES = 16 * 1024 * 1024
 CHUNK = 2048
-"""Frames solved at a time for a table: memory stays flat, NumPy's overhead is spread over enough of them."""
+"""Frames solved at a time (fewer in scenes of very many things): NumPy's overhead is spread, memory stays flat."""
 
 FrameChoice = Callable[[int], tuple[int, int]]
 """From the number of frames to the first one wanted and the end (not included)."""
@@ -52,14 +54,14 @@ class Choices:
 class Picture:
     """What is drawn and how: everything that `run` asks beyond `Choices`.
 
-    ``frames`` chooses frames, ``at`` one instant instead; ``traces`` are (thing, anchor) names; ``show`` is a subset of
-    "names", "free", "anchors"; ``background`` as the user spelled it; ``workers`` None: as many as pay.
+    ``frames`` chooses frames, ``at`` one instant instead; ``traces`` are ``Thing.Anchor`` names; ``show`` is a subset
+    of "names", "free", "anchors"; ``background`` as the user spelled it; ``workers`` None: as many as pay.
     """
 
     frames: FrameChoice | None = None
     at: Fraction | None = None
     scale: float = 1.0
-    traces: tuple[tuple[str, str], ...] = ()
+    traces: tuple[str, ...] = ()
     show: frozenset[str] = frozenset()
     background: str | None = None
     quality: str = "standard"
@@ -97,12 +99,12 @@ def read(path: str) -> SourceText:
         ) from problem
 
 
-def understand(source: SourceText) -> Scene:
+def understand(source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
     """Parse and resolve a script; raises `ScriptError` with everything that is wrong with it."""
     from movimentum.scene.build import build
     from movimentum.syntax.parser import parse
 
-    return build(parse(source), source, _image_size)
+    return build(parse(source), source, _image_size, max_pixels=max_pixels)
 
 
 def arranged(scene: Scene, choices: Choices) -> Timeline:
@@ -139,8 +141,8 @@ def refuse_warnings(diagnostics: Sequence[Diagnostic]) -> None:
         )
 
 
-def _image_size(path: str) -> tuple[int, int]:
-    from movimentum.render.sprites import image_size
+def _image_size(path: str) -> tuple[int, int] | Diagnostic:
+    from movimentum.render.images import image_size
 
     return image_size(path)
 
@@ -203,24 +205,22 @@ def check(source: SourceText, choices: Choices) -> CheckReport:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What was made: how many ``frames`` (or rows), how many frames ``failed``, and what there is to say.
-
-    ``inputs`` are the files that it was made from.
-    """
+    """What was made: how many ``frames`` (or rows), how many frames ``failed``, and what there is to say."""
 
     frames: int
     failed: int
     diagnostics: tuple[Diagnostic, ...]
-    inputs: tuple[Path, ...] = ()
 
 
 def tabulate(
     source: SourceText, target: Path | None, choices: Choices, frames: FrameChoice | None, progress: Report
 ) -> Outcome:
     """Write the poses to ``target`` (None: CSV on stdout)."""
-    from movimentum.files import whole_file
+    from movimentum.files import refuse_unwritable, whole_file
     from movimentum.interop import tables
 
+    if target is not None:
+        refuse_unwritable(target)
     timeline = arranged(understand(source), choices)
     start, stop = _chosen(timeline, frames)
     motion = solved(timeline, choices)
@@ -228,12 +228,12 @@ def tabulate(
 
     def chunks() -> Iterator[Poses]:
         nonlocal failed
-        for first in range(start, stop, CHUNK):
-            progress(first - start, stop - start)
-            poses = motion.poses(first, min(first + CHUNK, stop))
-            bad = int((~poses.solved).sum())
-            failed += bad
-            yield poses.select(poses.solved.nonzero()[0]) if bad and choices.on_failure == "skip" else poses
+        done = 0
+        for poses in _in_chunks(motion, len(timeline.scene.things), start, stop):
+            failed += int((~poses.solved).sum())
+            yield _without_skipped(poses, choices)
+            done += len(poses.frames)
+            progress(done, stop - start)
 
     if target is None:
         rows = tables.write_csv(timeline.scene, chunks(), _stdout())
@@ -244,8 +244,122 @@ def tabulate(
 
 
 def animate(source: SourceText, target: Path, choices: Choices, picture: Picture, progress: Report) -> Outcome:
-    """Render the script to ``target``, whose suffix names the format."""
-    raise NotImplementedError
+    """Render the script to ``target``, whose suffix names the format; a `.png` without ``%d`` is the first frame."""
+    from movimentum.encode.write import check_output, write_animation
+    from movimentum.files import refuse_unwritable, whole_file
+    from movimentum.render.options import PictureOptions, Quality, Show, trace_anchors
+    from movimentum.render.painter import make_painter
+
+    kind = check_output(target)
+    background = None if picture.background is None else _color(picture.background)
+    refuse_unwritable(target)
+    timeline = arranged(understand(source, picture.max_pixels), choices)
+    scene = timeline.scene
+    options = PictureOptions(
+        quality=Quality(picture.quality),
+        scale=picture.scale,
+        background=background,
+        transparent=picture.transparent,
+        traces=trace_anchors(scene, picture.traces),
+        show=frozenset(Show(word) for word in picture.show),
+        max_pixels=picture.max_pixels,
+    )
+    start, stop = _chosen(timeline, picture.frames)
+    if picture.at is not None and not timeline.start <= picture.at <= timeline.end:
+        raise _usage(
+            "usage/at", f"time {picture.at} is outside the animation, from {timeline.start} to {timeline.end}", "--at 0"
+        )
+    motion = solved(timeline, choices)
+    with ExitStack() as stack:
+        taken: Iterable[Poses]
+        if picture.at is not None:
+            taken = [motion.poses_at([picture.at])]
+        else:
+            taken = _in_chunks(motion, len(scene.things), start, start + 1 if kind == "png" else stop)
+        poses, failed = _kept(taken, choices, stack)
+        painter = make_painter(scene, poses, options)
+        # A warning that only the writing brings to light must not leave a file with --strict: a place beside it, then.
+        place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
+        written = write_animation(
+            painter,
+            poses,
+            place,
+            fps=timeline.fps,
+            loop=picture.loop,
+            workers=picture.workers,
+            progress=progress,
+        )
+        diagnostics = (*scene.diagnostics, *motion.diagnostics, *written.diagnostics)
+        if choices.strict:
+            refuse_warnings(diagnostics)
+    return Outcome(written.frames, failed, diagnostics)
+
+
+def _in_chunks(motion: Motion, things: int, start: int, stop: int) -> Iterator[Poses]:
+    size = max(60, min(CHUNK, 200_000 // max(1, things)))
+    for first in range(start, stop, size):
+        yield motion.poses(first, min(first + size, stop))
+
+
+def _without_skipped(poses: Poses, choices: Choices) -> Poses:
+    if choices.on_failure != "skip" or poses.solved.all():
+        return poses
+    return poses.select(poses.solved.nonzero()[0])
+
+
+def _kept(taken: Iterable[Poses], choices: Choices, stack: ExitStack) -> tuple[Iterable[Poses], int]:
+    """Poses that can be looked at more than once, without skipped frames; and how many frames failed.
+
+    A short animation stays in memory, a long one goes to a temporary file that vanishes with ``stack``. Raises
+    `NoSolutionError` where no frame is left.
+    """
+    from movimentum.render.stream import Spool
+
+    failed = frames = 0
+
+    def kept() -> Iterator[Poses]:
+        nonlocal failed, frames
+        for poses in taken:
+            failed += int((~poses.solved).sum())
+            left = _without_skipped(poses, choices)
+            frames += len(left.frames)
+            if len(left.frames):
+                yield left
+
+    iterator = kept()
+    held = list(islice(iterator, 1))
+    rest = next(iterator, None)
+    source: Iterable[Poses] = held
+    if rest is not None:
+        source = stack.enter_context(Spool(chain(held, [rest], iterator)))
+    if not frames:
+        raise NoSolutionError(
+            [Diagnostic("solve/unreachable", Severity.ERROR, "none of the frames asked for has a solution")]
+        )
+    return source, failed
+
+
+def _color(text: str) -> tuple[int, int, int]:
+    from movimentum.scene.colors import color, color_names
+
+    found = color(text)
+    if found is None:
+        from difflib import get_close_matches
+
+        near = get_close_matches(text.lower(), color_names(), 3) or ["white", "'#ffcc00'"]
+        raise _usage("usage/color", f"there is no colour `{text}`", *(f"--background {name}" for name in near))
+    return found
+
+
+def mentioned_files(source: SourceText) -> tuple[Path, ...]:
+    """Every file that the script may refer to, whether or not it exists or the script can be parsed.
+
+    For watching: each quoted text is taken for a file's name. A label's text is none, and nobody notices.
+    """
+    import re
+
+    folder = Path() if source.path.startswith("<") else Path(source.path).parent
+    return tuple(folder / name for name in re.findall(r"""['"]([^'"\n\0]{1,255})['"]""", source.text))
 
 
 def _stdout() -> TextIO:
