@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
-from movimentum.source import Span
+from movimentum.source import SourceText, Span
 
 
 class Severity(StrEnum):
@@ -39,3 +41,158 @@ class Diagnostic:
     labels: tuple[Label, ...] = ()
     notes: tuple[str, ...] = ()
     helps: tuple[str, ...] = ()
+
+
+# --- as data ------------------------------------------------------------------------------------------
+
+
+def to_json(diagnostics: Iterable[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
+    """Diagnostics as ``check --format json`` prints them, ready for `json.dumps`.
+
+    Lines and columns count from 1, in characters; ``end_line`` and ``end_column`` are just behind the last character.
+    They are None for a diagnostic that is about the whole script.
+    """
+    return [
+        {
+            "code": item.code,
+            "severity": item.severity.value,
+            "message": item.message,
+            "file": source.path,
+            **_place(item.span, source),
+            "label": item.label,
+            "labels": [{**_place(label.span, source), "message": label.message} for label in item.labels],
+            "notes": list(item.notes),
+            "helps": list(item.helps),
+        }
+        for item in diagnostics
+    ]
+
+
+def _place(span: Span | None, source: SourceText) -> dict[str, int | None]:
+    if span is None:
+        return {"line": None, "column": None, "end_line": None, "end_column": None}
+    start, end = source.position(span.start), source.position(span.end)
+    return {"line": start.line, "column": start.column, "end_line": end.line, "end_column": end.column}
+
+
+# --- as text --------------------------------------------------------------------------------------------
+
+_TAB = 4
+_WIDEST = 140
+"""Longer lines are shown in part."""
+
+_COLORS = {Severity.ERROR: "\x1b[1;31m", Severity.WARNING: "\x1b[1;33m", Severity.NOTE: "\x1b[1;36m"}
+_BOLD, _BLUE, _PLAIN = "\x1b[1m", "\x1b[1;34m", "\x1b[0m"
+
+
+def render_text(diagnostics: Iterable[Diagnostic], source: SourceText, *, color: bool = False) -> str:
+    """Diagnostics for people, each with the lines it is about; a blank line between two, a newline at the end.
+
+    ``color`` puts in ANSI escapes (whether to is the caller's to know).
+    """
+    return "\n".join(_render(item, source, color) for item in diagnostics)
+
+
+@dataclass(frozen=True, slots=True)
+class _Mark:
+    """A label on one line: display columns from 0, half open."""
+
+    start: int
+    end: int
+    message: str
+    primary: bool
+
+
+def _render(item: Diagnostic, source: SourceText, color: bool) -> str:
+    def paint(text: str, code: str) -> str:
+        return f"{code}{text}{_PLAIN}" if color and text else text
+
+    strong = _COLORS[item.severity]
+    spans = [(label.span, label.message, False) for label in item.labels]
+    if item.span is not None:
+        spans.insert(0, (item.span, item.label, True))
+    by_line: dict[int, list[tuple[Span, str, bool]]] = {}
+    for entry in spans:
+        by_line.setdefault(source.position(entry[0].start).line, []).append(entry)
+    width = len(str(max(by_line, default=1)))
+    empty = paint(" " * (width + 2) + "|", _BLUE)
+
+    rows = [paint(f"{item.severity}[{item.code}]", strong) + paint(f": {item.message}", _BOLD)]
+    if item.span is not None:
+        line, column = source.position(item.span.start)
+        rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {source.path}:{line}:{column}")
+    elif source.text:
+        rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {source.path}")
+    if by_line:
+        rows.append(empty)
+    for line, entries in sorted(by_line.items()):
+        shown, marks = _line_with_marks(source, line, entries)
+        rows.append(paint(f" {line:>{width}} |", _BLUE) + (f" {shown}" if shown else ""))
+        rows.extend(
+            f"{empty} {row}" for row in _mark_rows(marks, lambda text, mark: paint(text, strong if mark else _BLUE))
+        )
+    for word, texts in (("note", item.notes), ("help", item.helps)):
+        for text in texts:
+            rows.append(paint(" " * (width + 2) + "=", _BLUE) + paint(f" {word}", _BOLD) + f": {text}")
+    return "\n".join(rows) + "\n"
+
+
+def _line_with_marks(source: SourceText, number: int, entries: list[tuple[Span, str, bool]]) -> tuple[str, list[_Mark]]:
+    """Line ``number`` as it is displayed (in part, if it is long), and what is marked in it."""
+    text = source.line(number)
+    offset = source.line_start(number)
+    first = min(span.start for span, _, _ in entries) - offset
+    begin = max(0, first - _WIDEST // 3) if len(text) > _WIDEST else 0
+    finish = begin + _WIDEST if len(text) > _WIDEST else len(text)
+    columns: list[int] = []  # display column of every character shown, and of the end
+    cells: list[str] = ["…"] if begin else []
+    column = len(cells)
+    for character in text[begin:finish]:
+        columns.append(column)
+        cell = " " * (_TAB - column % _TAB) if character == "\t" else character if character.isprintable() else "\ufffd"
+        cells.append(cell)
+        column += len(cell) if character == "\t" else _display_width(cell)
+    columns.append(column)
+    if finish < len(text):
+        cells.append("…")
+
+    def display(place: int) -> int:
+        return columns[min(max(place - begin, 0), len(columns) - 1)]
+
+    marks: list[_Mark] = []
+    for span, message, primary in entries:
+        start = display(span.start - offset)
+        marks.append(_Mark(start, max(display(span.end - offset), start + 1), message, primary))
+    return "".join(cells).rstrip(), marks
+
+
+def _mark_rows(marks: list[_Mark], paint: Callable[[str, bool], str]) -> Iterator[str]:
+    """Rows of underlines with messages: those that do not overlap share one, the primary one has carets."""
+    waiting = sorted(marks, key=lambda mark: (mark.start, mark.end))
+    while waiting:
+        row: list[_Mark] = []
+        left: list[_Mark] = []
+        for mark in waiting:
+            (row if not row or mark.start > row[-1].end else left).append(mark)
+        waiting = left
+        line, column = "", 0
+        for mark in row:
+            line += " " * (mark.start - column)
+            line += paint(("^" if mark.primary else "-") * (mark.end - mark.start), mark.primary)
+            column = mark.end
+        last = row[-1]
+        yield line + (" " + paint(last.message, last.primary) if last.message else "")
+        for mark in reversed(row[:-1]):
+            if mark.message:
+                yield " " * mark.start + paint(mark.message, mark.primary)
+
+
+def _display_width(character: str) -> int:
+    """How many columns of a terminal a character takes."""
+    if character < "\u0300":
+        return 1
+    import unicodedata
+
+    if unicodedata.combining(character):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1

@@ -109,7 +109,7 @@ def _folder(source: SourceText) -> str:
     return "" if source.path.startswith("<") else os.path.dirname(source.path)
 
 
-# --- steps ------------------------------------------------------------------------------------------------------------------
+# --- steps ----------------------------------------------------------------------------------------
 
 
 def _steps(script: Script, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[_Draft]]:
@@ -171,7 +171,7 @@ def _report_no_step(script: Script, findings: Findings) -> None:
     )
 
 
-# --- statements ---------------------------------------------------------------------------------------------------------------
+# --- statements -----------------------------------------------------------------------------------
 
 
 def _draft(statement: Statement, step: int, table: ThingTable, findings: Findings) -> _Draft | None:
@@ -278,7 +278,7 @@ def _warn_nothing_to_end(
     )
 
 
-# --- what the scene needs to know of it all ---------------------------------------------------------------------------------------
+# --- what the scene needs to know of it all -------------------------------------------------------
 
 
 def _variables(drafts: list[_Draft], inference: Inference) -> dict[str, Variable]:

@@ -28,8 +28,8 @@ from movimentum.syntax.tree import (
     postorder,
 )
 
-MAX_BITS = 4096
-"""How many binary digits numerator and denominator of an exact number may have."""
+MAX_BITS = 1000
+"""How many binary digits numerator and denominator of an exact number may have; a float then holds it."""
 
 
 def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | None:

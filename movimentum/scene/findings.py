@@ -13,11 +13,13 @@ class Findings:
 
     def __init__(self) -> None:
         self.items: list[Diagnostic] = []
-
-    @property
-    def errors(self) -> int:
+        self.errors = 0
         """How many errors there are so far."""
-        return sum(item.severity is Severity.ERROR for item in self.items)
+
+    def add(self, item: Diagnostic) -> None:
+        """Add a diagnostic."""
+        self.items.append(item)
+        self.errors += item.severity is Severity.ERROR
 
     def error(
         self,
@@ -31,10 +33,8 @@ class Findings:
         helps: Sequence[str] = (),
     ) -> None:
         """Add an error."""
-        self.items.append(
-            Diagnostic(code, Severity.ERROR, message, span, label, tuple(labels), tuple(notes), tuple(helps))
-        )
+        self.add(Diagnostic(code, Severity.ERROR, message, span, label, tuple(labels), tuple(notes), tuple(helps)))
 
     def warning(self, code: str, message: str, span: Span | None, *, helps: Sequence[str] = ()) -> None:
         """Add a warning."""
-        self.items.append(Diagnostic(code, Severity.WARNING, message, span, helps=tuple(helps)))
+        self.add(Diagnostic(code, Severity.WARNING, message, span, helps=tuple(helps)))

@@ -46,7 +46,6 @@ from movimentum.syntax.tree import (
     Clock,
     Expression,
     Member,
-    Name,
     Negate,
     Number,
     Operator,
@@ -128,7 +127,7 @@ def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> 
     return value if context.findings.errors == errors else None
 
 
-# --- leaves ---------------------------------------------------------------------------------------------------------------
+# --- leaves ---------------------------------------------------------------------------------------
 
 
 def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | None:
@@ -176,7 +175,7 @@ def _clock(name: str, context: Context) -> Expr:
             return const(math.pi)
 
 
-# --- operations -------------------------------------------------------------------------------------------------------------
+# --- operations -----------------------------------------------------------------------------------
 
 
 def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], context: Context) -> Value:

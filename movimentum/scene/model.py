@@ -15,7 +15,7 @@ from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr
 from movimentum.source import SourceText, Span
 
-# --- what a symbol of an expression can stand for (payloads of Expr "symbol") ------------------
+# --- what a symbol of an expression can stand for (payloads of Expr "symbol") ---------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class Anonymous:
     span: Span
 
 
-# --- things -------------------------------------------------------------------------------------
+# --- things ---------------------------------------------------------------------------------------
 
 
 class Shape(StrEnum):
@@ -189,7 +189,7 @@ class Config:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A whole script, understood. ``variables`` maps each name to the span of its first use and whether it is a vector."""
+    """A whole script, understood. ``variables`` are by name, in the order of their first uses."""
 
     source: SourceText
     config: Config

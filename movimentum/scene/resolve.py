@@ -145,7 +145,6 @@ def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Fi
 
 def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable, findings: Findings) -> None:
     """``name`` is no anchor of ``thing``: say so, with the nearest one."""
-
     known = table.anchor_names(thing.number)
     guess = nearest(name, [*known, *THING_MEMBERS])
     if guess is not None:

@@ -28,7 +28,7 @@ from movimentum.syntax.tree import (
 )
 
 ImageSize = Callable[[str], tuple[int, int] | Diagnostic]
-"""From an image's path to its (width, height) in pixels, or to what is wrong with it (a `MovimentumError` will do too)."""
+"""From an image's path to its (width, height) in pixels, or what is wrong with it (a `MovimentumError` will do)."""
 
 OPTIONS: dict[str, tuple[int, frozenset[Shape]]] = {
     "color": (1, frozenset(Shape) - {Shape.SPRITE}),
@@ -141,7 +141,7 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
     )
 
 
-# --- anchors ------------------------------------------------------------------------------------------------------------
+# --- anchors --------------------------------------------------------------------------------------
 
 
 def _anchors(definitions: list[AnchorDefinition], findings: Findings) -> list[Anchor]:
@@ -239,7 +239,7 @@ def _references(definition: Definition, table: ThingTable, findings: Findings) -
     return tuple(found)
 
 
-# --- options ------------------------------------------------------------------------------------------------------------
+# --- options --------------------------------------------------------------------------------------
 
 
 def _options(options: list[Option], shape: Shape, findings: Findings) -> Options:
@@ -344,9 +344,10 @@ def _image(path: str, argument: Text, image_size: ImageSize, findings: Findings)
     try:
         found = image_size(path)
     except MovimentumError as error:
-        findings.items.extend(item if item.span else replace(item, span=argument.span) for item in error.diagnostics)
+        for item in error.diagnostics:
+            findings.add(item if item.span else replace(item, span=argument.span))
         return None
     if isinstance(found, Diagnostic):
-        findings.items.append(found if found.span else replace(found, span=argument.span))
+        findings.add(found if found.span else replace(found, span=argument.span))
         return None
     return found

@@ -47,10 +47,10 @@ if TYPE_CHECKING:
     from lark import Token
 
 LARGEST_EXPONENT = 400
-"""Numbers from 10^400 on, or with digits below 10^-400, are refused: no float holds them, and exact arithmetic chokes."""
+"""Numbers from 10^400 on, or below 10^-400, are refused: no float holds them, and exact arithmetic chokes on them."""
 
 
-class Refusal(Exception):  # noqa: N818
+class Refusal(Exception):
     """A node that is spelled right and still cannot be: ``diagnostic`` says why."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
@@ -76,10 +76,12 @@ class Builder:
     # --- items ---
 
     def start(self, pieces: Sequence[Piece]) -> Script:
+        """A script."""
         items: tuple[Item, ...] = tuple(pieces)
         return Script(items, span=_span(pieces) if pieces else Span(0, 0))
 
     def config(self, pieces: Sequence[Piece]) -> Config:
+        """``.config(…) options;``."""
         return Config(
             tuple(_bare(piece) for piece in pieces if _is_argument(piece)),
             tuple(piece for piece in pieces if isinstance(piece, Option)),
@@ -87,15 +89,18 @@ class Builder:
         )
 
     def definition(self, pieces: Sequence[Piece]) -> Definition:
+        """``Name : shape parts;``."""
         name = pieces[0]
         return Definition(str(name), pieces[2], tuple(pieces[3:-1]), span=_span(pieces), name_span=_place(name))
 
     def line(self, pieces: Sequence[Piece]) -> Definition:
+        """``Name : .line references;``."""
         name, word = pieces[0], pieces[2]
         shape = ShapeWord("line", span=_place(word))
         return Definition(str(name), shape, tuple(pieces[3:-1]), span=_span(pieces), name_span=_place(name))
 
     def shape(self, pieces: Sequence[Piece]) -> ShapeWord:
+        """What a thing is."""
         word = pieces[0]
         if word.type == "STRING":
             return ShapeWord("sprite", _text(word), span=_place(word))
@@ -103,48 +108,60 @@ class Builder:
         return ShapeWord(str(word)[1:], argument, span=_span(pieces))
 
     def anchor(self, pieces: Sequence[Piece]) -> AnchorDefinition:
+        """``P = [x, y]``, ``Q = P + [x, y]``."""
         offsets = tuple((Operator(pieces[i]), pieces[i + 1]) for i in range(3, len(pieces), 2))
         return AnchorDefinition(str(pieces[0]), pieces[2], offsets, span=_span(pieces), name_span=_place(pieces[0]))
 
     def reference(self, pieces: Sequence[Piece]) -> Reference:
+        """``Thing.Anchor`` of a ``.line``."""
         thing, anchor = pieces
         return Reference(
             str(thing), str(anchor)[1:], span=_span(pieces), thing_span=_place(thing), anchor_span=_after_dot(anchor)
         )
 
     def option(self, pieces: Sequence[Piece]) -> Option:
+        """``.word`` or ``.word(…)``."""
         word = pieces[0]
         arguments = tuple(_bare(piece) for piece in pieces if _is_argument(piece))
         return Option(str(word)[1:], arguments, span=_span(pieces), name_span=_place(word))
 
     def step(self, pieces: Sequence[Piece]) -> StepHeader:
+        """``@time``."""
         return StepHeader(_bare(pieces[1]), span=_span(pieces))
 
     def relative_step(self, pieces: Sequence[Piece]) -> StepHeader:
+        """``@+time``."""
         return StepHeader(_bare(pieces[2]), relative=True, span=_span(pieces))
 
     def statement(self, pieces: Sequence[Piece]) -> Statement:
+        """``left = right;``."""
         left, comparison, right, _ = pieces
         return Statement(_bare(left), Comparison(comparison), _bare(right), span=_span(pieces[:3]))
 
     # --- expressions ---
 
     def number(self, pieces: Sequence[Piece]) -> Number:
+        """A number."""
         return _number(pieces[0])
 
     def name(self, pieces: Sequence[Piece]) -> Name:
+        """A thing or a variable."""
         return Name(str(pieces[0]), span=_place(pieces[0]))
 
     def blank(self, pieces: Sequence[Piece]) -> Blank:
+        """``_``."""
         return Blank(span=_place(pieces[0]))
 
     def clock(self, pieces: Sequence[Piece]) -> Clock:
+        """``.t`` and its like."""
         return Clock(str(pieces[0])[1:], span=_place(pieces[0]))
 
     def group(self, pieces: Sequence[Piece]) -> Group:
+        """Parentheses."""
         return Group(_bare(pieces[1]), _span(pieces))
 
     def vector(self, pieces: Sequence[Piece]) -> Vector:
+        """``[x, y]``."""
         components = tuple(_bare(piece) for piece in pieces[1::2])
         span = _span(pieces)
         if not 2 <= len(components) <= 3:
@@ -160,13 +177,16 @@ class Builder:
         return Vector(components, span=span)
 
     def member(self, pieces: Sequence[Piece]) -> Member:
+        """``operand.word``."""
         operand, word = pieces
         return Member(_bare(operand), str(word)[1:], span=_span(pieces), name_span=_after_dot(word))
 
     def rotate(self, pieces: Sequence[Piece]) -> Rotate:
+        """``operand.r(angle)``."""
         return Rotate(_bare(pieces[0]), _bare(pieces[3]), span=_span(pieces))
 
     def call(self, pieces: Sequence[Piece]) -> Call:
+        """``.function(…)``."""
         word = str(pieces[0])[1:]
         function = SYNONYMS.get(word, word)
         arguments = tuple(_bare(piece) for piece in pieces[2::2])
@@ -180,10 +200,12 @@ class Builder:
         return Call(function, arguments, span=span)
 
     def range(self, pieces: Sequence[Piece]) -> Range:
+        """``{ e : v0 > b1 : v1 }``."""
         inner = [_bare(piece) for piece in pieces[1:-1:2]]
         return Range(inner[0], tuple(inner[1::2]), tuple(inner[2::2]), span=_span(pieces))
 
     def power(self, pieces: Sequence[Piece]) -> Expression:
+        """``base^exponent``."""
         base, _, exponent = pieces
         span = _span(pieces)
         if isinstance(exponent, Rotate):  # `v*s^2.r(90)`: .r binds like `*`
@@ -191,6 +213,7 @@ class Builder:
         return Power(_bare(base), _bare(exponent), span=span)
 
     def negate(self, pieces: Sequence[Piece]) -> Expression:
+        """``-operand``."""
         operand = pieces[1]
         span = _span(pieces)
         if isinstance(operand, Rotate):
@@ -198,10 +221,12 @@ class Builder:
         return Negate(_bare(operand), span=span)
 
     def product(self, pieces: Sequence[Piece]) -> Expression | Group:
+        """``a * b / c``, and the rotations behind its factors."""
         if len(pieces) == 1:
             return pieces[0]
-        first = _bare(pieces[0])
-        operands, operators = [first], list[Operator]()
+        first: Expression = _bare(pieces[0])
+        operands: list[Expression] = [first]
+        operators: list[Operator] = []
         if isinstance(first, Product):
             operands, operators = list(first.operands), list(first.operators)
         start = _place(pieces[0]).start
@@ -225,10 +250,12 @@ class Builder:
         return Product(tuple(operands), tuple(operators), span=_span(pieces))
 
     def sum(self, pieces: Sequence[Piece]) -> Expression | Group:
+        """``a + b - c``."""
         if len(pieces) == 1:
             return pieces[0]
-        first = _bare(pieces[0])
-        operands, operators = [first], list[Operator]()
+        first: Expression = _bare(pieces[0])
+        operands: list[Expression] = [first]
+        operators: list[Operator] = []
         if isinstance(first, Sum):
             operands, operators = list(first.operands), list(first.operators)
         operands.extend(_bare(piece) for piece in pieces[2::2])
@@ -236,7 +263,7 @@ class Builder:
         return Sum(tuple(operands), tuple(operators), span=_span(pieces))
 
 
-# --- pieces ----------------------------------------------------------------------------------------------------------------
+# --- pieces ---------------------------------------------------------------------------------------
 
 
 def _bare(piece: Piece) -> Any:
@@ -272,13 +299,14 @@ def _text(token: Token) -> Text:
 
 def _number(token: Token) -> Number:
     span = _place(token)
+    value: Decimal | None
     try:
         value = Decimal(str(token))
     except InvalidOperation:  # an exponent that not even Decimal holds
         value = None
-    if value == 0 and value is not None:
-        value = Decimal(0)
-    elif value is None or not -LARGEST_EXPONENT <= value.adjusted() < LARGEST_EXPONENT or len(token) > 1000:
+    if value == 0:
+        return Number(Decimal(0), span=span)
+    if value is None or not -LARGEST_EXPONENT <= value.adjusted() < LARGEST_EXPONENT or len(token) > 1000:
         raise Refusal(
             Diagnostic(
                 "syntax/number",

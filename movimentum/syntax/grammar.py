@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -112,7 +113,5 @@ def _write_cache(parser: Lark, path: Path) -> None:
             parser.save(file, exclude_options=("transformer",))
         os.replace(name, path)
     except Exception:  # a full disk, a lark that cannot save: nothing is lost but time
-        try:
+        with suppress(OSError):
             os.unlink(name)
-        except OSError:
-            pass

@@ -39,8 +39,9 @@ _WORDS = {
 }
 _ORDER = ("SEMICOLON", "RPAR", "RSQB", "RBRACE", "COMMA", "COLON", "LPAR", "LSQB", "ABOVE", "EQUAL")
 _LOOKALIKES = {
-    "\u2212": "-", "\u2013": "-", "\u00d7": "*", "\u00b7": "*", "\u2217": "*", "\u00f7": "/", "\u2264": "<=", "\u2265": ">=",
-    "\u201c": "'", "\u201d": "'", "\u2018": "'", "\u2019": "'", '"': "'", "\u2248": "~", "\u00b2": "^2", "\u00b3": "^3",
+    "\u2212": "-", "\u2013": "-", "\u00d7": "*", "\u00b7": "*", "\u2217": "*", "\u00f7": "/", "\u2264": "<=",
+    "\u2265": ">=", "\u201c": "'", "\u201d": "'", "\u2018": "'", "\u2019": "'", '"': "'", "\u2248": "~",
+    "\u00b2": "^2", "\u00b3": "^3",
 }  # fmt: skip
 _PIECE = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|'(?:[^'\r\n]|'')*'|[A-Za-z0-9_.]+|.", re.DOTALL)
 _DOTTED = re.compile(r"\.[A-Za-z][A-Za-z0-9_]*")
@@ -52,7 +53,7 @@ def explain(unexpected: UnexpectedInput, text: str, start: int) -> tuple[Diagnos
 
     ``text`` is the script's; the part that was read began at ``start``.
     """
-    place, at_end = _place_of(unexpected, text, start)
+    place, at_end = _place_of(unexpected, text)
     accepted = _accepted(unexpected)
     before = _end_before(text, start, place)
     if at_end:
@@ -90,6 +91,8 @@ def expected_words(accepted: frozenset[str]) -> str:
     words: list[str] = []
     if "CONFIG" in names or ("AT" in names and "NAME" in names):
         return "a thing, a step or a statement"
+    if names <= {"LPAR", "PLUS", "MINUS", "NUMBER"}:
+        return "a time (numbers joined by `+ - * /`)"
     if names >= _VALUE:
         words.append("a value")
         names -= _VALUE
@@ -110,17 +113,16 @@ def expected_words(accepted: frozenset[str]) -> str:
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " or " + words[-1]
 
 
-# --- where, and what would have fitted ------------------------------------------------------------------------------------
+# --- where, and what would have fitted ------------------------------------------------------------
 
 
-def _place_of(unexpected: UnexpectedInput, text: str, start: int) -> tuple[int, bool]:
+def _place_of(unexpected: UnexpectedInput, text: str) -> tuple[int, bool]:
+    """The offset of what was not expected, and whether it is the end of the text."""
+    found: Any = unexpected
     if isinstance(unexpected, UnexpectedToken):
-        token: Any = unexpected.token
-        if token.type == "$END":
-            return len(text), True
-        return int(token.start_pos), False
+        return (len(text), True) if found.token.type == "$END" else (int(found.token.start_pos), False)
     if isinstance(unexpected, UnexpectedCharacters):
-        return int(unexpected.pos_in_stream or 0), False
+        return int(found.pos_in_stream or 0), False
     return len(text), True
 
 
@@ -139,7 +141,7 @@ def _end_before(text: str, start: int, place: int) -> int:
     return end
 
 
-# --- the special cases -----------------------------------------------------------------------------------------------------
+# --- the special cases ----------------------------------------------------------------------------
 
 
 def _unexpected_end(text: str, before: int, accepted: frozenset[str]) -> Diagnostic:
@@ -187,7 +189,7 @@ def _unreadable(text: str, place: int) -> Diagnostic | None:
             Span(place, place + len(name[0])),
             helps=(f"write `{name[1]}`",) if name[1][:1].isalpha() else (),
         )
-    if character.isspace() or character.isascii() and (character.isalnum() or character in ".,;:=<>~+-*/^()[]{}@'_"):
+    if character.isspace() or (character.isascii() and (character.isalnum() or character in ".,;:=<>~+-*/^()[]{}@'_")):
         return None
     return _character(character, place, ())
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 def distance(first: str, second: str) -> int:
-    """How many letters must be changed, left out, put in or swapped with their neighbour to get from one to the other."""
+    """How many letters must be changed, left out, put in or swapped to get from one to the other."""
     before: list[int] = []
     row = list(range(len(second) + 1))
     for i, a in enumerate(first, 1):
@@ -22,7 +22,7 @@ def distance(first: str, second: str) -> int:
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:
     """The candidate that ``name`` is most likely a misspelling of; None where nothing is near."""
-    limit = max(1, len(name) // 3)
+    limit = max(1, len(name) // 3) if len(name) > 1 else 0  # any other letter is "near" a single one
     best: tuple[int, str] | None = None
     for candidate in sorted(set(candidates)):
         if abs(len(candidate) - len(name)) > limit:

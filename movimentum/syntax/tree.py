@@ -37,7 +37,7 @@ class Comparison(StrEnum):
     AT_LEAST = ">="
 
 
-# --- expressions -------------------------------------------------------------------------------------------------------
+# --- expressions ----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,7 +186,7 @@ def postorder(root: Expression) -> Iterator[Expression]:
             yield node
 
 
-# --- items ---------------------------------------------------------------------------------------------------------------
+# --- items ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,7 +245,7 @@ class Config(Node):
 
 @dataclass(frozen=True, slots=True)
 class Definition(Node):
-    """``name : shape parts;``; the parts of a ``.line`` are references and options, of any other thing anchors and options."""
+    """``name : shape parts;``; parts are options, and references in a ``.line``, anchors in any other thing."""
 
     name: str
     shape: ShapeWord

@@ -46,10 +46,12 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                 Diagnostic(
                     "limit/frames",
                     Severity.ERROR,
-                    f"the animation would have {frames:,} frames, more than the limit of {max_frames:,}",
+                    f"the animation would have {_counted(frames)} frames, more than the limit of {max_frames:,}",
                     scene.steps[-1].span,
                     notes=(f"from {_shown(start)} to {_shown(end)} at {_shown(rate)} frames per time unit",),
-                    helps=(f"raise the limit with `--max-frames {frames}`, or take fewer frames with `--fps`",),
+                    helps=(
+                        f"raise the limit with `--max-frames {_counted(frames, '')}`, or take fewer frames with `--fps`",
+                    ),
                 )
             ]
         )
@@ -132,6 +134,10 @@ def _visible(scene: Scene, step: int) -> frozenset[int]:
 
 def _shown(value: Fraction) -> str:
     return str(value) if value.denominator == 1 else f"{float(value):.6g}"
+
+
+def _counted(number: int, separator: str = ",") -> str:
+    return format(number, separator) if number < 10**15 else f"{float(number):.1e}"
 
 
 def _refusal(code: str, message: str) -> ScriptError:

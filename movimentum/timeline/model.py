@@ -12,8 +12,9 @@ from movimentum.scene.model import Constraint, Scene
 class Segment:
     """From one step (included) to the next (excluded; the last segment includes its end).
 
-    Steps at one and the same time are merged: the segment belongs to the last of them. ``active`` are the constraints that hold, by number, with
-    every ``lifetime`` leaf replaced by its constant. ``visible`` are the numbers of the things that have appeared.
+    Steps at one and the same time are merged: the segment belongs to the last of them. ``active`` are the constraints
+    that hold, by number, with every ``lifetime`` leaf replaced by its constant. ``visible`` are the numbers of the
+    things that have appeared.
     """
 
     number: int
