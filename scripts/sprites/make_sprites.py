@@ -94,6 +94,11 @@ class Sprite:
         angles = (math.radians(start_deg + (end_deg - start_deg) * k / steps) for k in range(steps + 1))
         return [(center[0] + radius * math.cos(a), center[1] + radius * math.sin(a)) for a in angles]
 
+    def clear(self, left: float, bottom: float, right: float, top: float) -> None:
+        """Makes a rectangle transparent again: a hole."""
+        (x0, y0), (x1, y1) = self._at((left, top)), self._at((right, bottom))
+        self._draw.rectangle((x0, y0, x1, y1), fill=(0, 0, 0, 0))
+
     def save(self, path: Path) -> None:
         """Averages down and writes a straight-alpha PNG."""
         small = self._image.convert("RGBa").reduce(OVERSAMPLING).convert("RGBA")
@@ -167,9 +172,9 @@ def coupling_rod() -> Sprite:
 
 def slide_valve(half_outer: float, half_inner: float, spindle: float) -> Sprite:
     """A D valve in section, face down; its middle is at [spindle + 6, 14] and its spindle's eye at [6,14]."""
-    sprite = Sprite(math.ceil(spindle + half_outer + 30), 28)
+    sprite = Sprite(math.ceil(spindle + half_outer + 18), 28)
     x = 6 + spindle
-    sprite.rod([(6, 14), (x + half_outer + 22, 14)], 3, STEEL)
+    sprite.rod([(6, 14), (x + half_outer + 7, 14)], 3, STEEL)
     outline = [
         (x - half_outer, 0.8), (x - half_inner, 0.8), (x - half_inner + 3, 10), (x + half_inner - 3, 10),
         (x + half_inner, 0.8), (x + half_outer, 0.8), (x + half_outer, 7), (x + half_inner, 20),
@@ -284,12 +289,12 @@ def slider_crank_frame() -> Sprite:
 
 
 def walschaerts_frame() -> Sprite:
-    """640 × 300: axle at (100,130), trunnion at (230,190), weigh shaft at (315,240), cylinder's middle at (495,130)."""
+    """640 × 300: axle at (100,130), trunnion at (230,190), weigh shaft at (315,240), cylinder's middle at (520,130)."""
     sprite = Sprite(640, 300)
     sprite.box(0, 36, 640, 42, GROUND)
     sprite.box(0, 30, 640, 37, DARK, None)
-    sprite.box(40, 120, 436, 140, "#55606a", OUTLINE)
-    cylinder(sprite, (495, 130), 80, 60, 76.8, 30, 8)
+    sprite.box(40, 120, 460, 140, "#55606a", OUTLINE)
+    cylinder(sprite, (520, 130), 80, 60, 76.8, 30, 8)
     guides(sprite, 262, 410, 130)
     sprite.polygon([(262, 107), (262, 153), (252, 153), (252, 107)], DARK)
     # brackets of the expansion link's trunnion and of the weigh shaft
@@ -335,13 +340,8 @@ def oscillating_stand() -> Sprite:
     """400 × 420: the shaft at (200,300), the trunnion at (200,110)."""
     sprite = Sprite(400, 420)
     sprite.box(60, 16, 340, 34, DARK)
-    sprite.polygon([(120, 34), (280, 34), (224, 300), (176, 300)], "#c9d2d8")
-    sprite.disc((200, 300), 24, "#c9d2d8")
-    sprite.polygon([(178, 290), (222, 290), (223, 304), (177, 304)], "#c9d2d8", None)
-    sprite.polygon([(150, 150), (250, 150), (250, 182), (150, 182)], IRON)
-    # steam and exhaust ports, opened in turn by the swinging cylinder's own port
-    for x, color in ((178, STEAM), (222, EXHAUST)):
-        sprite.disc((x, 166), 8, color)
+    sprite.polygon([(120, 34), (280, 34), (222, 300), (178, 300)], "#c9d2d8")
+    sprite.disc((200, 300), 26, DARK)
     return sprite
 
 
@@ -379,26 +379,22 @@ def crank_disc() -> Sprite:
 
 
 def yoke() -> Sprite:
-    """360 × 150: the slot's middle O = [180,75]; rods reach 170 to either side."""
-    sprite = Sprite(360, 150)
-    sprite.rod([(12, 75), (348, 75)], 11, STEEL)
-    sprite.polygon([(160, 6), (200, 6), (200, 144), (160, 144)], BRASS)
-    sprite.polygon([(171, 14), (189, 14), (189, 136), (171, 136)], PAPER)
-    sprite.polygon([(171, 14), (189, 14), (189, 136), (171, 136)], None)
-    # the slot is a hole: clear what lies inside its outline
-    sprite._draw.rectangle(
-        (172 * OVERSAMPLING, 15 * OVERSAMPLING, 188 * OVERSAMPLING, 135 * OVERSAMPLING), fill=(0, 0, 0, 0)
-    )
+    """420 × 150: the slot's middle O = [210,75]; rods reach 200 to either side."""
+    sprite = Sprite(420, 150)
+    sprite.rod([(10, 75), (410, 75)], 11, STEEL)
+    sprite.box(190, 6, 230, 144, BRASS)
+    sprite.box(201, 14, 219, 136, PAPER)
+    sprite.clear(202, 15, 218, 135)
     return sprite
 
 
 def yoke_frame() -> Sprite:
-    """480 × 220: the shaft at (240,110); guides for the yoke's rods."""
-    sprite = Sprite(480, 220)
-    sprite.box(30, 14, 450, 28, DARK)
-    for x in (66.0, 414.0):
-        sprite.box(x - 24, 28, x + 24, 98, "#c9d2d8")
-        sprite.box(x - 30, 92, x + 30, 128, IRON)
+    """520 × 220: the shaft at (260,110); guides for the yoke's rods."""
+    sprite = Sprite(520, 220)
+    sprite.box(30, 14, 490, 28, DARK)
+    for x in (106.0, 414.0):
+        sprite.box(x - 18, 28, x + 18, 98, "#c9d2d8")
+        sprite.box(x - 24, 92, x + 24, 128, IRON)
     return sprite
 
 
@@ -444,15 +440,20 @@ def eccentric_rod(color: str) -> Sprite:
 def stephenson_link() -> Sprite:
     """60 × 130: the slot's middle S = [35,65], its centre of curvature S - [220,0]; pins 45 above and below S."""
     sprite = Sprite(60, 130)
-    curved_slot(sprite, (-185, 65), 220, 12.6, 0, 18)
+    for y in (20.0, 110.0):
+        sprite.disc((35, y), 11, BLUE)
+    curved_slot(sprite, (-185, 65), 220, 10.5, 0, 18)
+    for y in (20.0, 110.0):
+        sprite.pin((35, y), 4.5)
     return sprite
 
 
 def stephenson_frame() -> Sprite:
     """600 × 300: axle at (90,130), valve spindle along y = 130, weigh shaft at (350,210), chest's middle at 484.4."""
     sprite = Sprite(600, 300)
-    face, middle = 116.0, 484.4
-    sprite.box(middle - 60, 60, middle + 60, face, IRON)
+    face, middle, floor = 116.0, 484.4, 34.0
+    sprite.box(20, floor - 12, 580, floor, DARK)
+    sprite.box(middle - 60, floor, middle + 60, face, IRON)
     for side in (-1.0, 1.0):
         low, high = sorted((middle + side * 30, middle + side * 22))
         sprite.box(low, 60, high, face + 1, EXHAUST)
@@ -461,10 +462,8 @@ def stephenson_frame() -> Sprite:
     sprite.box(middle - 60, face + 1, middle + 60, face + 38, STEAM)
     sprite.box(middle - 76, face + 6, middle - 66, face + 22, DARK)
     sprite.box(350, face + 5, 382, face + 23, DARK)
-    sprite.box(356, 60, 376, face + 5, "#6b7882")
-    sprite.box(20, 48, 580, 60, DARK)
+    sprite.box(356, floor, 376, face + 5, "#6b7882")
     sprite.polygon([(341, 139), (359, 139), (356, 210), (344, 210)], "#6b7882")
-    sprite.polygon([(341, 139), (359, 139), (359, 133), (341, 133)], "#6b7882")
     sprite.disc((350, 210), 10, DARK)
     return sprite
 
@@ -491,8 +490,8 @@ SPRITES: dict[str, Callable[[], Sprite]] = {
     "engine-valve": lambda: slide_valve(32 + 3.8, 32 - 7, 124),
     "engine-frame": slider_crank_frame,
     "walschaerts-frame": walschaerts_frame,
-    "walschaerts-piston": lambda: engine_piston(165, 60, 36),
-    "walschaerts-valve": lambda: slide_valve(30 + 6, 30 - 8, 90),
+    "walschaerts-piston": lambda: engine_piston(190, 60, 36),
+    "walschaerts-valve": lambda: slide_valve(30 + 6, 30 - 8, 115),
     "expansion-link": expansion_link,
     "combination-lever": combination_lever,
     "oscillating-stand": oscillating_stand,

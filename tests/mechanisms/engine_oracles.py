@@ -81,10 +81,10 @@ def coupling_rods(t: Array) -> Columns:
 
 
 def scotch_yoke(t: Array) -> Columns:
-    """Throw 50 about (240, 110): x = 240 + 50 cos θ exactly."""
-    yoke = np.stack([240 + 50 * np.cos(np.pi * t), np.full_like(t, 110)], axis=-1)
+    """Throw 50 about (260, 110): x = 260 + 50 cos θ exactly."""
+    yoke = np.stack([260 + 50 * np.cos(np.pi * t), np.full_like(t, 110)], axis=-1)
     return merge(
-        body("Disc", {"C": (0, 0), "P": (50, 0)}, "C", still((240, 110), t), 180 * t),
+        body("Disc", {"C": (0, 0), "P": (50, 0)}, "C", still((260, 110), t), 180 * t),
         body("Yoke", {"O": (0, 0)}, "O", yoke, 0),
     )
 

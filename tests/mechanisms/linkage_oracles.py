@@ -24,7 +24,7 @@ def four_bar(t: Array) -> Columns:
     c = circle_circle(b, 150, d, 130, +1)
     return merge(
         body("Crank", {"A": (0, 0), "B": (50, 0)}, "A", a, 180 * t),
-        between("Coupler", {"B": (0, 0), "P": (70, 90), "C": (150, 0)}, "B", b, "C", c),
+        between("Coupler", {"B": (0, 0), "P": (70, 90), "C": (150, 0), "Z": (0, 0)}, "B", b, "C", c),
         between("Rocker", {"C": (0, 130), "D": (0, 0)}, "D", d, "C", c),
     )
 

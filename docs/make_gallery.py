@@ -1,0 +1,47 @@
+"""Renders the gallery: ``python docs/make_gallery.py [NAME …]`` writes ``docs/gallery/NAME.gif`` for every script.
+
+It calls the command line, as a reader of the gallery would.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+DOCS = Path(__file__).resolve().parent
+SCRIPTS = DOCS.parent / "scripts"
+
+TRACES: dict[str, tuple[str, ...]] = {
+    "falling-bar": ("Bar.M",),
+    "four-bar": ("Coupler.P",),
+    "hoecken": ("Coupler.P",),
+    "jansen": ("ghi.W",),
+    "pantograph": ("BP.P", "AQ.Q"),
+    "peaucellier": ("AP.P",),
+    "trammel": ("Rod.P",),
+    "watt": ("Coupler.P",),
+}
+"""Whose path is drawn in which picture."""
+
+
+def command(name: str) -> list[str]:
+    """The arguments of ``movimentum`` that render script ``name``, without its output."""
+    return [
+        "run",
+        str(SCRIPTS / f"{name}.mov"),
+        *(word for anchor in TRACES.get(name, ()) for word in ("--trace", anchor)),
+    ]
+
+
+def main(names: list[str]) -> None:
+    """Renders the named scripts, or all."""
+    (DOCS / "gallery").mkdir(exist_ok=True)
+    for name in names or sorted(path.stem for path in SCRIPTS.glob("*.mov")):
+        out = DOCS / "gallery" / f"{name}.gif"
+        subprocess.run([sys.executable, "-m", "movimentum", *command(name), "-o", str(out)], check=True)
+        print(f"{out.name}: {out.stat().st_size / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
