@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from movimentum.expressions import Expr, symbols
+from movimentum.expressions import ZERO, Expr, add, call, const, mul, symbols
 from movimentum.plan.blocks import Block, make_block
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.decompose import Decomposition, decompose, driven_angles
 from movimentum.plan.model import Plan
-from movimentum.plan.system import Form, System, build_system, with_rates, with_rigidity
+from movimentum.plan.system import Equation, Form, System, build_system, with_rates, with_rigidity
 from movimentum.plan.unknowns import Accumulated, Rate
 from movimentum.scene.model import Anonymous, Scene
 from movimentum.timeline.model import Segment
@@ -50,15 +50,31 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
         checks=decomposition.checks,
         verified=verified,
         residuals=compiled(originals, clocks),
-        check_values=compiled([system.equations[n].residual for n in decomposition.checks], clocks),
-        selectors=compiled([selector.value for selector in system.selectors], clocks),
-        wishes=compiled(errors, clocks),
+        check_values=tuple(
+            compiled([system.equations[n].residual, _size_of_terms(system.equations[n], size)], clocks)
+            for n in decomposition.checks
+        ),
+        selectors=tuple(compiled([selector.value], clocks) for selector in system.selectors),
+        wishes=tuple(compiled([error], clocks) for error in errors),
         wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
         clocks=tuple(clocks.starts),
         size=size,
         still=not moving,
         merged=merged,
     )
+
+
+def _size_of_terms(equation: Equation, size: float) -> Expr:
+    """The sum of the sizes of an equation's terms: what its residual is small or large against."""
+    if equation.polynomial is None:
+        return const(size)
+    total = ZERO
+    for monomial, coefficient in equation.polynomial.items():
+        term = coefficient
+        for n in monomial:
+            term = mul(term, Expr("symbol", (), n))
+        total = add(total, call("abs", term))
+    return total
 
 
 def _about_rates(system: System, equation: int) -> bool:

@@ -14,10 +14,11 @@ from movimentum.plan.system import System
 class Plan:
     """How to solve one segment: blocks in order, and what to check and choose by.
 
-    ``checks`` are the equations that determine nothing (redundant where they hold); ``residuals`` gives every equation of ``verified``
-    as the script states it; ``selectors`` and ``wishes`` give the values of `System.selectors` and the errors of `System.wishes`
-    (``wish_of`` maps each error to its wish); ``check_values`` the residuals of ``checks``.
-    ``clocks`` are the starts of the clocks that all compiled functions read as ``k``.
+    ``checks`` are the equations that determine nothing (redundant where they hold); ``check_values`` gives for each its residual and the
+    size of its terms. ``residuals`` gives, for every equation of ``verified``, the residual as the script states it. ``selectors`` has one function for
+    each of `System.selectors`, ``wishes`` one for each error of `System.wishes` (``wish_of``: which wish).
+    ``clocks`` are the starts of the clocks that all compiled functions read as ``k``. ``size`` is the scene's size in pixels.
+    ``still``: nothing in the segment depends on time.
     """
 
     system: System
@@ -26,9 +27,9 @@ class Plan:
     clocks: tuple[Fraction, ...]
     verified: tuple[int, ...]
     residuals: Compiled
-    check_values: Compiled
-    selectors: Compiled
-    wishes: Compiled
+    check_values: tuple[Compiled, ...]
+    selectors: tuple[Compiled, ...]
+    wishes: tuple[Compiled, ...]
     wish_of: tuple[int, ...]
     size: float
     still: bool

@@ -1,13 +1,18 @@
-"""What solving yields for a run of frames: poses of all things, and the other scalars."""
+"""The product of the solve stage: a motion, and the poses it has at a run of frames."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from movimentum.solve.stretches import Stretch
+    from movimentum.timeline.model import Timeline
 
     FloatArray = NDArray[np.float64]
     BoolArray = NDArray[np.bool_]
@@ -63,3 +68,66 @@ class Poses:
             variables={key: value[chosen] for key, value in self.variables.items()},
             solved=self.solved[chosen],
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """A solved timeline: a value from which the poses of any frames can be had.
+
+    ``stretches``: one for each segment. ``size``: the scene's size (pixels), for tolerances.
+    A frame's pose depends on its time only, not on which frames are asked for.
+    """
+
+    timeline: Timeline
+    stretches: tuple[Stretch, ...]
+    size: float
+    accuracy: str = "standard"
+
+    @property
+    def has_solution(self) -> bool:
+        """Whether every moment of the timeline has a solution, as far as the paths show."""
+        return not any(stretch.troubles for stretch in self.stretches)
+
+    def poses(self, first: int, stop: int) -> Poses:
+        """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start)."""
+        import numpy as np
+
+        from movimentum.solve.instants import at_frames
+        from movimentum.solve.moments import Assembly
+
+        timeline = self.timeline
+        frames = np.arange(first, stop, dtype=np.int64)
+        times = at_frames((), Fraction(0), timeline.start, 1 / timeline.fps, frames).tau
+        assembly = Assembly(self, frames, times)
+        for stretch, following in zip(self.stretches, (*self.stretches[1:], None), strict=True):
+            begin = -((timeline.start - stretch.segment.start) * timeline.fps // 1)  # the first frame not before the step
+            end = stop if following is None else -((timeline.start - following.segment.start) * timeline.fps // 1)
+            low, high = max(first, int(begin)), min(stop, int(end))
+            if low < high:
+                instants = at_frames(
+                    stretch.plan.clocks, stretch.segment.start, timeline.start, 1 / timeline.fps, frames[low - first : high - first]
+                )
+                assembly.add(stretch, slice(low - first, high - first), instants)
+        return assembly.finished()
+
+    def poses_at(self, times: Sequence[Fraction]) -> Poses:
+        """The poses at any times (ascending), clipped to the timeline; ``frames`` then just counts them."""
+        import numpy as np
+
+        from movimentum.solve.instants import at_times
+        from movimentum.solve.moments import Assembly
+
+        timeline = self.timeline
+        clipped = [min(max(time, timeline.start), timeline.end) for time in times]
+        assembly = Assembly(self, np.arange(len(clipped)), np.array([float(time) for time in clipped]))
+        place = 0
+        while place < len(clipped):
+            number = timeline.segment_at(clipped[place])
+            end = place
+            while end < len(clipped) and timeline.segment_at(clipped[end]) == number:
+                end += 1
+            stretch = self.stretches[number]
+            instants = at_times(stretch.plan.clocks, stretch.segment.start, clipped[place:end])
+            assembly.add(stretch, slice(place, end), instants)
+            place = end
+        return assembly.finished()

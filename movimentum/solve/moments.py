@@ -1,0 +1,258 @@
+"""From solved states to poses of the scene's things, and to what is carried on."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.expressions import walk
+from movimentum.plan.model import Plan
+from movimentum.plan.numeric import sincosd
+from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY, Rate
+from movimentum.scene.model import Thing, ThingAngle, ThingProperty, VariableComponent
+from movimentum.solve.carry import Carry, Snapshot, ThingPose
+from movimentum.solve.instants import Instants
+from movimentum.solve.kernels import State
+from movimentum.solve.motion import Motion, Poses
+from movimentum.solve.stretches import Dead, Stretch
+from movimentum.solve.tracks import Piece
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placement:
+    """One thing over F instants: local origin (x, y), direction (c, s), turn (degrees); each (F,) or a scalar."""
+
+    x: FloatArray
+    y: FloatArray
+    c: FloatArray
+    s: FloatArray
+    angle: FloatArray
+
+
+def placements(plan: Plan, state: State, base: Snapshot) -> list[Placement]:
+    """Every thing's placement; what the plan does not know stays as in ``base``."""
+    number_of = plan.system.number_of
+    result: list[Placement] = []
+    for thing in plan.system.scene.things:
+        t = thing.number
+        before = base.things[t]
+
+        def value(payload: Hashable) -> FloatArray | None:
+            n = number_of.get(payload)
+            return None if n is None else state[n]
+
+        angle = value(ThingAngle(t))
+        c, s = value(PoseCos(t)), value(PoseSin(t))
+        if c is None or s is None:
+            if angle is not None:
+                s, c = sincosd(np.asarray(angle))
+            else:
+                c, s = np.float64(before.c), np.float64(before.s)  # type: ignore[assignment]
+        if angle is None:
+            angle = np.float64(before.angle)  # type: ignore[assignment]
+        rx, ry = plan.system.reference.get(t, (0.0, 0.0))
+        x, y = value(PoseX(t)), value(PoseY(t))
+        if x is None:
+            x = np.float64(before.x + (before.c * rx - before.s * ry))  # type: ignore[assignment]
+        if y is None:
+            y = np.float64(before.y + (before.s * rx + before.c * ry))  # type: ignore[assignment]
+        result.append(Placement(x - (c * rx - s * ry), y - (s * rx + c * ry), c, s, angle))  # type: ignore[operator,arg-type]
+    return result
+
+
+def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
+    """The moment number ``index`` of ``state``."""
+
+    def pick(value: FloatArray) -> float:
+        array = np.ravel(value)
+        return float(array[index] if len(array) > 1 else array[0])
+
+    things = tuple(
+        ThingPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle)) for p in placements(plan, state, base)
+    )
+    others = dict(base.others)
+    known = set(base.known)
+    for unknown in plan.system.unknowns:
+        thing = getattr(unknown.payload, "thing", None)
+        if isinstance(unknown.payload, PoseX | PoseY | PoseCos | PoseSin | ThingAngle):
+            known.add(int(thing))  # type: ignore[arg-type]
+        elif not isinstance(unknown.payload, Rate) and state[unknown.number] is not None:
+            others[unknown.payload] = pick(state[unknown.number])
+    return Snapshot(things, others, frozenset(known))
+
+
+def carry_at(stretch: Stretch, piece: Piece, time: float, base: Carry) -> Carry:
+    """What is carried on from ``piece`` at offset ``time``, with the velocity there where the piece has a length."""
+    span = 1e-6 * (piece.end - piece.begin)
+    gap = next((t for t in stretch.troubles if t.kind == "gap" and t.begin <= time <= t.until), None)
+    if gap is not None:
+        time = max(gap.begin, piece.begin)
+    earlier = time - span
+    if earlier < piece.begin or span <= 0.0 or gap is not None:
+        state, _ = piece.evaluate(piece.instants(np.array([time])))
+        now = snapshot(piece.plan, state, base.now, 0)
+        return Carry(now, base.before, base.span) if span <= 0.0 else Carry(now)
+    state, _ = piece.evaluate(piece.instants(np.array([earlier, time])))
+    return Carry(snapshot(piece.plan, state, base.now, 1), snapshot(piece.plan, state, base.now, 0), span)
+
+
+def held(carry: Carry) -> Carry:
+    """The same pose, at rest."""
+    return Carry(carry.now)
+
+
+def evaluated(piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
+    """Evaluate a piece; an isolated instant without a solution (two circles that become one for a moment) is taken from just beside it."""
+    state, bad = piece.evaluate(instants)
+    if bad.any() and piece.end > piece.begin:
+        for nudge in (-1e-9, 1e-9, -1e-7, 1e-7):
+            places = np.nonzero(bad)[0]
+            tau = instants.tau[places] + nudge * (piece.end - piece.begin)
+            inside = (tau >= piece.begin) & (tau <= piece.end)
+            places, tau = places[inside], tau[inside]
+            if len(places) == 0:
+                continue
+            beside, still_bad = piece.evaluate(piece.instants(tau))
+            good = ~still_bad
+            for n, value in enumerate(state):
+                if value is not None and (np.ndim(value) > 0 or np.ndim(beside[n]) > 0):
+                    filled = np.array(np.broadcast_to(value, len(instants)))
+                    filled[places[good]] = np.broadcast_to(beside[n], len(tau))[good]
+                    state[n] = filled
+            bad = bad.copy()
+            bad[places[good]] = False
+            if not bad.any():
+                break
+    return state, bad
+
+
+class Assembly:
+    """Poses of a run of frames, filled in segment by segment."""
+
+    def __init__(self, motion: Motion, frames: NDArray[np.int64], times: FloatArray) -> None:
+        scene = motion.timeline.scene
+        count, things = len(frames), len(scene.things)
+        self.motion = motion
+        self.scene = scene
+        self.frames, self.times = frames, times
+        self.origin = np.zeros((things, count, 2))
+        self.direction = np.zeros((things, count, 2))
+        self.angle = np.zeros((things, count))
+        self.visible = np.zeros((things, count), dtype=np.bool_)
+        self.solved = np.ones(count, dtype=np.bool_)
+        self.properties: dict[tuple[int, str], FloatArray] = {}
+        for constraint in scene.constraints():
+            for node in walk(*constraint.left, *constraint.right):
+                if node.op == "symbol" and isinstance(node.payload, ThingProperty):
+                    key = (node.payload.thing, node.payload.name)
+                    if key not in self.properties:
+                        self.properties[key] = np.full(count, _default(scene.things[key[0]], key[1]))
+        self.variables = {
+            name: np.zeros((count, 2) if variable.is_vector else count) for name, variable in scene.variables.items()
+        }
+
+    def add(self, stretch: Stretch, where: slice, instants: Instants) -> None:
+        """Fill in the frames ``where``, which lie in ``stretch``."""
+        for number in stretch.segment.visible:
+            self.visible[number, where] = True
+        begins = np.array([piece.begin for piece in stretch.pieces[1:]])
+        of_piece = np.searchsorted(begins, instants.tau, side="right")
+        offset = int(where.start)
+        for number in np.unique(of_piece):
+            chosen = np.nonzero(of_piece == number)[0]
+            piece = stretch.pieces[int(number)]
+            places = offset + chosen
+            if isinstance(piece, Dead):
+                self._fill_moment(places, piece.carry.now)
+                self.solved[places] = False
+                continue
+            part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
+            state, bad = evaluated(piece, part)
+            self._fill(places, piece.plan, state, stretch.base.now)
+            if bad.any():
+                self._hold(places[bad], part.tau[bad], piece, stretch)
+
+    def _fill(self, places: NDArray[np.intp], plan: Plan, state: State, base: Snapshot) -> None:
+        for t, placement in enumerate(placements(plan, state, base)):
+            self.origin[t, places, 0] = placement.x
+            self.origin[t, places, 1] = placement.y
+            self.direction[t, places, 0] = placement.c
+            self.direction[t, places, 1] = placement.s
+            self.angle[t, places] = placement.angle
+        number_of = plan.system.number_of
+        for (thing, name), values in self.properties.items():
+            n = number_of.get(ThingProperty(thing, name))
+            if n is not None:
+                values[places] = state[n]
+        for name, values in self.variables.items():
+            for axis in (0, 1) if values.ndim == 2 else (None,):
+                payload = VariableComponent(name, axis)
+                n = number_of.get(payload)
+                value = base.others.get(payload, 0.0) if n is None else state[n]
+                if axis is None:
+                    values[places] = value
+                else:
+                    values[places, axis] = value
+
+    def _fill_moment(self, places: NDArray[np.intp], moment: Snapshot) -> None:
+        for t, pose in enumerate(moment.things):
+            self.origin[t, places] = (pose.x, pose.y)
+            self.direction[t, places] = (pose.c, pose.s)
+            self.angle[t, places] = pose.angle
+        for (thing, name), values in self.properties.items():
+            values[places] = moment.others.get(ThingProperty(thing, name), _default(self.scene.things[thing], name))
+        for name, values in self.variables.items():
+            for axis in (0, 1) if values.ndim == 2 else (None,):
+                value = moment.others.get(VariableComponent(name, axis), 0.0)
+                if axis is None:
+                    values[places] = value
+                else:
+                    values[places, axis] = value
+
+    def _hold(self, places: NDArray[np.intp], tau: FloatArray, piece: Piece, stretch: Stretch) -> None:
+        """Frames without a solution hold the last good pose: that of the moment at which the solution ended."""
+        self.solved[places] = False
+        edges = sorted(t.begin for t in stretch.troubles if t.kind == "gap")
+        for place, instant in zip(places, tau, strict=True):
+            before = [edge for edge in edges if edge <= instant]
+            edge = before[-1] if before else piece.begin
+            state, bad = evaluated(piece, piece.instants(np.array([edge])))
+            if bad[0]:
+                self._fill_moment(np.array([place]), stretch.base.now)
+            else:
+                self._fill(np.array([place]), piece.plan, state, stretch.base.now)
+
+    def finished(self) -> Poses:
+        """The poses, all finite."""
+        finite = np.isfinite(self.origin).all(axis=(0, 2)) & np.isfinite(self.direction).all(axis=(0, 2))
+        finite &= np.isfinite(self.angle).all(axis=0)
+        others = [*self.properties.values(), *self.variables.values()]
+        for values in others:
+            finite &= np.isfinite(values).reshape(len(values), -1).all(axis=1)
+        for array in (self.origin, self.direction, self.angle, *others):
+            np.nan_to_num(array, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+        return Poses(
+            frames=self.frames,
+            times=self.times,
+            origin=self.origin,
+            direction=self.direction,
+            angle=self.angle,
+            visible=self.visible,
+            properties=self.properties,
+            variables=self.variables,
+            solved=self.solved & finite,
+        )
+
+
+def _default(thing: Thing, name: str) -> float:
+    """What a property is where nothing states it."""
+    if name == "opacity":
+        return 1.0
+    color = thing.color or (0, 0, 0)
+    return float(color[("red", "green", "blue").index(name)])

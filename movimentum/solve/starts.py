@@ -1,0 +1,181 @@
+"""Solutions of a Newton block to begin with: for blocks without freedom many seeded starts, for free ones the least turned pose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.plan.blocks import Block
+from movimentum.plan.model import Plan
+from movimentum.plan.unknowns import PoseCos, PoseSin
+from movimentum.scene.model import ThingAngle
+from movimentum.solve.carry import Carry
+from movimentum.solve.continuation import projected
+from movimentum.solve.kernels import State
+from movimentum.solve.newton import jacobian_of, newton, null_space, residual_of, scaled
+
+FloatArray = NDArray[np.float64]
+
+SEEDS = 64
+SAME = 1e-6
+
+
+def _first_instant(state: State, k: Sequence[FloatArray], copies: int) -> tuple[State, tuple[FloatArray, ...]]:
+    """The state and the clocks at the first of the two instants, repeated."""
+    one = [None if value is None else np.full(copies, float(np.ravel(value)[0])) for value in state]
+    return one, tuple(np.full(copies, float(np.ravel(clock)[0])) for clock in k)
+
+
+def carried_values(plan: Plan, block: Block, carry: Carry) -> FloatArray:
+    """The block's core as carried over (as drawn at the beginning); unknowns that have no such value are 0."""
+    values = [carry.now.value(plan.system, n) for n in block.core]
+    return np.array([0.0 if v is None else v for v in values])
+
+
+def newton_starts(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
+) -> list[FloatArray]:
+    """The distinct solutions found from the carried pose and from seeded random poses ("found", not "all")."""
+    first = carried_values(plan, block, carry)
+    generator = np.random.default_rng(20121)
+    starts = np.repeat(first[None], SEEDS, axis=0)
+    unknowns = plan.system.unknowns
+    angles: dict[int, FloatArray] = {}
+    for j, n in enumerate(block.core):
+        payload = unknowns[n].payload
+        if isinstance(payload, PoseCos | PoseSin):
+            if payload.thing not in angles:
+                angles[payload.thing] = generator.uniform(0.0, 2.0 * np.pi, SEEDS)
+            turn = angles[payload.thing]
+            starts[1:, j] = (np.cos(turn) if isinstance(payload, PoseCos) else np.sin(turn))[1:]
+        else:
+            starts[1:, j] += scale[j] * generator.normal(0.0, 1.0, SEEDS - 1)
+    one, clocks = _first_instant(state, k, SEEDS)
+    outcome = newton(block, one, clocks, starts, scale, iterations=60, limit=0.5)
+    polished = newton(block, one, clocks, outcome.x, scale, iterations=6)
+    found: list[FloatArray] = []
+    for x, good in zip(polished.x, polished.converged, strict=True):
+        if good and not any(np.max(np.abs(x - other) / scale) < SAME for other in found):
+            found.append(x)
+    return found
+
+
+def free_start(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
+) -> list[FloatArray]:
+    """The pose to begin with where freedom is left: for what has a pose already the nearest to it; else things turned
+    as little as possible from how they were drawn, and then moved as little as possible.
+
+    One solution, or none. If the block turns out to have no freedom (redundant equations), its solutions as `newton_starts` finds them.
+    """
+    one, clocks = _first_instant(state, k, 1)
+    origin = carried_values(plan, block, carry)
+    begins = [origin, *newton_starts(plan, block, state, k, carry, scale)]
+    assert block.metric is not None
+    known = carry.now.known
+    unknowns = plan.system.unknowns
+    fresh = [
+        (j, i)
+        for j, n in enumerate(block.core)
+        if isinstance(unknowns[n].payload, PoseCos) and unknowns[n].payload.thing not in known
+        for i, m in enumerate(block.core)
+        if isinstance(unknowns[m].payload, PoseSin) and unknowns[m].payload.thing == unknowns[n].payload.thing
+    ]
+    results: list[tuple[float, float, FloatArray]] = []
+    for begin in begins:
+        x: FloatArray | None = begin
+        held: list[tuple[int, int, float]] = []
+        if fresh:
+            x = _least(block, one, clocks, begin, block.metric, fresh, [], origin, scale)
+            if x is not None:
+                held = [(jc, js, float(np.arctan2(x[js], x[jc]))) for jc, js in fresh]
+        if x is not None:
+            y = _least(block, one, clocks, x, block.metric, [], held, origin, scale)
+            x = y if y is not None else x
+            x, good = projected(block, lambda _: (one, clocks), 0.0, x, np.linalg.cholesky(block.metric))
+            if good:
+                turn = float(sum(np.arctan2(x[js], x[jc]) ** 2 for jc, js in fresh))
+                moved = float((x - origin) @ block.metric @ (x - origin))
+                results.append((round(turn, 9), moved, x))
+    if not results:
+        return []
+    if _rank_free(block, one, clocks, results[0][2], scale) == 0:
+        distinct: list[FloatArray] = []
+        for _, _, x in results:
+            if not any(np.max(np.abs(x - other) / scale) < SAME for other in distinct):
+                distinct.append(x)
+        return distinct
+    results.sort(key=lambda item: item[:2])
+    return [results[0][2]]
+
+
+def _rank_free(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:
+    rows, _ = scaled(jacobian_of(block, state, k, x[None]), scale)
+    rank, _, _ = null_space(rows[0], 1e-7)
+    return len(x) - rank
+
+
+def _turn_metric(x: FloatArray, fresh: list[tuple[int, int]], metric: FloatArray) -> FloatArray:
+    """Sum of squared turns, with a trace of the anchor metric so that it is definite."""
+    result = 1e-6 * metric / float(np.max(np.diag(metric)))
+    for jc, js in fresh:
+        c, s = x[jc], x[js]
+        direction = np.zeros(len(x))
+        direction[jc], direction[js] = -s, c
+        result = result + np.outer(direction, direction)
+    return result
+
+
+def _least(
+    block: Block,
+    state: State,
+    k: Sequence[FloatArray],
+    start: FloatArray,
+    metric: FloatArray,
+    turns: list[tuple[int, int]],
+    held: list[tuple[int, int, float]],
+    origin: FloatArray,
+    scale: FloatArray,
+) -> FloatArray | None:
+    """Minimise turns (where given) or the distance from ``origin`` in ``metric`` under the block's equations, with the
+    directions in ``held`` fixed: Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18).
+    """
+    x = start.copy()
+    for _ in range(200):
+        residual = residual_of(block, state, k, x[None])
+        jacobian = jacobian_of(block, state, k, x[None])
+        if not np.isfinite(residual).all() or not np.isfinite(jacobian).all():
+            return None
+        extra = np.zeros((len(held), len(x)))
+        off = np.zeros(len(held))
+        for i, (jc, js, angle) in enumerate(held):
+            extra[i, jc], extra[i, js] = -np.sin(angle), np.cos(angle)
+            off[i] = x[js] * np.cos(angle) - x[jc] * np.sin(angle)
+        rows, lengths = scaled(np.concatenate([jacobian[0], extra])[None], scale)
+        right = np.concatenate([residual[0], off]) / lengths[0]
+        _, free, inverse = null_space(rows[0])
+        restore = -(inverse @ right) * scale
+        free = free * scale[:, None]
+        if turns:
+            gradient = np.zeros(len(x))
+            weight = _turn_metric(x, turns, metric)
+            for jc, js in turns:
+                angle = np.arctan2(x[js], x[jc])
+                gradient[jc] += -angle * x[js]
+                gradient[js] += angle * x[jc]
+        else:
+            weight = metric
+            gradient = metric @ (x - origin)
+        if free.shape[1]:
+            hessian = free.T @ weight @ free
+            y = -np.linalg.solve(hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian)), free.T @ (gradient + weight @ restore))
+            step = restore + free @ y
+        else:
+            step = restore
+        size = float(np.max(np.abs(step) / scale, initial=0.0))
+        x = x + step * min(1.0, 0.3 / max(size, 1e-300))
+        if size < 1e-13:
+            break
+    return x

@@ -1,0 +1,59 @@
+"""What solving found, segment by segment: pieces of path, how each began, and what went wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from movimentum.plan.model import Plan
+from movimentum.solve.carry import Carry
+from movimentum.solve.selection import Selection
+from movimentum.solve.tracks import Piece
+from movimentum.timeline.model import Segment
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dead:
+    """A stretch [``begin``, ``end``] without any path; ``carry`` is the last good pose."""
+
+    begin: float
+    end: float
+    carry: Carry
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beginning:
+    """A path's beginning at offset ``time``: the candidates, the pose before, and why a new path begins ("step" or "inequality")."""
+
+    time: float
+    selection: Selection
+    carry: Carry
+    reason: str
+    selector: int | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trouble:
+    """No solution from offset ``begin`` to ``until``.
+
+    ``kind`` "start": none to begin with (``selection`` has the reasons); "gap": block number ``block`` has none;
+    "selector": inequality number ``selector`` is violated and no other solution satisfies it.
+    """
+
+    kind: str
+    begin: float
+    until: float = float("inf")
+    block: int | None = None
+    selector: int | None = None
+    selection: Selection | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """One segment's motion. ``base`` is the moment before it; things that its plan does not know stay as there."""
+
+    segment: Segment
+    plan: Plan
+    base: Carry
+    pieces: list[Piece | Dead]
+    beginnings: list[Beginning]
+    troubles: list[Trouble]
