@@ -36,7 +36,9 @@ def write_video(
     codec, options = ("libx264", {"crf": "18"}) if kind == "mp4" else ("libvpx-vp9", {"crf": "24", "b:v": "0"})
     if kind == "webm":
         options |= {"deadline": "good", "cpu-used": "5", "row-mt": "1"}
-    with av.open(str(path), "w", format=kind, options={"movflags": "+faststart"} if kind == "mp4" else {}) as container:
+    # bitexact: no random identifiers, no dates, so that equal pictures are equal files
+    muxing = {"fflags": "+bitexact"} | ({"movflags": "+faststart"} if kind == "mp4" else {})
+    with av.open(str(path), "w", format=kind, options=muxing) as container:
         try:
             stream = container.add_stream(codec, rate=fps, options=options)
         except (ValueError, LookupError, av.error.FFmpegError) as error:
