@@ -132,8 +132,8 @@ def _render(item: Diagnostic, source: SourceText, color: bool) -> str:
             f"{empty} {row}" for row in _mark_rows(marks, lambda text, mark: paint(text, strong if mark else _BLUE))
         )
     for word, texts in (("note", item.notes), ("help", item.helps)):
-        for text in texts:
-            rows.append(paint(" " * (width + 2) + "=", _BLUE) + paint(f" {word}", _BOLD) + f": {text}")
+        head = paint(" " * (width + 2) + "=", _BLUE) + paint(f" {word}", _BOLD)
+        rows.extend(f"{head}: {text}" for text in texts)
     return "\n".join(rows) + "\n"
 
 

@@ -153,12 +153,11 @@ def _time(header: StepHeader, times: list[Fraction], spans: list[Span], findings
             labels=(Label(spans[-1], f"at {_shown(before)}"),),
             helps=("write the steps in the order of their times",),
         )
-        return before
     return time
 
 
 def _shown(time: Fraction) -> str:
-    return str(time) if time.denominator == 1 else f"{float(time):.6g}"
+    return str(time) if time.denominator == 1 and abs(time) < 10**9 else f"{float(time):.6g}"
 
 
 def _report_no_step(script: Script, findings: Findings) -> None:

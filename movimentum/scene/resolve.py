@@ -146,7 +146,8 @@ def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Fi
 def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable, findings: Findings) -> None:
     """``name`` is no anchor of ``thing``: say so, with the nearest one."""
     known = table.anchor_names(thing.number)
-    guess = nearest(name, [*known, *THING_MEMBERS])
+    words = THING_MEMBERS.keys() - ({"a"} if thing.is_body else {"a", "angle"})
+    guess = nearest(name, [*known, *words])
     if guess is not None:
         helps: tuple[str, ...] = (f"did you mean `{thing.name}.{guess}`?",)
     elif not thing.is_body:

@@ -16,6 +16,7 @@ _VALUE = {"NUMBER", "NAME", "BLANK", "CLOCK", "FUNCTION", "LSQB", "LPAR", "LBRAC
 _OPERATORS = {"PLUS", "MINUS", "STAR", "SLASH", "CIRCUMFLEX"}
 _RELATIONS = {"EQUAL", "TILDE", "ATMOST", "BELOW", "ATLEAST", "ABOVE"}
 _SHAPES = {"BAR", "ARROW", "DISC", "LABEL", "LINE"}
+_SHAPES_HELP = "a thing is a picture `'file.png'`, `.bar`, `.arrow`, `.disc(r)`, `.label('text')` or `.line`"
 _WORDS = {
     "SEMICOLON": "`;`",
     "COLON": "`:`",
@@ -100,7 +101,7 @@ def expected_words(accepted: frozenset[str]) -> str:
         words.append("`=`, `<`, `>` or `~`")
         names -= _RELATIONS
     if names >= _SHAPES:
-        words.append("what it is (a picture's `'file.png'`, `.bar`, `.arrow`, `.disc(r)`, `.label('text')` or `.line`)")
+        words.append("a shape")
         names -= _SHAPES | {"STRING"}
     words.extend(_WORDS[name] for name in _ORDER if name in names)
     names -= set(_ORDER)
@@ -156,16 +157,8 @@ def _unexpected_end(text: str, before: int, accepted: frozenset[str]) -> Diagnos
 
 
 def _unreadable(text: str, place: int) -> Diagnostic | None:
-    """Texts and comments without end, characters that mean nothing."""
+    """Texts without end, characters that mean nothing."""
     character = text[place]
-    if text.startswith("/*", place):
-        return Diagnostic(
-            "syntax/comment",
-            Severity.ERROR,
-            "this comment never ends",
-            Span(place, place + 2),
-            helps=("close it with `*/`",),
-        )
     if character == "'" and not re.match(r"'(?:[^'\r\n]|'')*'", text[place:]):
         line_end = re.compile(r"[\r\n]|$").search(text, place)
         return Diagnostic(
@@ -224,7 +217,7 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
     kind = "shape" if "BAR" in accepted else "word"
     helps = (f"did you mean `.{guess}`?",) if guess else ()
     if kind == "shape" and not guess:
-        helps = ("a thing is a picture `'file.png'`, `.bar`, `.arrow`, `.disc(r)`, `.label('text')` or `.line`",)
+        helps = (_SHAPES_HELP,)
     return Diagnostic(
         "syntax/unknown-word",
         Severity.ERROR,
@@ -239,20 +232,20 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
     previous_match = re.search(r"\.?[A-Za-z0-9_.]+$|<=|>=|.$", text[max(0, before - 60) : before])
     previous = previous_match[0] if previous_match else ""
     functions = {*FUNCTIONS, *SYNONYMS}
-    if found == "(" and previous.startswith(".") and "CIRCUMFLEX" in accepted:
+    if found == "(" and "." in previous[:-1] and "CIRCUMFLEX" in accepted:
         guess = nearest(previous[previous.rfind(".") + 1 :], ["r", "rotate"])
         if guess:
             return (f"did you mean `.{guess}`?",)
     if found == "(" and previous in functions:
         return (f"write `.{previous}(…)`: the language's own words begin with a dot",)
-    if "BAR" in accepted and found in SHAPES:
-        return (f"write `.{found}`: the language's own words begin with a dot",)
+    if "BAR" in accepted:
+        return (f"write `.{found}`: the language's own words begin with a dot" if found in SHAPES else _SHAPES_HELP,)
     if found == "=" and previous in ("=", "!"):
         return ("write one `=`",)
     if found in ("=", "<", ">", "<=", ">=", "~") and "SEMICOLON" in accepted:
         return ("state one relation at a time: `a < b;  b < c;`",)
     if "STAR" in accepted and place == before and (found[0].isalpha() or found == "("):
-        return (f"to multiply, write `{previous}*{found}`" + ("…" if found == "(" else ""),)
+        return (f"to multiply, write `{previous}*{found}{'…' if found == '(' else ''}`",)
     if found == "'" or found.startswith('"'):
         return ("write texts as `'…'`",)
     return ()

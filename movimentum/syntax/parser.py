@@ -36,7 +36,7 @@ MAX_CHARACTERS = 4_000_000
 MAX_ERRORS = 20
 """After so many syntax errors the rest of a script is not looked at."""
 
-_BRACKETS = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[\[({]|[\])}]", re.DOTALL)
+_BRACKETS = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|/\*|[\[({]|[\])}]", re.DOTALL)
 _ITEM_END = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[;@]", re.DOTALL)
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f\ufffe\uffff]")
 
@@ -129,6 +129,7 @@ def _check_characters(text: str, max_characters: int) -> None:
 
 
 def _check_brackets(text: str, max_nesting: int) -> None:
+    """Refuse deep brackets, and a comment without end, which would be read as a division."""
     depth = 0
     for match in _BRACKETS.finditer(text):
         first = match[0]
@@ -137,10 +138,13 @@ def _check_brackets(text: str, max_nesting: int) -> None:
             if depth > max_nesting:
                 raise ScriptError([_too_deep(Span(match.start(), match.end()), max_nesting)])
         elif first in "])}":
-            depth -= 1
-        # A bracket left open should not make the rest of the script "nested".
-        if depth < 0:
-            depth = 0
+            depth = max(depth - 1, 0)
+        elif first == "/*":
+            place = Span(match.start(), match.end())
+            helps = ("close it with `*/`",)
+            raise ScriptError(
+                [Diagnostic("syntax/comment", Severity.ERROR, "this comment never ends", place, helps=helps)]
+            )
 
 
 def _check_depth(script: Script, max_nesting: int) -> None:

@@ -50,7 +50,7 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                     scene.steps[-1].span,
                     notes=(f"from {_shown(start)} to {_shown(end)} at {_shown(rate)} frames per time unit",),
                     helps=(
-                        f"raise the limit with `--max-frames {_counted(frames, '')}`, or take fewer frames with `--fps`",
+                        f"raise the limit with `--max-frames {_counted(frames, '')}`, or lower the rate with `--fps`",
                     ),
                 )
             ]
@@ -133,7 +133,7 @@ def _visible(scene: Scene, step: int) -> frozenset[int]:
 
 
 def _shown(value: Fraction) -> str:
-    return str(value) if value.denominator == 1 else f"{float(value):.6g}"
+    return str(value) if value.denominator == 1 and abs(value) < 10**9 else f"{float(value):.6g}"
 
 
 def _counted(number: int, separator: str = ",") -> str:
