@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from movimentum import __version__
-from movimentum.console import DONE, INTERRUPTED, NO_SOLUTION, USAGE, Console, guarded, wants_color
+from movimentum.console import DONE, NO_SOLUTION, USAGE, Console, ReaderGone, guarded, wants_color
 from movimentum.errors import MovimentumError
 from movimentum.parameters import FrameRange, FrameRangeType, RationalType, TraceType, WordsType
 from movimentum.pipeline import MAX_FRAMES, MAX_PIXELS, Choices, Picture
@@ -47,11 +48,23 @@ def _dispatch(arguments: list[str], console: Console) -> int:
     try:
         code = commands.main(arguments, prog_name="movimentum", standalone_mode=False, obj=console)
     except click.Abort:
-        return INTERRUPTED
+        raise KeyboardInterrupt from None
     except click.ClickException as error:
         error.show(file=console.stream)
         return USAGE
     return code if isinstance(code, int) else 0
+
+
+class _Commands(click.Group):
+    """click ends the process by itself for some exceptions of ours; under another name they come through."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError as error:
+            raise ReaderGone from error
+        except EOFError as error:
+            raise RuntimeError("unexpected end of a file") from error
 
 
 # --- options that several commands share ------------------------------------------------------------
@@ -107,6 +120,7 @@ ON_FAILURE = click.option(
 
 
 @click.group(
+    cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="""\b
 Examples:
@@ -225,7 +239,7 @@ def run(
     fps: Fraction | None,
     frames: FrameRange | None,
     at: Fraction | None,
-    scale: float,
+    scale: Fraction,
     traces: tuple[str, ...],
     show: frozenset[str],
     background: str | None,
@@ -249,7 +263,7 @@ def run(
     picture = Picture(
         frames=None if frames is None else frames.of,
         at=at,
-        scale=scale,
+        scale=float(scale),
         traces=traces,
         show=show,
         background=background,
@@ -344,8 +358,7 @@ def check(console: Console, *, script: str, form: str, fps: Fraction | None, str
     """
     from movimentum import pipeline
 
-    source = pipeline.read(script)
-    report = pipeline.check(source, Choices(fps=fps, strict=strict, max_frames=max_frames))
+    report, source = pipeline.check(script, Choices(fps=fps, strict=strict, max_frames=max_frames))
     if form == "json":
         from movimentum.report import check_json
 
@@ -438,8 +451,9 @@ def _output(script: str, output: str | None, suffix: str) -> Path:
             raise click.UsageError("a script from stdin has no name: say where to write with -o.")
         output = str(Path(script).with_suffix(suffix)) if Path(script).name else script
     target = Path(output)
-    if script != "-" and target.exists() and Path(script).exists() and target.samefile(script):
-        raise click.UsageError(f"{output} is the script itself: choose another name with -o.")
+    with suppress(OSError):  # what is wrong with either name is said where it is opened
+        if script != "-" and target.is_file() and target.samefile(script):
+            raise click.UsageError(f"{output} is the script itself: choose another name with -o.")
     return target
 
 

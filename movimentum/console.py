@@ -40,6 +40,10 @@ _HOW_TO_REPORT = (
 )
 
 
+class ReaderGone(Exception):
+    """Who reads our standard output has seen enough (``| head``)."""
+
+
 class Terminated(BaseException):
     """Somebody asked us to end (SIGTERM): clean up as after Ctrl-C."""
 
@@ -166,9 +170,8 @@ def guarded(work: Callable[[], int], console: Console) -> int:
         if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
             sys.stdout.flush()
         return code
-    except BrokenPipeError:
-        # Who reads our output has seen enough (`| head`): not an error. Python would complain again when it closes
-        # stdout, so that is pointed elsewhere.
+    except (BrokenPipeError, ReaderGone):
+        # Not an error. Python would complain again when it closes stdout, so that is pointed elsewhere.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except KeyboardInterrupt:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -73,16 +72,20 @@ def refuse_unwritable(path: Path) -> None:
 
 def _target(path: Path) -> Path:
     """Where the bytes end up: links are followed, so that a rename does not replace the link."""
-    target = Path(os.path.realpath(path))
-    if target.is_dir():
+    try:
+        target = Path(os.path.realpath(path))
+        folder, home = target.is_dir(), target.parent.is_dir()
+    except OSError as problem:  # a name that is too long, a chain of links without end
+        raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
+    if folder:
         raise unwritable(path, "it is a folder", f"-o {path / 'movimentum.gif'}")
-    if not target.parent.is_dir():
+    if not home:
         raise unwritable(path, f"there is no folder {path.parent}", f"mkdir -p {path.parent}")
     return target
 
 
 def _beside(target: Path) -> Path:
-    return target.with_name(f".{target.stem[:40]}.{secrets.token_hex(4)}.part{target.suffix}")
+    return target.with_name(f".{target.stem[:40]}.{os.urandom(4).hex()}.part{target.suffix}")
 
 
 @contextmanager

@@ -114,7 +114,16 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
     return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
 
 
-def solved(timeline: Timeline, choices: Choices) -> Motion:
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """A motion, everything that is to be said about it (the scene's warnings first), and a report for each step."""
+
+    motion: Motion
+    diagnostics: tuple[Diagnostic, ...]
+    steps: tuple[StepReport, ...] = ()
+
+
+def solved(timeline: Timeline, choices: Choices) -> Solution:
     """The motion; raises `ScriptError` or `NoSolutionError` with everything known so far.
 
     With ``strict``, warnings (of all stages so far) become errors here.
@@ -122,14 +131,16 @@ def solved(timeline: Timeline, choices: Choices) -> Motion:
     from movimentum.solve.solver import SolveOptions, solve
 
     before = timeline.scene.diagnostics
-    options = SolveOptions(on_failure=choices.on_failure, accuracy=choices.accuracy, strict=choices.strict)
     try:
-        motion = solve(timeline, options)
+        motion = solve(timeline, SolveOptions(accuracy=choices.accuracy))
     except MovimentumError as error:
         raise type(error)([*before, *error.diagnostics]) from error
+    found: list[Diagnostic] = [*before]
+    if not motion.has_solution and choices.on_failure == "stop":
+        raise NoSolutionError([*found, Diagnostic("solve/unreachable", Severity.ERROR, "no solution")])
     if choices.strict:
-        refuse_warnings([*before, *motion.diagnostics])
-    return motion
+        refuse_warnings(found)
+    return Solution(motion, tuple(found))
 
 
 def refuse_warnings(diagnostics: Sequence[Diagnostic]) -> None:
@@ -175,32 +186,25 @@ class CheckReport:
     exit_code: int
 
 
-def check(source: SourceText, choices: Choices) -> CheckReport:
-    """All diagnostics and the step reports; errors are reported, not raised."""
+def check(path: str, choices: Choices) -> tuple[CheckReport, SourceText]:
+    """All diagnostics and the step reports; a script's errors are reported, not raised.
+
+    Raises `UsageError` where there is no script to read.
+    """
+    source = SourceText("<stdin>" if path == "-" else path, "")
     frames: int | None = None
     duration: float | None = None
     try:
+        source = read(path)
         timeline = arranged(understand(source), choices)
         frames, duration = timeline.frame_count, float(timeline.end - timeline.start)
-        motion = solved(timeline, choices)
+        solution = solved(timeline, choices)
+    except UsageError:
+        raise
     except MovimentumError as error:
-        return CheckReport(error.diagnostics, (), frames, duration, error.exit_code)
-    steps = tuple(
-        StepReport(
-            float(step.time),
-            float(step.end),
-            step.unknowns,
-            step.equations,
-            step.rank,
-            step.freedom,
-            step.redundant,
-            tuple((tuple(unknowns), str(kernel)) for unknowns, kernel in step.blocks),
-        )
-        for step in motion.steps
-    )
-    diagnostics = (*timeline.scene.diagnostics, *motion.diagnostics)
-    worst = any(item.severity is Severity.ERROR for item in diagnostics)
-    return CheckReport(diagnostics, steps, frames, duration, 1 if worst else 0)
+        return CheckReport(error.diagnostics, (), frames, duration, error.exit_code), source
+    worst = any(item.severity is Severity.ERROR for item in solution.diagnostics)
+    return CheckReport(solution.diagnostics, solution.steps, frames, duration, 1 if worst else 0), source
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +227,8 @@ def tabulate(
         refuse_unwritable(target)
     timeline = arranged(understand(source), choices)
     start, stop = _chosen(timeline, frames)
-    motion = solved(timeline, choices)
+    solution = solved(timeline, choices)
+    motion = solution.motion
     failed = 0
 
     def chunks() -> Iterator[Poses]:
@@ -240,7 +245,7 @@ def tabulate(
     else:
         with whole_file(target) as part:
             rows = tables.write(timeline.scene, chunks(), part, target.suffix)
-    return Outcome(rows, failed, (*timeline.scene.diagnostics, *motion.diagnostics))
+    return Outcome(rows, failed, solution.diagnostics)
 
 
 def animate(source: SourceText, target: Path, choices: Choices, picture: Picture, progress: Report) -> Outcome:
@@ -269,7 +274,8 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         raise _usage(
             "usage/at", f"time {picture.at} is outside the animation, from {timeline.start} to {timeline.end}", "--at 0"
         )
-    motion = solved(timeline, choices)
+    solution = solved(timeline, choices)
+    motion = solution.motion
     with ExitStack() as stack:
         taken: Iterable[Poses]
         if picture.at is not None:
@@ -289,7 +295,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
             workers=picture.workers,
             progress=progress,
         )
-        diagnostics = (*scene.diagnostics, *motion.diagnostics, *written.diagnostics)
+        diagnostics = (*solution.diagnostics, *written.diagnostics)
         if choices.strict:
             refuse_warnings(diagnostics)
     return Outcome(written.frames, failed, diagnostics)

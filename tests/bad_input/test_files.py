@@ -53,7 +53,7 @@ def test_a_script_without_end_is_refused() -> None:
 # --- the output ---
 
 
-@pytest.mark.parametrize("name", ["folder", "no/such/folder.gif", "crank.mov/under-a-file.gif"])
+@pytest.mark.parametrize("name", ["folder", "no/such/folder.gif", "crank.mov/under-a-file.gif", "x" * 5000 + ".gif"])
 def test_an_output_that_cannot_be_written_is_2_before_any_work(script: Path, name: str) -> None:
     (script.parent / "folder").mkdir()
     (script.parent / "folder.gif").mkdir()
