@@ -24,14 +24,18 @@ TRACES: dict[str, tuple[str, ...]] = {
 }
 """Whose path is drawn in which picture."""
 
+LIGHTER: dict[str, tuple[str, ...]] = {
+    "coupling-rods": ("--fps", "20"),
+    "stephenson": ("--fps", "10"),
+    "walschaerts": ("--fps", "10", "--scale", "0.75"),
+}
+"""Fewer frames or pixels, for pages that load quickly; the scripts themselves run at full rate and size."""
+
 
 def command(name: str) -> list[str]:
     """The arguments of ``movimentum`` that render script ``name``, without its output."""
-    return [
-        "run",
-        str(SCRIPTS / f"{name}.mov"),
-        *(word for anchor in TRACES.get(name, ()) for word in ("--trace", anchor)),
-    ]
+    traced = [word for anchor in TRACES.get(name, ()) for word in ("--trace", anchor)]
+    return ["run", str(SCRIPTS / f"{name}.mov"), *traced, *LIGHTER.get(name, ())]
 
 
 def main(names: list[str]) -> None:

@@ -105,32 +105,34 @@ class Sprite:
         small.save(path, optimize=True)
 
 
-def wheel(size: int, rim: float, throw: float, spokes: int, color: str, deep: str, *, tyre: bool) -> Sprite:
-    """A spoked wheel about the middle of a ``size`` square, its crank pin at ``throw`` to the right."""
-    sprite = Sprite(size, size)
-    middle = size / 2
-    center = (middle, middle)
-    sprite.disc(center, rim, STEEL if tyre else color)
-    inner = rim - (7 if tyre else 2)
+def rim(sprite: Sprite, center: Point, radius: float, color: str, *, tyre: bool) -> None:
+    """A wheel's rim, 18 thick, with or without a steel tyre on it."""
+    sprite.disc(center, radius, STEEL if tyre else color)
     if tyre:
-        sprite.disc(center, inner, color)
-    hole = rim - 18
-    sprite.disc(center, hole, None)
-    for k in range(spokes):
-        angle = 2 * math.pi * (k + 0.5) / spokes
+        sprite.disc(center, radius - 7, color)
+    sprite.disc(center, radius - 18, None)
+
+
+def spokes(sprite: Sprite, middle: float, radius: float, throw: float, count: int, color: str, deep: str) -> None:
+    """What is inside a rim of ``radius``: spokes, counterweight, crank and hub; crank pin ``throw`` to the right."""
+    center, hole = (middle, middle), radius - 18
+    for k in range(count):
+        angle = 2 * math.pi * (k + 0.5) / count
         end = (middle + (hole + 2) * math.cos(angle), middle + (hole + 2) * math.sin(angle))
-        sprite.polyline([center, end], 5 + 2 * sprite.line)
-    for k in range(spokes):
-        angle = 2 * math.pi * (k + 0.5) / spokes
-        end = (middle + (hole + 2) * math.cos(angle), middle + (hole + 2) * math.sin(angle))
-        sprite.polyline([center, end], 5, color)
-    # The counterweight fills the rim's inside opposite the crank.
-    weight = sprite.arc(center, hole + 1, 140, 220)
-    sprite.polygon(weight, deep)
+        sprite.polyline([center, end], 6, color)
+    # the counterweight fills the rim's inside opposite the crank
+    sprite.polygon(sprite.arc(center, hole + 1, 140, 220), deep)
     sprite.rod([center, (middle + throw, middle)], 20, color)
     sprite.disc(center, 17, deep)
     sprite.disc(center, 10, STEEL)
     sprite.pin((middle + throw, middle), 7)
+
+
+def wheel(size: int, radius: float, throw: float, count: int, color: str, deep: str, *, tyre: bool) -> Sprite:
+    """A spoked wheel about the middle of a ``size`` square, its crank pin at ``throw`` to the right."""
+    sprite = Sprite(size, size)
+    rim(sprite, (size / 2, size / 2), radius, color, tyre=tyre)
+    spokes(sprite, size / 2, radius, throw, count, color, deep)
     return sprite
 
 
@@ -141,7 +143,14 @@ def flywheel() -> Sprite:
 
 def driving_wheel() -> Sprite:
     """180 × 180: C = [90,90], crank pin P = C + [40,0]."""
-    return wheel(180, 88, 40, 14, RED, DEEP_RED, tyre=True)
+    return wheel(180, 88, 40, 12, RED, DEEP_RED, tyre=True)
+
+
+def wheel_centre() -> Sprite:
+    """180 × 180: the same wheel without its rim, for scenes whose backdrop shows that: a turning circle looks still."""
+    sprite = Sprite(180, 180)
+    spokes(sprite, 90, 88, 40, 12, RED, DEEP_RED)
+    return sprite
 
 
 def connecting_rod(length: float, big: float, small: float, color: str) -> Sprite:
@@ -294,6 +303,7 @@ def walschaerts_frame() -> Sprite:
     sprite.box(0, 36, 640, 42, GROUND)
     sprite.box(0, 30, 640, 37, DARK, None)
     sprite.box(40, 120, 460, 140, "#55606a", OUTLINE)
+    rim(sprite, (100, 130), 88, RED, tyre=True)
     cylinder(sprite, (520, 130), 80, 60, 76.8, 30, 8)
     guides(sprite, 262, 410, 130)
     sprite.polygon([(262, 107), (262, 153), (252, 153), (252, 107)], DARK)
@@ -483,6 +493,7 @@ def track() -> Sprite:
 SPRITES: dict[str, Callable[[], Sprite]] = {
     "flywheel": flywheel,
     "driving-wheel": driving_wheel,
+    "wheel-centre": wheel_centre,
     "connecting-rod": lambda: connecting_rod(165, 15, 12, STEEL),
     "coupling-rod": coupling_rod,
     "main-rod": lambda: connecting_rod(230, 14, 11, STEEL),

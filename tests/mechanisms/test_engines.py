@@ -86,7 +86,7 @@ def test_walschaerts_travel_in_mid_gear_is_twice_lap_and_lead(solve_script: Solv
     cross = table["Piston.H.x"][mid] - 330
     np.testing.assert_allclose(valve - 405, -cross * 18.2 / 104, atol=0.3)
     # the die stays at the trunnion within the slip that the lever's nodding makes
-    assert distance(point(table, "Radius.D"), point(table, "Link.T"))[mid].max() < 0.45
+    assert distance(point(table, "Radius.D"), point(table, "Link.T"))[mid].max() < 0.46
 
 
 def test_walschaerts_reverses(solve_script: Solve) -> None:
