@@ -44,6 +44,7 @@ class Block:
                       NEWTON      the m residuals
     ``jacobian``      NEWTON: compiled; the entries listed in ``entries`` as (row, column) of the (m, len(core)) Jacobian
     ``metric``        free blocks: (n, n), the quadratic form that sums the squared speeds of all anchors
+    ``coupling``      free blocks: (n, p), its mixed part with the pose unknowns ``coupled`` of the same things that are known already
     ``inputs``        the unknowns of earlier blocks that it reads
     ``moving``        whether anything in it can change with time
     ``circular``      DYAD: the conic is a circle
@@ -63,6 +64,8 @@ class Block:
     jacobian: Compiled | None
     entries: tuple[tuple[int, int], ...]
     metric: NDArray[np.float64] | None
+    coupling: NDArray[np.float64] | None
+    coupled: tuple[int, ...]
     inputs: frozenset[int]
     moving: bool
     free: bool
@@ -233,7 +236,12 @@ def _newton_block(
     object.__setattr__(block, "jacobian", compiled(slopes, clocks))
     object.__setattr__(block, "entries", tuple(entries))
     if group.free:
-        object.__setattr__(block, "metric", anchor_metric(system, core))
+        metric, coupling, coupled = anchor_metric(system, core)
+        object.__setattr__(block, "metric", metric)
+        object.__setattr__(block, "coupling", coupling)
+        object.__setattr__(block, "coupled", coupled)
+        object.__setattr__(block, "inputs", block.inputs | set(coupled))
+        object.__setattr__(block, "moving", block.moving or bool(moving & set(coupled)))
     return block
 
 
@@ -280,6 +288,8 @@ def _block(
         jacobian=None,
         entries=(),
         metric=None,
+        coupling=None,
+        coupled=(),
         inputs=frozenset(inputs),
         moving=timed or bool(inputs & moving),
         free=group.free,
@@ -288,28 +298,34 @@ def _block(
     )
 
 
-def anchor_metric(system: System, core: Sequence[int]) -> NDArray[np.float64]:
-    """(n, n) matrix M of the sum of squared speeds of all anchors, v' M v for speeds v of the unknowns ``core``.
+def anchor_metric(
+    system: System, core: Sequence[int]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], tuple[int, ...]]:
+    """The sum of squared speeds of all anchors of the things in ``core``, as v' M v + 2 v' C w + (what v does not change).
 
-    Unknowns that move no anchor get a tiny weight of their own, so that they too stay where nothing drives them.
+    v are the speeds of the unknowns ``core``, w those of the same things' other pose unknowns, which are known. Returns M (n, n), C (n, p)
+    and the p numbers of the latter. Unknowns that move no anchor get a tiny weight of their own, so that they too stay where nothing drives them.
     """
     place = {system.unknowns[n].payload: k for k, n in enumerate(core)}
-    metric = np.zeros((len(core), len(core)))
+    coupled: list[int] = []
     for thing in system.scene.things:
-        t = thing.number
-        columns = [place.get(kind(t)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
-        if all(k is None for k in columns):
+        payloads = [kind(thing.number) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
+        if any(payload in place for payload in payloads):
+            coupled += [system.number_of[p] for p in payloads if p in system.number_of and p not in place]
+    n = len(core)
+    place |= {system.unknowns[number].payload: n + k for k, number in enumerate(coupled)}
+    whole = np.zeros((n + len(coupled), n + len(coupled)))
+    for thing in system.scene.things:
+        columns = [place.get(kind(thing.number)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
+        if all(k is None or k >= n for k in columns):
             continue
-        rx, ry = system.reference[t]
+        rx, ry = system.reference[thing.number]
         for anchor in thing.anchors:
             dx, dy = anchor.local[0] - rx, anchor.local[1] - ry
             for form in ((1.0, 0.0, dx, -dy), (0.0, 1.0, dy, dx)):
                 for i, ki in enumerate(columns):
                     for j, kj in enumerate(columns):
                         if ki is not None and kj is not None:
-                            metric[ki, kj] += form[i] * form[j]
-    scale = float(np.max(np.diag(metric), initial=0.0)) or 1.0
-    return metric + 1e-9 * scale * np.eye(len(core))
-
-
-
+                            whole[ki, kj] += form[i] * form[j]
+    scale = float(np.max(np.diag(whole)[:n], initial=0.0)) or 1.0
+    return whole[:n, :n] + 1e-9 * scale * np.eye(n), whole[:n, n:], tuple(coupled)

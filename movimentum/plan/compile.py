@@ -12,7 +12,7 @@ from movimentum.plan.unknowns import Accumulated, Rate
 from movimentum.scene.model import Anonymous, Scene
 from movimentum.timeline.model import Segment
 
-MAXIMAL_RATE_ROUNDS = 6
+HIGHEST_RATE = 4
 
 
 class CyclicRateError(Exception):
@@ -87,21 +87,40 @@ def _with_needed_rates(
 ) -> tuple[System, Decomposition]:
     """Differentiate the equations of every block whose rates are asked for, until no new rate is."""
     done: set[int] = set()
-    for _ in range(MAXIMAL_RATE_ROUNDS):
-        wanted = {u.payload.of for u in system.unknowns if isinstance(u.payload, Rate)}
-        fresh: list[int] = []
-        for group in decomposition.groups:
-            if wanted & set(group.unknowns):
-                fresh += [e for e in group.equations if e not in done]
+    while True:
+        wanted: set[int] = set()
+        for unknown in system.unknowns:
+            if isinstance(unknown.payload, Rate):
+                wanted.add(unknown.payload.of)
+                if _order(system, unknown.number) > HIGHEST_RATE:
+                    raise CyclicRateError(_first_stated(system))
+        fresh = [
+            e
+            for group in decomposition.groups
+            if wanted & set(group.unknowns)
+            for e in group.equations
+            if e not in done
+        ]
         if not fresh:
             return system, decomposition
         done |= set(fresh)
         system = with_rates(system, fresh)
         decomposition = decompose(system, merged)
-    for equation in system.equations:
-        if equation.constraint is not None and _about_rates(system, equation.number):
-            raise CyclicRateError(equation.constraint)
-    raise CyclicRateError(None)
+
+
+def _order(system: System, unknown: int) -> int:
+    """How many times an unknown is differentiated."""
+    order = 0
+    payload = system.unknowns[unknown].payload
+    while isinstance(payload, Rate):
+        order += 1
+        payload = system.unknowns[payload.of].payload
+    return order
+
+
+def _first_stated(system: System) -> int | None:
+    """A constraint that mentions a rate."""
+    return next((e.constraint for e in system.equations if e.constraint is not None and _about_rates(system, e.number)), None)
 
 
 def _needed(system: System, decomposition: Decomposition) -> list:  # type: ignore[type-arg]

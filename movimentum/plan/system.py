@@ -38,6 +38,7 @@ from movimentum.scene.model import (
     Constraint,
     Relation,
     Scene,
+    Thing,
     ThingAngle,
     ThingProperty,
     VariableComponent,
@@ -385,17 +386,18 @@ def _reopened(system: System) -> _Builder:
 
 
 def with_rigidity(system: System, driven: frozenset[int]) -> System:
-    """``system`` with each directed thing's rigid equation and, where its angle is mentioned, the tie between angle and direction.
+    """``system`` with each directed thing's rigid equation and the tie between its angle and its direction.
 
     Things in ``driven`` get their direction from their angle (c = cos, s = sin); the others have c^2 + s^2 = 1 and
-    their angle, where mentioned, follows the direction continuously.
+    their angle follows the direction continuously. Directed are the things of which a constraint turns an anchor about the reference anchor,
+    and those which could be seen turning about it.
     """
     builder = _reopened(system)
     for thing in system.scene.things:
         t = thing.number
         c, s = system.number_of.get(PoseCos(t)), system.number_of.get(PoseSin(t))
         angle = system.number_of.get(ThingAngle(t))
-        if c is None and s is None:
+        if c is None and s is None and not (_is_mentioned(system, t) and _can_be_seen_turning(thing)):
             continue
         cosine, sine = builder.pose(t, PoseCos), builder.pose(t, PoseSin)
         if angle is not None and t in driven:
@@ -413,18 +415,27 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
             continue
         norm = sub(add(mul(cosine, cosine), mul(sine, sine)), ONE)
         builder.add_equation(norm, poly.from_expression(norm), None, t)
-        if angle is not None:
-            builder.equations.append(
-                Equation(
-                    number=len(builder.equations),
-                    residual=sub(symbol(angle), call("atan2d", sine, cosine)),
-                    unknowns=frozenset({angle, int(cosine.payload), int(sine.payload)}),  # type: ignore[call-overload]
-                    targets=(angle,),
-                    thing=t,
-                    form=Form.WINDING,
-                )
+        angle = builder.unknown(ThingAngle(t), f"{thing.name}.angle")
+        builder.equations.append(
+            Equation(
+                number=len(builder.equations),
+                residual=sub(symbol(angle), call("atan2d", sine, cosine)),
+                unknowns=frozenset({angle, int(cosine.payload), int(sine.payload)}),  # type: ignore[call-overload]
+                targets=(angle,),
+                thing=t,
+                form=Form.WINDING,
             )
+        )
     return _finished(builder)
+
+
+def _is_mentioned(system: System, thing: int) -> bool:
+    return PoseX(thing) in system.number_of or PoseY(thing) in system.number_of
+
+
+def _can_be_seen_turning(thing: Thing) -> bool:
+    """Whether a turn would move an anchor; a thing with one anchor that no constraint turns stays as it is."""
+    return any(anchor.local != thing.anchors[0].local for anchor in thing.anchors)
 
 
 def with_rates(system: System, equations: Iterable[int]) -> System:

@@ -65,8 +65,12 @@ class Local:
             return y * scale, smallest
         factor = np.linalg.cholesky(metric)
         whitened, lengths = scaled(np.linalg.solve(factor, jacobian[0].T).T[None], np.ones(len(scale)))
-        _, _, inverse = null_space(whitened[0])
-        return np.linalg.solve(factor.T, inverse @ (-drift / lengths[0])), 1.0
+        _, free, inverse = null_space(whitened[0])
+        y = inverse @ (-drift / lengths[0])
+        if self.block.coupled:
+            carried = np.array([(np.broadcast_to(state[n], 3)[1] - np.broadcast_to(state[n], 3)[2]) / span for n in self.block.coupled])
+            y = y - free @ (free.T @ np.linalg.solve(factor, self.block.coupling @ carried))
+        return np.linalg.solve(factor.T, y), 1.0
 
     def corrected(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, bool]:
         """Newton from ``x`` at one instant."""

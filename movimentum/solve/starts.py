@@ -37,8 +37,16 @@ def carried_values(plan: Plan, block: Block, carry: Carry) -> FloatArray:
 def newton_starts(
     plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
 ) -> list[FloatArray]:
-    """The distinct solutions found from the carried pose and from seeded random poses ("found", not "all")."""
+    """The distinct solutions found from the carried pose and from seeded random poses ("found", not "all").
+
+    Where the carried pose is itself a solution (a later step that leaves this block alone), it is the only one returned.
+    """
     first = carried_values(plan, block, carry)
+    if any(getattr(plan.system.unknowns[n].payload, "thing", None) in carry.now.known for n in block.core):
+        one, clocks = _first_instant(state, k, 1)
+        outcome = newton(block, one, clocks, first[None], scale, iterations=6)
+        if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
+            return [outcome.x[0]]
     generator = np.random.default_rng(20121)
     starts = np.repeat(first[None], SEEDS, axis=0)
     unknowns = plan.system.unknowns
@@ -72,8 +80,13 @@ def free_start(
     """
     one, clocks = _first_instant(state, k, 1)
     origin = carried_values(plan, block, carry)
-    begins = [origin, *newton_starts(plan, block, state, k, carry, scale)]
     assert block.metric is not None
+    pull = np.zeros(len(origin))
+    if block.coupled and block.coupling is not None:
+        known_now = np.array([float(one[n][0]) for n in block.coupled])
+        known_before = np.array([carry.now.value(plan.system, n) or 0.0 for n in block.coupled])
+        pull = block.coupling @ (known_now - known_before)
+    begins = [origin, *newton_starts(plan, block, state, k, carry, scale)]
     known = carry.now.known
     unknowns = plan.system.unknowns
     fresh = [
@@ -88,11 +101,11 @@ def free_start(
         x: FloatArray | None = begin
         held: list[tuple[int, int, float]] = []
         if fresh:
-            x = _least(block, one, clocks, begin, block.metric, fresh, [], origin, scale)
+            x = _least(block, one, clocks, begin, block.metric, fresh, [], origin, pull, scale)
             if x is not None:
                 held = [(jc, js, float(np.arctan2(x[js], x[jc]))) for jc, js in fresh]
         if x is not None:
-            y = _least(block, one, clocks, x, block.metric, [], held, origin, scale)
+            y = _least(block, one, clocks, x, block.metric, [], held, origin, pull, scale)
             x = y if y is not None else x
             x, good = projected(block, lambda _: (one, clocks), 0.0, x, np.linalg.cholesky(block.metric))
             if good:
@@ -137,10 +150,11 @@ def _least(
     turns: list[tuple[int, int]],
     held: list[tuple[int, int, float]],
     origin: FloatArray,
+    pull: FloatArray,
     scale: FloatArray,
 ) -> FloatArray | None:
     """Minimise turns (where given) or the distance from ``origin`` in ``metric`` under the block's equations, with the
-    directions in ``held`` fixed: Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18).
+    directions in ``held`` fixed; ``pull`` is the gradient that the known part of the same poses adds. Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18).
     """
     x = start.copy()
     for _ in range(200):
@@ -167,7 +181,7 @@ def _least(
                 gradient[js] += angle * x[jc]
         else:
             weight = metric
-            gradient = metric @ (x - origin)
+            gradient = metric @ (x - origin) + pull
         if free.shape[1]:
             hessian = free.T @ weight @ free
             y = -np.linalg.solve(hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian)), free.T @ (gradient + weight @ restore))
