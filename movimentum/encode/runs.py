@@ -19,8 +19,6 @@ import time
 import warnings
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
@@ -35,7 +33,9 @@ from movimentum.render.stream import PoseSource, chunks, concatenate, pieces
 from movimentum.solve.motion import Poses
 
 if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
     from multiprocessing.context import SpawnContext
+    from multiprocessing.process import BaseProcess
 
 RUN = 30
 _FORKS = sys.platform == "linux"
@@ -170,6 +170,8 @@ class _Crew:
 
 
 def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Generator[Pieces, None, None]:
+    from multiprocessing.connection import wait  # 5 ms that a short animation does not pay
+
     waiting = runs(source)
     tail: list[Points] = []  # the points of traces of every run so far, for workers that did not draw it
     sent = [0] * workers  # how many runs' points each worker has

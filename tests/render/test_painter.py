@@ -143,7 +143,7 @@ def test_the_still_part_changes_no_pixel(tmp_path, quality, transparent):
         line((1, 1), (4, 0)),
     )
     frames = 9
-    wander = np.cumsum(rng.uniform(-3, 3, (frames, 3)), axis=0) + [40, 40, 0]
+    wander = np.cumsum(rng.uniform(-3, 3, (frames, 3)), axis=0) + np.array([40, 40, 0])
     wander[4:6] = wander[3]  # a rest
     where = poses(
         [10, 10, 20],
@@ -228,7 +228,7 @@ def test_too_large_a_canvas_is_refused_before_anything_is_read(tmp_path):
     assert caught.value.diagnostics[0].code == "limit/pixels"
     small = scene(size=(100, 100))
     with pytest.raises(ScriptError):
-        make_painter(small, poses(frames=1, *[[0, 0, 0]]), PictureOptions(max_pixels=9999))
+        make_painter(small, poses([0, 0, 0]), PictureOptions(max_pixels=9999))
 
 
 def test_backgrounds():
