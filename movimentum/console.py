@@ -9,8 +9,7 @@ import os
 import signal
 import sys
 import time
-import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Protocol, TextIO
@@ -77,6 +76,8 @@ class Console:
     def trace(self, error: BaseException) -> None:
         """The traceback, with ``--debug``."""
         if self.debug:
+            import traceback
+
             self.write("".join(traceback.format_exception(error)))
 
     def show_bug(self, error: BaseException) -> None:
@@ -99,7 +100,7 @@ class Console:
             pass
 
     @contextmanager
-    def progress(self, what: str) -> Iterator[Callable[[int, int], None]]:
+    def progress(self, what: str) -> Generator[Callable[[int, int], None], None, None]:
         """A function to call with (done, total): shows a bar on a terminal once the work has taken a second."""
         bar = _Bar(what, self.stream) if not self.quiet and is_terminal(self.stream) else None
         try:
@@ -122,20 +123,18 @@ class _Bar:
         if self._bar is None:
             if time.monotonic() - self._started < _PATIENCE_S or done >= total:
                 return
-            from rich.console import Console as RichConsole
-            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-            self._bar = Progress(
-                TextColumn("{task.description}"),
-                BarColumn(),
-                MofNCompleteColumn(),
-                TimeRemainingColumn(),
-                console=RichConsole(file=self._stream),
-                transient=True,
-            )
-            self._bar.add_task(self._what)
-            self._bar.start()
+            self._bar = self._begun()
         self._bar.update(self._bar.task_ids[0], completed=done, total=total)
+
+    def _begun(self) -> Progress:
+        from rich.console import Console as RichConsole
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        bar = Progress(*columns, console=RichConsole(file=self._stream), transient=True)
+        bar.add_task(self._what)
+        bar.start()
+        return bar
 
     def close(self) -> None:
         if self._bar is not None:
@@ -172,7 +171,8 @@ def guarded(work: Callable[[], int], console: Console) -> int:
         return code
     except (BrokenPipeError, ReaderGone):
         # Not an error. Python would complain again when it closes stdout, so that is pointed elsewhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except KeyboardInterrupt:
         console.write("\ninterrupted; nothing was written\n")
@@ -217,8 +217,9 @@ def _out_of_memory() -> Diagnostic:
 
 
 def _last(trace: TracebackType | None) -> Iterator[tuple[FrameType, int]]:
-    frames = list(traceback.walk_tb(trace))
-    yield from frames[-1:]
+    import traceback
+
+    yield from list(traceback.walk_tb(trace))[-1:]
 
 
 def _end_on_sigterm() -> None:

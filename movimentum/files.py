@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
-import shutil
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -22,7 +21,7 @@ def unwritable(path: Path | str, reason: str, *helps: str) -> UsageError:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def whole_file(path: Path) -> Generator[Path, None, None]:
     """A temporary path beside ``path`` (same suffix, already created and empty), renamed to it in the end.
 
     Whatever goes wrong in between, an interrupt included, leaves neither a new nor a changed file. A device or a pipe
@@ -45,7 +44,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def whole_folder(pattern: Path) -> Iterator[Path]:
+def whole_folder(pattern: Path) -> Generator[Path, None, None]:
     """A temporary folder beside ``pattern``; in the end the files written into it move to ``pattern``'s folder."""
     target = _target(pattern)
     part = _beside(target)
@@ -56,6 +55,8 @@ def whole_folder(pattern: Path) -> Iterator[Path]:
             for file in sorted(part.iterdir()):
                 file.replace(target.parent / file.name)
         finally:
+            import shutil  # here, for hardly any command comes here
+
             shutil.rmtree(part, ignore_errors=True)
 
 
@@ -89,7 +90,7 @@ def _beside(target: Path) -> Path:
 
 
 @contextmanager
-def _explained(path: Path, part: Path) -> Iterator[None]:
+def _explained(path: Path, part: Path) -> Generator[None, None, None]:
     try:
         yield
     except BrokenPipeError:

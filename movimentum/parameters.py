@@ -5,12 +5,21 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 # No exponents: Fraction("1e999999999") would fill the memory before anybody could say that it is too large.
 _RATIONAL = re.compile(r"([+-]?)(\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:/(\d{1,30}))?")
+
+
+if TYPE_CHECKING:
+    _RationalBase = click.ParamType[Fraction]
+    _RangeBase = click.ParamType["FrameRange"]
+    _WordsBase = click.ParamType[frozenset[str]]
+    _TextBase = click.ParamType[str]
+else:  # older versions of click have no type arguments here
+    _RationalBase = _RangeBase = _WordsBase = _TextBase = click.ParamType
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +38,7 @@ class FrameRange:
         return start, max(start, stop)
 
 
-class RationalType(click.ParamType):
+class RationalType(_RationalBase):
     """A number such as ``12``, ``2.5`` or ``24000/1001``, kept exactly."""
 
     name = "number"
@@ -50,7 +59,7 @@ class RationalType(click.ParamType):
         return number
 
 
-class FrameRangeType(click.ParamType):
+class FrameRangeType(_RangeBase):
     """``A:B``, ``A:``, ``:B`` or ``A``."""
 
     name = "range"
@@ -69,7 +78,7 @@ class FrameRangeType(click.ParamType):
         return FrameRange(start, None if match[3] is None else int(match[3]))
 
 
-class WordsType(click.ParamType):
+class WordsType(_WordsBase):
     """A list of words out of a few, separated by commas."""
 
     name = "words"
@@ -92,7 +101,7 @@ class WordsType(click.ParamType):
         return frozenset(words)
 
 
-class TraceType(click.ParamType):
+class TraceType(_TextBase):
     """``Thing.Anchor``; whether the scene has it is asked later."""
 
     name = "Thing.Anchor"
