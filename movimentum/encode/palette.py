@@ -82,7 +82,7 @@ class Mapper:
         keys = words & self._mask
         found = self._table.take(keys)
         if not found.all():
-            self._look_up(np.unique(keys[found == 0]))
+            self._look_up(_distinct(keys[found == 0]))
             found = self._table.take(keys)
         if image.mode == "RGBA":
             found[words < 0x80000000] = 0
@@ -100,6 +100,12 @@ def _words(image: Image.Image) -> Keys:
     return np.frombuffer(image.tobytes("raw", "RGBA" if image.mode == "RGBA" else "RGBX"), dtype="<u4")
 
 
+def _distinct(keys: Keys) -> Keys:
+    """What `numpy.unique` does, which imports a lot."""
+    ordered = np.sort(keys)
+    return ordered[np.concatenate([[True], ordered[1:] != ordered[:-1]])] if len(ordered) else ordered
+
+
 def _channels(keys: NDArray[np.uint32]) -> NDArray[np.uint32]:
     """(n, 3) red, green, blue."""
     return np.stack([keys & 255, keys >> 8 & 255, keys >> 16 & 255], axis=-1).astype(np.uint32)
@@ -115,7 +121,7 @@ def _few_colors(samples: Sequence[Image.Image], background: int | None) -> Keys 
     seen: set[int] = set() if background is None else {background}
     for image in samples:
         if image.mode == "RGBA":  # what is less than half opaque has no colour in the file
-            words = np.unique(_words(image))
+            words = _distinct(_words(image))
             seen |= set((words[words >= 0x80000000] & _EXACT).tolist())
         else:
             found = image.getcolors(MOST + 1)

@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.encode.pieces import Coder, Piece
@@ -36,6 +35,8 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.context import SpawnContext
     from multiprocessing.process import BaseProcess
+
+    from PIL import Image
 
 RUN = 30
 _FORKS = sys.platform == "linux"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from PIL import Image, ImageDraw
+from PIL import Image
 
 from movimentum.geometry import Affine
 from movimentum.render.coverage import Coverage, Point, stroke
@@ -71,6 +71,7 @@ def _faded(mask: Image.Image, opacity: float) -> Image.Image:
 def _jagged_stroke(points: Sequence[Point], width: float, size: tuple[int, int]) -> Coverage | None:
     """A polyline by Pillow's own drawing: whole pixels, no anti-aliasing."""
     import numpy as np
+    from PIL import ImageDraw  # slow to import; only drafts need it
 
     thick = max(1, round(width))
     reach = thick / 2.0 + 1.0

@@ -15,7 +15,6 @@ from movimentum.render.items import draw_line
 from movimentum.render.options import FreeMark, Show
 from movimentum.render.sprites import Sprite
 from movimentum.render.style import ACCENT, INK, NOTE_HEIGHT, PAPER
-from movimentum.render.text import halo, text_sprite
 from movimentum.scene.model import Thing
 from movimentum.solve.motion import Poses
 
@@ -176,6 +175,8 @@ def notes(things: tuple[Thing, ...], show: frozenset[Show], magnification: float
 def _note(
     thing: int, local: Point, text: str, color: Color, offset: Point, dot: float, magnification: float
 ) -> list[Note]:
+    from movimentum.render.text import halo, text_sprite
+
     sprite = text_sprite(text, NOTE_HEIGHT, magnification)
     return [] if sprite is None else [Note(thing, local, sprite, halo(sprite), color, offset, dot)]
 

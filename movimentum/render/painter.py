@@ -29,7 +29,6 @@ from movimentum.render.overlays import FreeArrow, Trace, TraceLayer, notes
 from movimentum.render.sprites import Sprite, prepare
 from movimentum.render.stream import PoseSource, chunks
 from movimentum.render.style import BACKGROUND, DISC_RADIUS, LABEL_HEIGHT, TRACE_WIDTH, color_of, width_of
-from movimentum.render.text import text_sprite
 from movimentum.scene.model import Scene, Shape, Thing
 from movimentum.solve.motion import Poses
 
@@ -252,6 +251,8 @@ def _item(
         case Shape.DISC:
             return DiscItem(paint, first, DISC_RADIUS if thing.radius is None else thing.radius, thing.width)
         case Shape.LABEL:
+            from movimentum.render.text import text_sprite
+
             sprite = text_sprite(thing.text or "", LABEL_HEIGHT * thing.scale, magnification, thing.span)
             return None if sprite is None else PictureItem(paint, sprite.moved(*first))
         case Shape.LINE:

@@ -8,8 +8,6 @@ file; memory then holds one chunk, however long the animation.
 
 from __future__ import annotations
 
-import pickle
-import tempfile
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from types import TracebackType
@@ -26,6 +24,9 @@ class Spool:
     """Chunks of poses in a temporary file, which vanishes with `close` (or at the end of a ``with``)."""
 
     def __init__(self, chunks: Iterable[Poses]) -> None:
+        import pickle
+        import tempfile
+
         self._file = tempfile.TemporaryFile()  # noqa: SIM115 - closed by close()
         try:
             for chunk in chunks:
@@ -36,6 +37,8 @@ class Spool:
         self._end = self._file.tell()
 
     def __iter__(self) -> Iterator[Poses]:
+        import pickle
+
         position = 0
         while position < self._end:
             self._file.seek(position)

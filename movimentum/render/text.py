@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFilter, ImageFont
+from PIL import Image, ImageDraw, ImageFilter, ImageFont  # slow: this module is imported where there is text
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
