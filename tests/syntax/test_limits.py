@@ -1,0 +1,131 @@
+"""Whatever the text, there is a tree or a ScriptError: never another exception, and never a wait."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from movimentum.errors import ScriptError
+from movimentum.source import SourceText
+from movimentum.syntax.parser import MAX_ERRORS, parse
+from movimentum.syntax.tree import Script
+from tests.understand import codes_of, scene_of, script_of
+
+DEEP = {
+    "parentheses": "(" * 5000 + "1" + ")" * 5000,
+    "open parentheses": "(" * 5000,
+    "closing parentheses": ")" * 5000,
+    "vectors": "[" * 5000 + "1" + ",1]" * 5000,
+    "minus signs": "-" * 5000 + "1",
+    "powers": "2^" * 5000 + "1",
+    "members": "v" + ".x" * 5000,
+    "rotations": "v" + ".r(1)" * 5000,
+    "ranges": "{1 : 2 > " * 5000 + "1" + " : 3}" * 5000,
+    "functions": ".sin(" * 5000 + "1" + ")" * 5000,
+    "alternating": "-(" * 5000 + "1" + ")" * 5000,
+}
+
+
+@pytest.mark.parametrize("what", DEEP)
+def test_deep_nesting_is_refused(what: str) -> None:
+    codes = codes_of(f"@0 x = {DEEP[what]};")
+    assert codes
+    assert set(codes) <= {"limit/nesting", "syntax/unexpected"}
+    assert (codes == ["limit/nesting"]) == (what != "closing parentheses")
+
+
+def test_nesting_below_the_limit_works() -> None:
+    scene = scene_of("@0 x = " + "(1 + 2*(" * 49 + "y" + "))" * 49 + ";")
+    assert scene.variables.keys() == {"x", "y"}
+    with pytest.raises(ScriptError):
+        script_of("@0 x = " + "(1 + 2*(" * 51 + "y" + "))" * 51 + ";")
+
+
+@pytest.mark.parametrize("sign", ["+", "-", "*", "/"])
+def test_long_sums_and_products_just_work(sign: str) -> None:
+    scene = scene_of(
+        "@0 x = "
+        + f" {sign} ".join(["y"] * 20_000)
+        + "; v = [y, 1]"
+        + f" {'*' if sign in '*/' else sign} {'y' if sign in '*/' else 'v'}" * 5000
+        + ";"
+    )
+    assert max(part.depth for item in scene.constraints() for part in (*item.left, *item.right)) < 60
+
+
+def test_many_statements_just_work() -> None:
+    script = script_of("@0 " + "x = 1; // one\n" * 20_000)
+    assert len(script.items) == 20_001
+
+
+@given(st.text(max_size=200))
+@settings(max_examples=200, deadline=None)
+def test_any_text(text: str) -> None:
+    try:
+        found: Script | ScriptError = parse(SourceText("any", text))
+    except ScriptError as error:
+        found = error
+    if isinstance(found, ScriptError):
+        assert found.diagnostics
+        for item in found.diagnostics:
+            assert item.span is None or 0 <= item.span.start <= item.span.end <= len(text)
+
+
+PIECES = [
+    "Rod",
+    " ",
+    ".",
+    ".bar",
+    ":",
+    "=",
+    "[0,0]",
+    "@",
+    "1",
+    "_",
+    ";",
+    "'a'",
+    "(",
+    ")",
+    "{",
+    "}",
+    ">",
+    "-",
+    "^",
+    ".r(",
+    ".t",
+    ".config(",
+    "//",
+    "/*",
+    "\n",
+    ",",
+    "~",
+]
+
+
+@given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join))
+@settings(max_examples=300, deadline=None)
+def test_any_heap_of_the_languages_own_pieces(text: str) -> None:
+    codes_of(text)  # raises nothing else
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_junk(seed: int) -> None:
+    dice = random.Random(seed)
+    with pytest.raises(ScriptError) as raised:
+        script_of("".join(dice.choices("@._=<>~[](){};:,+-*/^'0123456789 abAB\n", k=20_000)))
+    assert 1 <= len(raised.value.diagnostics) <= MAX_ERRORS
+
+
+def test_a_script_with_an_error_on_every_line_stops_soon() -> None:
+    with pytest.raises(ScriptError) as raised:
+        script_of("x = ;\n" * 5000)
+    assert len(raised.value.diagnostics) == MAX_ERRORS
+
+
+def test_line_ends_of_all_systems() -> None:
+    for end in ("\n", "\r\n", "\r"):
+        script = script_of(f"@0 // comment{end}x = 3; // last line without an end")
+        assert len(script.items) == 2

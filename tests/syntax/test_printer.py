@@ -1,0 +1,199 @@
+"""What the printer prints parses to an equal tree, whatever the tree."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from movimentum.syntax.printer import expression_text, number_text, script_text
+from movimentum.syntax.tree import (
+    AnchorDefinition,
+    Blank,
+    Call,
+    Clock,
+    Comparison,
+    Config,
+    Definition,
+    Member,
+    Name,
+    Negate,
+    Number,
+    Operator,
+    Option,
+    Power,
+    Product,
+    Range,
+    Reference,
+    Rotate,
+    Script,
+    ShapeWord,
+    Statement,
+    StepHeader,
+    Sum,
+    Text,
+    Vector,
+)
+from movimentum.syntax.words import FUNCTIONS
+from tests.understand import script_of, statement_of
+
+names = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,5}", fullmatch=True)
+numbers = st.one_of(
+    st.integers(0, 1000).map(Decimal),
+    st.decimals(min_value=0, max_value=Decimal("1e300"), allow_nan=False, allow_infinity=False),
+    st.builds(lambda digits, exponent: Decimal(f"{digits}e{exponent}"), st.integers(0, 10**30), st.integers(-300, 300)),
+).map(abs)
+leaves = st.one_of(
+    st.builds(Number, numbers),
+    st.builds(Name, names),
+    st.just(Blank()),
+    st.sampled_from([Clock("t"), Clock("iv"), Clock("T"), Clock("pi")]),
+)
+
+
+def chain(kind, operators, operand):
+    """A sum or product that is as the parser makes them: a first operand of its own kind is drawn into it."""
+
+    def build(operands, signs):
+        first, *rest = operands
+        signs = signs[: len(rest)]
+        if isinstance(first, kind):
+            return kind((*first.operands, *rest), (*first.operators, *signs))
+        return kind(tuple(operands), tuple(signs))
+
+    return st.builds(
+        build,
+        st.lists(operand, min_size=2, max_size=4),
+        st.lists(st.sampled_from(operators), min_size=3, max_size=3),
+    )
+
+
+def calls(inner):
+    def arguments(function):
+        least, most = FUNCTIONS[function]
+        return st.builds(
+            lambda items: Call(function, tuple(items)), st.lists(inner, min_size=least, max_size=most or 3)
+        )
+
+    return st.sampled_from(sorted(FUNCTIONS)).flatmap(arguments)
+
+
+def above(inner):
+    return st.one_of(
+        st.lists(inner, min_size=2, max_size=3).map(lambda items: Vector(tuple(items))),
+        st.builds(Member, inner, names),
+        st.builds(Rotate, inner, inner),
+        st.builds(Negate, inner),
+        st.builds(Power, inner, inner),
+        chain(Sum, [Operator.PLUS, Operator.MINUS], inner),
+        chain(Product, [Operator.TIMES, Operator.OVER], inner),
+        calls(inner),
+        st.integers(1, 3).flatmap(
+            lambda n: st.builds(
+                lambda e, values, bounds: Range(e, tuple(values), tuple(bounds)),
+                inner,
+                st.lists(inner, min_size=n + 1, max_size=n + 1),
+                st.lists(inner, min_size=n, max_size=n),
+            )
+        ),
+    )
+
+
+expressions = st.recursive(leaves, above, max_leaves=12)
+vectors = st.lists(expressions, min_size=2, max_size=3).map(lambda items: Vector(tuple(items)))
+texts = st.text(st.characters(exclude_categories=["C", "Zl", "Zp"]), max_size=8).map(Text)
+options = st.builds(
+    Option,
+    names.filter(lambda name: name not in ("r", "rotate")),
+    st.lists(st.one_of(expressions, texts), max_size=2).map(tuple),
+)
+times = st.recursive(
+    st.builds(Number, numbers),
+    lambda inner: st.one_of(
+        st.builds(Negate, inner),
+        chain(Sum, [Operator.PLUS, Operator.MINUS], inner),
+        chain(Product, [Operator.TIMES, Operator.OVER], inner),
+    ),
+    max_leaves=5,
+)
+anchors = st.builds(
+    AnchorDefinition,
+    names,
+    st.one_of(st.builds(Name, names), vectors),
+    st.lists(st.tuples(st.sampled_from([Operator.PLUS, Operator.MINUS]), vectors), max_size=2).map(tuple),
+)
+shapes = st.one_of(
+    st.builds(ShapeWord, st.just("sprite"), texts),
+    st.sampled_from([ShapeWord("bar"), ShapeWord("arrow")]),
+    st.builds(ShapeWord, st.just("disc"), expressions),
+    st.builds(ShapeWord, st.just("label"), texts),
+)
+items = st.one_of(
+    st.builds(
+        Config,
+        st.lists(st.one_of(expressions, texts), min_size=1, max_size=3).map(tuple),
+        st.lists(options, max_size=2).map(tuple),
+    ),
+    st.builds(Definition, names, shapes, st.lists(st.one_of(anchors, options), max_size=4).map(tuple)),
+    st.builds(
+        Definition,
+        names,
+        st.just(ShapeWord("line")),
+        st.lists(st.one_of(st.builds(Reference, names, names), options), max_size=4).map(tuple),
+    ),
+    st.builds(StepHeader, times, st.booleans()),
+    st.builds(Statement, expressions, st.sampled_from(Comparison), expressions),
+)
+
+
+@given(expressions)
+@settings(max_examples=300, deadline=None)
+def test_expressions_come_back(tree) -> None:
+    text = expression_text(tree)
+    assert statement_of(f"x = {text}").right == tree
+    assert expression_text(statement_of(f"x = {text}").right) == text
+
+
+@given(st.lists(items, max_size=5).map(lambda found: Script(tuple(found))))
+@settings(max_examples=150, deadline=None)
+def test_scripts_come_back(tree: Script) -> None:
+    assert script_of(script_text(tree)) == tree
+
+
+@given(numbers)
+def test_numbers_come_back_exactly_and_short(value: Decimal) -> None:
+    text = number_text(value)
+    assert Decimal(text) == value
+    assert len(text) <= max(len(str(value.normalize())), len(str(value))) + 6
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [("1E+3", "1000"), ("0.50", "0.5"), ("0e5", "0"), ("1e-9", "1e-9"), ("1.5e300", "1.5e300"), ("123.4", "123.4")],
+)
+def test_numbers_are_spelled_as_people_do(value: str, text: str) -> None:
+    assert number_text(Decimal(value)) == text
+
+
+def test_a_script_reads_as_one() -> None:
+    text = (
+        ".config(24000 / 1001, 600, 400) .background('white');\n"
+        "Rod : .bar A = [0, 0] B = A + [160, 0] .color('it''s');\n"
+        "Rope : .line Rod.A Rod.B;\n"
+        "@0\n"
+        "Rod.A = P + [_, 0].r(90 * .t);\n"
+        "@+2\n"
+        "(-x) > 3;\n"
+    )
+    assert script_text(script_of(text)) == text
+
+
+@pytest.mark.parametrize(
+    "path", sorted((Path(__file__).parents[2] / "scripts").glob("*.mov")), ids=lambda path: path.name
+)
+def test_the_gallery_comes_back(path: Path) -> None:
+    tree = script_of(path.read_text(encoding="utf-8"))
+    assert script_of(script_text(tree)) == tree
