@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.expressions import ZERO, Expr, const, div, neg, substitute, symbols, walk
+from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, substitute, symbols, walk
 from movimentum.plan import polynomial as poly
 from movimentum.plan.calculus import with_respect_to
 from movimentum.plan.codegen import Clocks, Compiled, compiled
@@ -38,7 +38,7 @@ class Block:
     ``explicit``      compiled; returns the values of ``targets`` (in that order)
     ``coefficients``  compiled, by kernel:
                       LINEAR      the (m, m) matrix row by row, then the m right-hand sides
-                      POLYNOMIAL  a, b, c of a u^2 + b u + c = 0
+                      POLYNOMIAL  a, b, c of a u^2 + b u + c = 0, and the sum of the sizes of c's terms
                       DYAD        line l1, l2, l0 (l1 p + l2 q = l0), then A, B, C, D, E, F of
                                   A p^2 + B p q + C q^2 + D p + E q + F = 0
                       NEWTON      the m residuals
@@ -101,6 +101,7 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
     if len(core) == 1 and poly.degree(rest[0], inside) == 2:
         (u,) = core
         quadratic = [rest[0].get(m, ZERO) for m in ((u, u), (u,), ())]
+        quadratic.append(_size_of_terms(quadratic[2]))
         return _block(number, Kernel.POLYNOMIAL, system, group, clocks, moving, core, explicit, quadratic)
     if len(core) == 2:
         outputs = _dyad(rest, core)
@@ -156,6 +157,19 @@ def _back_substituted(eliminated: list[tuple[int, Polynomial]]) -> list[tuple[in
         memo[Expr("symbol", (), unknown)] = expr
         result.append((unknown, expr))
     return result
+
+
+def _size_of_terms(expr: Expr) -> Expr:
+    """The sum of the absolute values of the terms that ``expr`` adds up: what its rounding error is relative to."""
+    total = ZERO
+    stack = [expr]
+    while stack:
+        node = stack.pop()
+        if node.op in ("add", "neg"):
+            stack.extend(node.args)
+        else:
+            total = add(total, call("abs", node))
+    return total
 
 
 def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) -> list[Expr] | None:

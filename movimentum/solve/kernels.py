@@ -20,7 +20,7 @@ State = list[Any]
 class Quadratic(NamedTuple):
     """A block that comes down to one quadratic, ready for its roots.
 
-    ``margin`` is the discriminant relative to the size of its terms: negative where the block has no real
+    ``margin`` is the discriminant relative to the size of the terms it is made of (so that its rounding error is some 1e-16): negative where the block has no real
     solution, zero where its two solutions meet. ``roots(sign)`` gives the core unknowns on the branch ``sign`` (+1 or -1).
     """
 
@@ -49,9 +49,9 @@ def quadratic(block: Block, u: State, k: Sequence[FloatArray]) -> Quadratic:
     assert block.coefficients is not None
     values = block.coefficients(u, k)
     if block.kernel is Kernel.POLYNOMIAL:
-        a, b, c = values
+        a, b, c, size = values
         discriminant = b * b - 4.0 * a * c
-        scale = b * b + 4.0 * np.abs(a * c)
+        scale = b * b + 4.0 * np.abs(a) * size
         margin = discriminant / np.where(scale > 0.0, scale, 1.0)
         return Quadratic(np.asarray(margin), (a, b, c, np.sqrt(np.maximum(discriminant, 0.0))), False)
     l1, l2, l0, a, b, c, d, e, f = values
@@ -78,7 +78,8 @@ def quadratic(block: Block, u: State, k: Sequence[FloatArray]) -> Quadratic:
     beta = 2.0 * a * p * t1 + b * (p * t2 + q * t1) + 2.0 * c * q * t2 + d * t1 + e * t2
     gamma = a * p * p + b * p * q + c * q * q + d * p + e * q + f
     discriminant = beta * beta - 4.0 * alpha * gamma
-    scale = beta * beta + 4.0 * np.abs(alpha * gamma)
+    terms = np.abs(a * p * p) + np.abs(b * p * q) + np.abs(c * q * q) + np.abs(d * p) + np.abs(e * q) + np.abs(f)
+    scale = beta * beta + 4.0 * np.abs(alpha) * terms
     margin = discriminant / np.where(scale > 0.0, scale, 1.0)
     middle = -beta / (2.0 * alpha)
     return Quadratic(
