@@ -128,9 +128,11 @@ def spokes(sprite: Sprite, middle: float, radius: float, throw: float, count: in
     sprite.pin((middle + throw, middle), 7)
 
 
-def wheel(size: int, radius: float, throw: float, count: int, color: str, deep: str, *, tyre: bool) -> Sprite:
+def wheel(
+    size: int, radius: float, throw: float, count: int, color: str, deep: str, *, tyre: bool, line: float = 1.6
+) -> Sprite:
     """A spoked wheel about the middle of a ``size`` square, its crank pin at ``throw`` to the right."""
-    sprite = Sprite(size, size)
+    sprite = Sprite(size, size, line)
     rim(sprite, (size / 2, size / 2), radius, color, tyre=tyre)
     spokes(sprite, size / 2, radius, throw, count, color, deep)
     return sprite
@@ -142,8 +144,8 @@ def flywheel() -> Sprite:
 
 
 def driving_wheel() -> Sprite:
-    """180 × 180: C = [90,90], crank pin P = C + [40,0]."""
-    return wheel(180, 88, 40, 12, RED, DEEP_RED, tyre=True)
+    """180 × 180: C = [90,90], crank pin P = C + [40,0]; its lines are thick enough to be shown at two thirds."""
+    return wheel(180, 88, 40, 12, RED, DEEP_RED, tyre=True, line=2.5)
 
 
 def wheel_centre() -> Sprite:

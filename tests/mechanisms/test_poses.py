@@ -66,8 +66,8 @@ def test_nothing_else_moves_and_nothing_hops(name: str, solve_script: Solve) -> 
     table = solve_script(name)
     expected = ORACLES[name](table["time"])
     for column, values in table.items():
-        if column in ("frame", "time"):
-            continue
+        if column.count(".") != 2 and not column.endswith(".angle"):
+            continue  # frame, time, variables
         step = np.abs(np.diff(values)).max()
         allowed = np.abs(np.diff(expected[column])).max() if column in expected else 0.0
         assert step <= allowed + 1e-6, (column, step, allowed)
