@@ -322,7 +322,8 @@ def _paired(join: Callable[[T, T], T], items: Sequence[T]) -> T:
 def _checked(node: Expression, value: Value, values: dict[int, Value], context: Context) -> Value:
     """``value``, or ones where constants have led out of the real numbers (which is told once, where it happens)."""
     good = all(part.value is None or math.isfinite(part.value) for part in value)
-    if good and any(part.value is None for part in value):
+    grows = isinstance(node, Call) and node.function == "i"  # of a constant, and no constant itself
+    if good and not grows and any(part.value is None for part in value):
         below = [values[id(child)] for child in children(node) if id(child) in values]
         constant = bool(below) and all(part.value is not None for parts in below for part in parts)
         by_zero = isinstance(node, Call) and node.function == "mod" and below[1][0].value == 0.0

@@ -11,7 +11,7 @@ from movimentum.expressions import Expr, const, substitute, walk
 from movimentum.scene.model import Constraint, Relation, Scene
 from movimentum.timeline.model import Segment, Timeline
 
-MAX_FRAMES = 100_000
+MAX_FRAMES = 1_000_000
 """How many frames an animation may have, unless the caller says otherwise."""
 
 

@@ -142,6 +142,14 @@ def test_clocks() -> None:
     }
 
 
+def test_an_integral_of_a_constant_is_no_constant() -> None:
+    scene = scene_of("@2 v = [1,2] + .i(w + .i([0,-300])); w = .i([1,1]) - .d([1,1]); x = .i(0);")
+    x, y = constraint_of(scene, "v").right
+    assert {node.payload for node in walk(x, y) if node.op == "integral"} == {Fraction(2)}
+    assert constraint_of(scene, "x").right[0].value == 0.0
+    assert constraint_of(scene, "w").right[0].op == "integral"
+
+
 def test_variables_and_their_kinds() -> None:
     scene = scene_of(
         BAR + "@0 b = a + c; w = 2*v; v = _ + Bar.P; n = m; k*v = u; s = {e : f > 1 : 2}; p.x = 1; q = .i(p); b = 1;"
