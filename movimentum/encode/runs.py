@@ -2,8 +2,8 @@
 
 A run is 30 frames and, before them, the frame that the first is compared with. Runs are the same whoever draws them,
 so the file is the same for any number of workers. A worker gets its runs one by one (with the points of traces that it
-has not seen) and sends back coded pieces; it is given no more than two at a time and none far ahead of the file, so
-memory depends neither on the length nor on who is slow.
+has not seen) and sends back coded pieces; none is given far ahead of the file, so memory depends neither on the length
+nor on who is slow.
 
 Processes are forked on Linux, where that costs about 10 ms; elsewhere they are spawned, about 0.35 s (measured), for
 there a fork may meet threads of the system's libraries. A forked worker runs nothing but this file's loop and leaves
@@ -176,16 +176,14 @@ def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers
     waiting = runs(source)
     tail: list[Points] = []  # the points of traces of every run so far, for workers that did not draw it
     sent = [0] * workers  # how many runs' points each worker has
-    busy = [0] * workers
+    idle = list(range(workers))
     done: dict[int, Pieces] = {}
     given = taken = 0
     with _Crew(painter, coder, workers) as crew:
         while True:
-            while given - taken < 4 * workers and min(busy) < 2:
-                run = next(waiting, None)
-                if run is None:
-                    break
-                worker = busy.index(min(busy))
+            # only to who waits for it: were both ends sending, neither would ever finish
+            while idle and given - taken < 4 * workers and (run := next(waiting, None)) is not None:
+                worker = idle.pop(0)
                 if painter.traces:
                     missed = tail[sent[worker] : given]
                     past = tuple(np.concatenate(part) for part in zip(*missed, strict=True))
@@ -193,23 +191,20 @@ def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers
                     tail.append(painter.trace_points(run.poses))
                     sent[worker] = given + 1
                 _send(crew.pipes[worker], run)
-                busy[worker] += 1
                 given += 1
             if given == taken:
                 return
-            while taken not in done:
-                for pipe in wait(crew.pipes):
-                    worker = crew.pipes.index(pipe)  # type: ignore[arg-type]
-                    number, answer = _receive(crew.pipes[worker])
-                    busy[worker] -= 1
-                    if isinstance(answer, Exception):
-                        raise answer
-                    done[number] = answer
-                if taken not in done and min(busy) < 2 and given - taken < 4 * workers:
-                    break  # someone has too little to do: give first
-            else:
+            if taken in done:
                 yield done.pop(taken)
                 taken += 1
+                continue
+            for pipe in wait([pipe for worker, pipe in enumerate(crew.pipes) if worker not in idle]):
+                worker = crew.pipes.index(cast("Connection", pipe))
+                number, answer = _receive(crew.pipes[worker])
+                if isinstance(answer, Exception):
+                    raise answer
+                idle.append(worker)
+                done[number] = answer
 
 
 def _send(pipe: Connection, run: Run) -> None:

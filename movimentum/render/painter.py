@@ -168,7 +168,8 @@ def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | Non
 def _view(scene: Scene, options: PictureOptions, supersample: int, box: tuple[float, float, float, float]) -> View:
     left, bottom, right, top = box
     width, height = (right - left) * options.scale, (top - bottom) * options.scale
-    if not width * height * supersample**2 <= options.max_pixels:
+    pixels = width * height * supersample**2
+    if not pixels <= options.max_pixels:
         size = (
             f"{width:.0f} x {height:.0f} pixels" if max(width, height) < 1e9 else f"{width:.1e} x {height:.1e} pixels"
         )
@@ -181,7 +182,10 @@ def _view(scene: Scene, options: PictureOptions, supersample: int, box: tuple[fl
                     f"the picture is too large: {size}{drawn}",
                     scene.config.span,
                     notes=(f"the limit is {options.max_pixels:,} pixels",),
-                    helps=("give a smaller size in `.config(fps, width, height)`", "--scale 0.1"),
+                    helps=(
+                        "give a smaller size in `.config(fps, width, height)`",
+                        *([f"--max-pixels {math.ceil(pixels)}"] if pixels < 1e12 else []),
+                    ),
                 )
             ]
         )

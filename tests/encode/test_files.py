@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
-from movimentum.encode import write
+from movimentum.encode import runs, write
 from movimentum.encode.palette import Mapper, choose_palette
 from movimentum.encode.write import check_output, write_animation
 from movimentum.errors import UsageError
@@ -327,6 +327,30 @@ def test_bytes_do_not_depend_on_workers_nor_on_chunks(tmp_path, suffix):
         write_animation(painter, spool, tmp_path / f"s.{suffix}", fps=FPS, workers=2)
     assert (tmp_path / f"s.{suffix}").read_bytes() == made_by[1]
     assert multiprocessing.active_children() == []
+
+
+def test_many_things_and_large_pieces_do_not_block_each_other(tmp_path):
+    # a run of 300 things is more than a pipe holds, and so are its pieces
+    rng = np.random.default_rng(7)
+    Image.fromarray(rng.integers(0, 256, (120, 150, 3), dtype=np.uint8)).save(tmp_path / "noise.png")
+    made = scene(
+        thing("sprite", image=str(tmp_path / "noise.png")),
+        *[thing("bar", (0, 0), (3, 0), width=1.0, hidden=True) for _ in range(299)],
+        size=(200, 200),
+    )
+    where = poses([[k % 7, k % 5, k] for k in range(240)], *[[0, 0, 0]] * 299)
+    write_animation(make_painter(made, where), where, tmp_path / "o.apng", fps=FPS, workers=2)
+    with Image.open(tmp_path / "o.apng") as image:
+        assert image.n_frames == 240
+
+
+def test_spawned_workers_do_the_same(tmp_path, monkeypatch):
+    made, where = moving(tmp_path, frames=70)
+    painter = make_painter(made, where, PictureOptions(traces=(AnchorRef(1, 1),)))
+    write_animation(painter, where, tmp_path / "a.gif", fps=FPS, workers=1)
+    monkeypatch.setattr(runs, "_FORKS", False)
+    write_animation(painter, where, tmp_path / "b.gif", fps=FPS, workers=2)
+    assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
 
 
 def test_progress_is_told(tmp_path):
