@@ -90,3 +90,12 @@ def test_the_track_moves_by_whole_sleepers(solve_script: Solve) -> None:
 
 def test_every_script_has_an_oracle() -> None:
     assert {path.stem for path in SCRIPTS.glob("*.mov")} == ORACLES.keys()
+
+
+@pytest.mark.parametrize(
+    ("name", "fps", "stride"), [("walschaerts", "100", 5), ("stephenson", "100", 5), ("jansen", "100", 4)]
+)
+def test_more_frames_keep_the_shared_ones(name: str, fps: str, stride: int, solve_script: Solve) -> None:
+    coarse, fine = solve_script(name), solve_script(name, fps)
+    for column in coarse.keys() - {"frame"}:
+        np.testing.assert_allclose(fine[column][::stride], coarse[column], rtol=0, atol=1e-9, err_msg=column)
