@@ -297,7 +297,7 @@ def _block(
         core=core,
         targets=tuple(n for n, _ in explicit),
         explicit=compiled([expr for _, expr in explicit], clocks) if explicit else None,
-        coefficients=compiled(outputs, clocks) if outputs else None,
+        coefficients=compiled(outputs, clocks) if outputs or kernel is Kernel.NEWTON else None,
         rows=len(group.equations) - len(explicit),
         jacobian=None,
         entries=(),

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from movimentum.plan.graph import groups, maximum_matching, reachable, strong_components
 from movimentum.plan.system import Equation, Form, System
+from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.scene.model import ThingAngle
 
 
@@ -126,6 +127,7 @@ def _held_together(
     for equation in plain:
         first, *rest = sorted(equation.targets) if equation.targets else [None]
         links.extend((first, other) for other in rest)  # type: ignore[misc]
+    links.extend(_pose_links(system, range(len(system.unknowns))))
     held: list[Group] = []
     gone: set[int] = set()
     for component in groups(len(system.unknowns), links):
@@ -148,19 +150,22 @@ def _free_groups(
     for i in rows:
         inside = [place[n] for n in equations[i].unknowns if n in columns]
         links.extend((inside[0], other) for other in inside[1:])
-    for thing in system.scene.things:  # a body moves as one, also where no equation ties its unknowns
-        inside = [place[n] for n in order if getattr(system.unknowns[n].payload, "thing", None) == thing.number]
-        inside = [p for p in inside if _is_pose(system, order[p])]
-        links.extend((inside[0], other) for other in inside[1:])
+    links.extend((place[a], place[b]) for a, b in _pose_links(system, order))
     for component in groups(len(order), links):
         members = {order[k] for k in component}
         own = tuple(sorted(equations[i].number for i in rows if members & equations[i].unknowns))
         yield Group(tuple(sorted(members)), own, free=True)
 
 
-def _is_pose(system: System, unknown: int) -> bool:
-    name = type(system.unknowns[unknown].payload).__name__
-    return name.startswith("Pose") or name == "ThingAngle"
+def _pose_links(system: System, unknowns: Iterable[int]) -> list[tuple[int, int]]:
+    """Links between the pose unknowns of each thing: a body moves as one, also where no equation ties its unknowns."""
+    first: dict[int, int] = {}
+    links: list[tuple[int, int]] = []
+    for n in unknowns:
+        payload = system.unknowns[n].payload
+        if isinstance(payload, PoseX | PoseY | PoseCos | PoseSin):
+            links.append((first.setdefault(payload.thing, n), n))
+    return links
 
 
 def driven_angles(system: System, with_rigidity: object) -> frozenset[int]:

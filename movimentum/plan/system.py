@@ -397,6 +397,9 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
         t = thing.number
         c, s = system.number_of.get(PoseCos(t)), system.number_of.get(PoseSin(t))
         angle = system.number_of.get(ThingAngle(t))
+        if _is_mentioned(system, t):
+            builder.pose(t, PoseX)
+            builder.pose(t, PoseY)
         if c is None and s is None and not (_is_mentioned(system, t) and _can_be_seen_turning(thing)):
             continue
         cosine, sine = builder.pose(t, PoseCos), builder.pose(t, PoseSin)
@@ -430,7 +433,7 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
 
 
 def _is_mentioned(system: System, thing: int) -> bool:
-    return PoseX(thing) in system.number_of or PoseY(thing) in system.number_of
+    return any(kind(thing) in system.number_of for kind in (PoseX, PoseY, PoseCos, PoseSin, ThingAngle))
 
 
 def _can_be_seen_turning(thing: Thing) -> bool:

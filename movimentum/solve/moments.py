@@ -18,7 +18,7 @@ from movimentum.solve.instants import Instants
 from movimentum.solve.kernels import State
 from movimentum.solve.motion import Motion, Poses
 from movimentum.solve.stretches import Dead, Stretch
-from movimentum.solve.tracks import Piece
+from movimentum.solve.tracks import Piece, scale_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -108,27 +108,33 @@ def held(carry: Carry) -> Carry:
 
 
 def evaluated(piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
-    """Evaluate a piece; an isolated instant without a solution (two circles that become one for a moment) is taken from just beside it."""
+    """Evaluate a piece. An isolated instant without a solution (two circles that become one for a moment) is taken from just
+    beside it, where both sides agree; a pole is not removable and stays unsolved.
+    """
     state, bad = piece.evaluate(instants)
-    if bad.any() and piece.end > piece.begin:
-        for nudge in (-1e-9, 1e-9, -1e-7, 1e-7):
-            places = np.nonzero(bad)[0]
-            tau = instants.tau[places] + nudge * (piece.end - piece.begin)
-            inside = (tau >= piece.begin) & (tau <= piece.end)
-            places, tau = places[inside], tau[inside]
-            if len(places) == 0:
-                continue
-            beside, still_bad = piece.evaluate(piece.instants(tau))
-            good = ~still_bad
-            for n, value in enumerate(state):
-                if value is not None and (np.ndim(value) > 0 or np.ndim(beside[n]) > 0):
-                    filled = np.array(np.broadcast_to(value, len(instants)))
-                    filled[places[good]] = np.broadcast_to(beside[n], len(tau))[good]
-                    state[n] = filled
-            bad = bad.copy()
-            bad[places[good]] = False
-            if not bad.any():
-                break
+    if not bad.any() or piece.end <= piece.begin:
+        return state, bad
+    nudge = 1e-9 * (piece.end - piece.begin)
+    places = np.nonzero(bad)[0]
+    tau = instants.tau[places]
+    places = places[(tau - nudge >= piece.begin) & (tau + nudge <= piece.end)]
+    if len(places) == 0:
+        return state, bad
+    before, bad_before = piece.evaluate(piece.instants(instants.tau[places] - nudge))
+    after, bad_after = piece.evaluate(piece.instants(instants.tau[places] + nudge))
+    agree = ~bad_before & ~bad_after
+    scale = scale_of(piece.plan, range(len(state)))
+    for n, value in enumerate(before):
+        if value is not None:
+            a, b = np.broadcast_to(value, len(places)), np.broadcast_to(after[n], len(places))
+            agree &= np.abs(a - b) <= 1e-6 * np.maximum(scale[n], np.abs(a))
+    for n, value in enumerate(state):
+        if value is not None and np.ndim(value) > 0:
+            filled = np.array(value)
+            filled[places[agree]] = np.broadcast_to(before[n], len(places))[agree]
+            state[n] = filled
+    bad = bad.copy()
+    bad[places[agree]] = False
     return state, bad
 
 

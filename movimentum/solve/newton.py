@@ -54,6 +54,8 @@ def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatAr
 
 def step_of(jacobian: FloatArray, residual: FloatArray, scale: FloatArray, square: bool) -> FloatArray:
     """(F, n) Newton steps; least-norm (in units of ``scale``), least-squares where not square or singular."""
+    if residual.shape[1] == 0:
+        return np.zeros((len(residual), len(scale)))
     rows, lengths = scaled(jacobian, scale)
     right = residual / lengths
     if square:

@@ -126,7 +126,7 @@ def _continue(
     if violated is None or len(stretch.pieces) >= MAXIMAL_PIECES:
         return None, length
     selector, time = violated
-    carry = carry_at(stretch, piece, time, stretch.carry)
+    carry = carry_at(stretch, piece, time, stretch.base)
     resume = min(time + max(1e-9 * length, 1e-15), length)
     for _ in range(40):  # just far enough for the violation to be seen
         state, _ = piece.evaluate(piece.instants(np.array([resume])))

@@ -1,0 +1,327 @@
+"""What there is to say about a motion: errors, warnings and notes, from what the solver recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from movimentum.analysis.failure import failure_diagnostic
+from movimentum.analysis.freedom import BlockRank, block_ranks
+from movimentum.analysis.report import StepReport, step_report
+from movimentum.analysis.suggest import described, follow_candidates, selecting_inequalities
+from movimentum.analysis.words import listed, number, time_text
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.scene.model import Scene
+from movimentum.solve.carry import Snapshot
+from movimentum.solve.motion import Motion
+from movimentum.solve.stretches import Beginning, Dead, Stretch
+from movimentum.source import Span
+
+CHUNK = 4096
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Examination:
+    """``diagnostics``: in order of time; ``steps``: a report for each segment.
+
+    ``fault``: 0, 1 (the script contradicts itself) or 3 (no solution at some time): the exit code that failing deserves.
+    """
+
+    diagnostics: tuple[Diagnostic, ...]
+    steps: tuple[StepReport, ...]
+    fault: int
+
+
+def examine(motion: Motion) -> Examination:
+    """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds."""
+    found: list[Diagnostic] = []
+    steps: list[StepReport] = []
+    fault = 0
+    told: set[object] = set()
+    for index, stretch in enumerate(motion.stretches):
+        ranks = block_ranks(stretch)
+        steps.append(step_report(stretch, ranks))
+        if fault == 0 and stretch.troubles:
+            trouble = min(stretch.troubles, key=lambda item: item.begin)
+            diagnostic, fault = failure_diagnostic(motion, stretch, trouble)
+            found.append(diagnostic)
+        for diagnostic in (
+            *_ambiguities(stretch),
+            *_free_motions(stretch, ranks),
+            *_jumps(motion, index),
+            *_redundancies(stretch),
+        ):
+            key = (diagnostic.code, diagnostic.span, diagnostic.message.split(" at t = ")[0])
+            if key not in told:
+                told.add(key)
+                found.append(diagnostic)
+    found.extend(_idle_selectors(motion))
+    found.extend(_unconstrained(motion.timeline.scene))
+    if fault == 0:
+        missing = _unsolved_frame(motion)
+        if missing is not None:
+            found.append(missing)
+            fault = 3
+    order = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.NOTE: 2}
+    return Examination(tuple(sorted(found, key=lambda item: order[item.severity])), tuple(steps), fault)
+
+
+# --- which solution
+
+
+def _ambiguities(stretch: Stretch) -> Iterator[Diagnostic]:
+    """The choice fell to "as drawn", and more than one solution was left."""
+    scene = stretch.plan.system.scene
+    for beginning in stretch.beginnings:
+        if beginning.reason != "step" or beginning.selection.choices is None:
+            continue
+        for part in beginning.selection.parts:
+            if part.decided_by != "drawn":
+                continue
+            followed = follow_candidates(stretch, beginning, part)
+            texts = selecting_inequalities(stretch.plan, followed)
+            count = len(part.candidates)
+            notes: list[str] = []
+            helps: list[str] = []
+            for k, (candidate, text) in enumerate(zip(part.candidates, texts, strict=False)):
+                what = described(stretch.plan, candidate)
+                notes.append(f"{'chosen' if k == 0 else f'solution {k + 1}'}: {what or 'differs in what is not drawn'}")
+                if text is not None:
+                    helps.append(f"`{text}` selects {'the one chosen' if k == 0 else f'solution {k + 1}'}")
+            if count > len(followed):
+                notes.append(f"{count - len(followed)} more are not shown")
+            if not part.complete:
+                notes.append("there may be more: not all combinations were tried")
+            things = _things_of(stretch, part.blocks)
+            yield Diagnostic(
+                code="constraint/ambiguous",
+                severity=Severity.WARNING,
+                message=f"{count} solutions at t = {time_text(float(stretch.segment.start) + beginning.time)}"
+                f" for {listed([f'`{scene.things[t].name}`' for t in things]) or 'the variables'};"
+                " the one turned least from how it is drawn was taken",
+                span=_span_of_blocks(stretch, part.blocks),
+                notes=tuple(notes),
+                helps=tuple(helps),
+            )
+
+
+def _things_of(stretch: Stretch, blocks: tuple[int, ...]) -> list[int]:
+    system = stretch.plan.system
+    things = {
+        getattr(system.unknowns[n].payload, "thing", None) for number in blocks for n in stretch.plan.blocks[number].unknowns
+    }
+    return sorted(t for t in things if t is not None)
+
+
+def _span_of_blocks(stretch: Stretch, blocks: tuple[int, ...]) -> Span | None:
+    """The last constraint of the script that these blocks solve."""
+    system = stretch.plan.system
+    numbers = [
+        system.equations[e].constraint for number in blocks for e in stretch.plan.blocks[number].equations
+    ]
+    spans = {c.number: c.span for c in stretch.segment.active}
+    chosen = [n for n in numbers if n is not None and n in spans]
+    return spans[max(chosen)] if chosen else None
+
+
+# --- free motion
+
+
+def _free_motions(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
+    scene = stretch.plan.system.scene
+    for rank in ranks:
+        for motion in rank.motions:
+            yield Diagnostic(
+                code="constraint/free-motion",
+                severity=Severity.WARNING,
+                message=f"{motion.words}; it moves as little as it can",
+                span=scene.things[motion.things[0]].name_span if motion.things else _span_of_blocks(stretch, (rank.block,)),
+                notes=(f"from t = {time_text(float(stretch.segment.start))} on",) if stretch.segment.number else (),
+                helps=(motion.remedy,),
+            )
+
+
+def _unconstrained(scene: Scene) -> Iterator[Diagnostic]:
+    for thing in scene.things:
+        if thing.is_body and thing.number not in scene.mentioned:
+            yield Diagnostic(
+                code="constraint/free-motion",
+                severity=Severity.NOTE,
+                message=f"no constraint mentions `{thing.name}`; it stays where it is drawn",
+                span=thing.name_span,
+            )
+
+
+# --- jumps
+
+
+def _jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
+    stretch = motion.stretches[index]
+    scene = motion.timeline.scene
+    for beginning in stretch.beginnings:
+        if beginning.reason == "step" and (index == 0 or stretch.segment.step == 0):
+            continue
+        if beginning.selection.choices is None:
+            continue
+        piece = next((p for p in stretch.pieces if not isinstance(p, Dead) and abs(p.begin - beginning.time) < 1e-12), None)
+        if piece is None or isinstance(piece, Dead):
+            continue
+        from movimentum.solve.moments import snapshot
+
+        with np.errstate(all="ignore"):
+            state, _ = piece.evaluate(piece.instants(np.array([beginning.time])))
+        after = snapshot(stretch.plan, state, stretch.base.now, 0)
+        before = beginning.carry.now
+        seen = motion.stretches[index - 1].segment.visible if index else frozenset[int]()
+        if beginning.reason == "inequality":
+            seen = stretch.segment.visible
+        far, thing = _farthest(scene, before, after, seen)
+        travel = _travel_per_frame(motion, beginning)
+        when = time_text(float(stretch.segment.start) + beginning.time)
+        least = 1e-6 * motion.size if beginning.reason == "inequality" else max(1.5 * travel, 1e-6 * motion.size)
+        if far <= least or thing is None:
+            continue
+        name = scene.things[thing].name
+        if beginning.reason == "inequality":
+            selector = stretch.plan.system.selectors[beginning.selector or 0]
+            constraint = selector.constraint if selector.constraint is not None else selector.equation_of
+            span = next((c.span for c in stretch.segment.active if c.number == constraint), None)
+            yield Diagnostic(
+                code="solve/jump",
+                severity=Severity.WARNING,
+                message=f"`{name}` jumps {number(far)} at t = {when}, where the motion comes to violate this"
+                " and goes over to another solution",
+                span=span,
+            )
+        else:
+            step = scene.steps[stretch.segment.step]
+            yield Diagnostic(
+                code="solve/jump",
+                severity=Severity.WARNING,
+                message=f"`{name}` jumps {number(far)} at t = {when}, where this step begins",
+                span=step.span,
+                notes=(f"it moves {number(travel)} a frame there",),
+            )
+
+
+def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset[int]) -> tuple[float, int | None]:
+    """The longest way that an anchor goes between two moments, and its thing."""
+    best, owner = 0.0, None
+    for t in sorted(things):
+        a, b = before.things[t], after.things[t]
+        for anchor in scene.things[t].anchors:
+            x, y = anchor.local
+            way = float(
+                np.hypot(
+                    (b.x + b.c * x - b.s * y) - (a.x + a.c * x - a.s * y), (b.y + b.s * x + b.c * y) - (a.y + a.s * x + a.c * y)
+                )
+            )
+            if way > best:
+                best, owner = way, t
+    return best, owner
+
+
+def _travel_per_frame(motion: Motion, beginning: Beginning) -> float:
+    """How far the fastest anchor moves in a frame just before."""
+    carry = beginning.carry
+    if carry.before is None or carry.span <= 0.0:
+        return 0.0
+    everything = frozenset(range(len(motion.timeline.scene.things)))
+    return _farthest(motion.timeline.scene, carry.before, carry.now, everything)[0] / carry.span / float(motion.timeline.fps)
+
+
+# --- what is superfluous
+
+
+def _redundancies(stretch: Stretch) -> Iterator[Diagnostic]:
+    if any(t.kind == "start" for t in stretch.troubles):
+        return
+    system = stretch.plan.system
+    for check in stretch.plan.checks:
+        equation = system.equations[check]
+        constraint = next((c for c in stretch.segment.active if c.number == equation.constraint), None)
+        if constraint is not None:
+            yield Diagnostic(
+                code="constraint/redundant",
+                severity=Severity.NOTE,
+                message="this follows from other constraints (and agrees with them)",
+                span=constraint.span,
+            )
+        elif equation.thing is not None:
+            thing = system.scene.things[equation.thing]
+            yield Diagnostic(
+                code="constraint/redundant",
+                severity=Severity.NOTE,
+                message=f"the constraints on `{thing.name}` say one thing more than places it (and agree)",
+                span=thing.name_span,
+            )
+
+
+def _idle_selectors(motion: Motion) -> Iterator[Diagnostic]:
+    decisive: set[int] = set()
+    stated: dict[int, Span] = {}
+    for stretch in motion.stretches:
+        selectors = stretch.plan.system.selectors
+        spans = {c.number: c.span for c in stretch.segment.active}
+        for selector in selectors:
+            if selector.constraint is not None and selector.constraint in spans:
+                stated[selector.constraint] = spans[selector.constraint]
+        for beginning in stretch.beginnings:
+            numbers = set(beginning.selection.decisive)
+            if beginning.selector is not None:
+                numbers.add(beginning.selector)
+            decisive |= {c for i in numbers if (c := selectors[i].constraint) is not None}
+        decisive |= {
+            c for t in stretch.troubles if t.selector is not None and (c := selectors[t.selector].constraint) is not None
+        }
+    for constraint, span in sorted(stated.items()):
+        if constraint not in decisive:
+            yield Diagnostic(
+                code="constraint/idle-selector",
+                severity=Severity.NOTE,
+                message="this inequality never decides anything: no solution is turned down by it",
+                span=span,
+            )
+
+
+# --- the last word
+
+
+def _unsolved_frame(motion: Motion) -> Diagnostic | None:
+    """The first frame that the paths promised and that could not be solved after all."""
+    timeline = motion.timeline
+    for first in range(0, timeline.frame_count, CHUNK):
+        poses = motion.poses(first, min(first + CHUNK, timeline.frame_count))
+        bad = np.nonzero(~poses.solved)[0]
+        if len(bad) == 0:
+            continue
+        frame = int(poses.frames[bad[0]])
+        time = timeline.frame_time(frame)
+        stretch = motion.stretches[timeline.segment_at(time)]
+        span, name = _culprit(stretch, float(time - stretch.segment.start))
+        return Diagnostic(
+            code="solve/not-converged",
+            severity=Severity.ERROR,
+            message=f"{f'{name} has' if name else 'the scene has'} no finite value at t = {time_text(float(time))} (frame {frame})",
+            span=span,
+            notes=("a division by zero, the root of a negative number, an overflow, or equations too nearly singular",),
+            helps=("`--on-failure skip` leaves such frames out",),
+        )
+    return None
+
+
+def _culprit(stretch: Stretch, tau: float) -> tuple[Span | None, str]:
+    """The constraint and the name of the first unknown without a finite value at offset ``tau``."""
+    plan = stretch.plan
+    for piece in stretch.pieces:
+        if isinstance(piece, Dead) or not piece.begin <= tau <= piece.end:
+            continue
+        with np.errstate(all="ignore"):
+            state, _ = piece.evaluate(piece.instants(np.array([tau])))
+        for block in plan.blocks:
+            for n in block.unknowns:
+                if not np.isfinite(state[n]).all():
+                    return _span_of_blocks(stretch, (block.number,)), f"`{plan.system.unknowns[n].name}`"
+    return (stretch.segment.active[-1].span if stretch.segment.active else None), ""

@@ -1,0 +1,212 @@
+"""Inequalities that select one solution among several, ready to paste.
+
+An inequality is of use only if the motion that it selects never comes to violate it, so each candidate is followed through its segment first,
+and an inequality is offered only if it holds all along, and fails for every other candidate at the beginning.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.plan.model import Plan
+from movimentum.plan.numeric import atan2d
+from movimentum.scene.model import Scene, ThingAngle, VariableComponent
+from movimentum.solve.following import follow
+from movimentum.solve.moments import placements
+from movimentum.solve.selection import Candidate, Part, Selection
+from movimentum.solve.stretches import Beginning, Stretch
+
+FloatArray = NDArray[np.float64]
+
+MOST_CANDIDATES = 6
+CLEAR = 0.01
+"""How far from equality, in units of the scene's size (or radians), an inequality must stay to be offered."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """One candidate's motion through its segment: anchor positions (K, 2) by (thing, anchor), and variables (K,)."""
+
+    anchors: dict[tuple[int, int], FloatArray]
+    variables: dict[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class _Option:
+    """``text`` > threshold selects where ``values`` (one array (K,) for each candidate) are on its side; ``rank``: preference."""
+
+    left: str
+    right: str
+    values: tuple[FloatArray, ...]
+    rank: int
+
+
+def follow_candidates(stretch: Stretch, beginning: Beginning, part: Part) -> list[Followed]:
+    """The first few candidates of ``part``, followed through the segment (everything else as chosen)."""
+    plan = stretch.plan
+    selection: Selection = beginning.selection
+    length = float(stretch.segment.end - stretch.segment.start)
+    result: list[Followed] = []
+    for candidate in part.candidates[:MOST_CANDIDATES]:
+        choices = [
+            candidate.choices.get(number, choice) for number, choice in enumerate(selection.choices or [])
+        ]
+        piece, gaps = follow(plan, stretch.segment.start, beginning.time, length, choices)
+        horizon = min((gap.begin for gap in gaps), default=piece.end)
+        nodes = piece.nodes[piece.nodes <= horizon]
+        nodes = nodes if len(nodes) else piece.nodes[:1]
+        with np.errstate(all="ignore"):
+            state, _ = piece.evaluate(piece.instants(nodes))
+        result.append(_followed(plan, stretch, part, state, len(nodes)))
+    return result
+
+
+def _followed(plan: Plan, stretch: Stretch, part: Part, state: list, count: int) -> Followed:  # type: ignore[type-arg]
+    scene = plan.system.scene
+    inside = {n for number in part.blocks for n in plan.blocks[number].unknowns}
+    things = {getattr(plan.system.unknowns[n].payload, "thing", None) for n in inside}
+    anchors: dict[tuple[int, int], FloatArray] = {}
+    for t, placement in enumerate(placements(plan, state, stretch.base.now)):
+        if t in things:
+            for i, anchor in enumerate(scene.things[t].anchors):
+                x, y = anchor.local
+                points = np.empty((count, 2))
+                points[:, 0] = placement.x + (placement.c * x - placement.s * y)
+                points[:, 1] = placement.y + (placement.s * x + placement.c * y)
+                anchors[t, i] = points
+    variables = {
+        unknown.name: np.array(np.broadcast_to(state[unknown.number], count), dtype=np.float64)
+        for unknown in plan.system.unknowns
+        if unknown.number in inside and isinstance(unknown.payload, VariableComponent)
+    }
+    return Followed(anchors, variables)
+
+
+def selecting_inequalities(plan: Plan, followed: list[Followed]) -> list[str | None]:
+    """For each followed candidate an inequality (or two) that selects it among the others; None where none was found."""
+    options = _options(plan, followed)
+    return [_best(plan, options, index, len(followed)) for index in range(len(followed))]
+
+
+def _options(plan: Plan, followed: list[Followed]) -> list[_Option]:
+    scene = plan.system.scene
+    options: list[_Option] = []
+
+    def name(key: tuple[int, int]) -> str:
+        return f"{scene.things[key[0]].name}.{scene.things[key[0]].anchors[key[1]].name}"
+
+    keys = sorted(followed[0].anchors)
+    for (t, i), (u, j) in _pairs(keys):
+        if t == u:  # two anchors of one thing: which way it points
+            for axis in (0, 1):
+                values = tuple(f.anchors[t, i][:, axis] - f.anchors[u, j][:, axis] for f in followed)
+                options.append(_Option(f"{name((t, i))}.{'xy'[axis]}", f"{name((u, j))}.{'xy'[axis]}", values, 1))
+    for left, joint, right in _dyads(scene, followed[0]):  # on which side a joint lies
+        values = tuple(
+            np.radians(_angle(f.anchors[left] - f.anchors[joint[0]], f.anchors[right] - f.anchors[joint[1]])) * plan.size
+            for f in followed
+        )
+        text = f".a({name(left)} - {name(joint[0])}, {name(right)} - {name(joint[1])})"
+        options.append(_Option(text, "0", values, 0))
+    for variable in sorted(followed[0].variables):
+        options.extend(_against_number(variable, [f.variables[variable] for f in followed], 1))
+    for key in keys:
+        for axis in (0, 1):
+            options.extend(_against_number(f"{name(key)}.{'xy'[axis]}", [f.anchors[key][:, axis] for f in followed], 2))
+    return options
+
+
+def _pairs(keys: list[tuple[int, int]]) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    return [(a, b) for k, a in enumerate(keys[:40]) for b in keys[k + 1 : 40] if a[0] == b[0]]
+
+
+def _angle(u: FloatArray, v: FloatArray) -> FloatArray:
+    return atan2d(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], u[:, 0] * v[:, 0] + u[:, 1] * v[:, 1])
+
+
+Key = tuple[int, int]
+
+
+def _dyads(scene: Scene, first: Followed) -> list[tuple[Key, tuple[Key, Key], Key]]:
+    """Pairs of things that share a joint (two anchors at one place all along), each with another anchor: (left, (joint, joint), right)."""
+    keys = sorted(first.anchors)[:40]
+    result: list[tuple[Key, tuple[Key, Key], Key]] = []
+    for k, a in enumerate(keys):
+        for b in keys[k + 1 :]:
+            if a[0] == b[0] or np.max(np.abs(first.anchors[a] - first.anchors[b])) > 1e-6 * (1 + np.max(np.abs(first.anchors[a]))):
+                continue
+            left = next(((a[0], i) for i in range(len(scene.things[a[0]].anchors)) if (a[0], i) != a), None)
+            right = next(((b[0], i) for i in range(len(scene.things[b[0]].anchors)) if (b[0], i) != b), None)
+            if left is not None and right is not None:
+                result.append((left, (a, b), right))
+    return result
+
+
+def _against_number(text: str, values: list[FloatArray], rank: int) -> list[_Option]:
+    """Comparisons of a coordinate with a round number between the candidates."""
+    begins = sorted(float(v[0]) for v in values)
+    options: list[_Option] = []
+    for low, high in zip(begins[:-1], begins[1:], strict=True):
+        if high - low > 1e-9 * (1 + abs(high)):
+            number = _round_between(low, high)
+            options.append(_Option(text, f"{number:g}", tuple(v - number for v in values), rank))
+    return options
+
+
+def _round_between(low: float, high: float) -> float:
+    """The roundest number in the middle half of an interval."""
+    middle, quarter = 0.5 * (low + high), 0.25 * (high - low)
+    for digits in range(-8, 12):
+        number = round(middle, digits)
+        if abs(number - middle) <= quarter:
+            return number + 0.0
+    return middle
+
+
+def _best(plan: Plan, options: list[_Option], index: int, count: int) -> str | None:
+    single: list[tuple[tuple[int, float], str]] = []
+    partial: list[tuple[frozenset[int], tuple[int, float], str]] = []
+    for option in options:
+        for sign, relation in ((1.0, ">"), (-1.0, "<")):
+            mine = float(np.min(sign * option.values[index])) / plan.size
+            if not mine > CLEAR:
+                continue
+            excluded = frozenset(
+                other for other in range(count) if other != index and sign * float(option.values[other][0]) / plan.size < -CLEAR
+            )
+            if not excluded:
+                continue
+            worst = min(-sign * float(option.values[other][0]) / plan.size for other in excluded)
+            rank = (option.rank, -min(mine, worst))
+            text = f"{option.left} {relation} {option.right};"
+            if len(excluded) == count - 1:
+                single.append((rank, text))
+            partial.append((excluded, rank, text))
+    if single:
+        return min(single)[1]
+    everyone = frozenset(range(count)) - {index}
+    pairs = [
+        ((a[1], b[1]), f"{a[2]} {b[2]}")
+        for k, a in enumerate(partial[:60])
+        for b in partial[k + 1 : 60]
+        if a[0] | b[0] == everyone
+    ]
+    return min(pairs)[1] if pairs else None
+
+
+def described(plan: Plan, candidate: Candidate) -> str:
+    """A candidate in a few words: how its things are turned, or what its variables are."""
+    scene = plan.system.scene
+    parts: list[str] = []
+    for n, value in sorted(candidate.values.items()):
+        payload = plan.system.unknowns[n].payload
+        if isinstance(payload, ThingAngle):
+            parts.append(f"`{scene.things[payload.thing].name}` turned {round(value, 2) + 0.0:g} degrees")
+        elif isinstance(payload, VariableComponent):
+            parts.append(f"{plan.system.unknowns[n].name} = {value:.6g}")
+    return ", ".join(parts[:4]) + (", …" if len(parts) > 4 else "")
+
+
