@@ -19,7 +19,7 @@ from movimentum.errors import ScriptError
 from movimentum.render.options import MAX_SPRITE_PIXELS
 from movimentum.source import Span
 
-_ORIENTATION = 0x0112
+_WIDTH, _HEIGHT, _ORIENTATION = 0x0100, 0x0101, 0x0112
 _TURNS = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
     3: Image.Transpose.ROTATE_180,
@@ -39,7 +39,12 @@ def image_size(path: str, span: Span | None = None) -> tuple[int, int] | Diagnos
     try:
         with _opened(path, span) as image:
             width, height = image.size
-            return (height, width) if _orientation(image) >= 5 else (width, height)
+            orientation = _orientation(image)
+            if image.format == "TIFF":  # in older Pillows its size is turned only with its pixels
+                tags: dict[int, int] = getattr(image, "tag_v2", {})
+                width, height = tags.get(_WIDTH, width), tags.get(_HEIGHT, height)
+                orientation = tags.get(_ORIENTATION, 1)
+            return (height, width) if orientation in (5, 6, 7, 8) else (width, height)
     except ScriptError as error:
         return error.diagnostics[0]
 
