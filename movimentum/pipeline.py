@@ -20,9 +20,9 @@ from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, Usa
 from movimentum.source import SourceText
 
 if TYPE_CHECKING:
+    from movimentum.analysis.report import StepReport
     from movimentum.scene.model import Scene
-    from movimentum.solve.motion import Poses
-    from movimentum.solve.solver import Motion
+    from movimentum.solve.motion import Motion, Poses
     from movimentum.timeline.model import Timeline
 
 MAX_FRAMES = 1_000_000
@@ -128,19 +128,26 @@ def solved(timeline: Timeline, choices: Choices) -> Solution:
 
     With ``strict``, warnings (of all stages so far) become errors here.
     """
+    from movimentum.analysis.examine import examine
+    from movimentum.plan.compile import CyclicRateError
     from movimentum.solve.solver import SolveOptions, solve
 
     before = timeline.scene.diagnostics
     try:
         motion = solve(timeline, SolveOptions(accuracy=choices.accuracy))
-    except MovimentumError as error:
-        raise type(error)([*before, *error.diagnostics]) from error
-    found: list[Diagnostic] = [*before]
-    if not motion.has_solution and choices.on_failure == "stop":
-        raise NoSolutionError([*found, Diagnostic("solve/unreachable", Severity.ERROR, "no solution")])
+    except CyclicRateError as error:
+        from movimentum.analysis.failure import cyclic_rate
+
+        raise ScriptError([*before, cyclic_rate(timeline.scene, error.constraint)]) from error
+    examination = examine(motion)
+    found = (*before, *examination.diagnostics)
+    if examination.fault == 1:
+        raise ScriptError(found)
+    if examination.fault and choices.on_failure == "stop":
+        raise NoSolutionError(found)
     if choices.strict:
         refuse_warnings(found)
-    return Solution(motion, tuple(found))
+    return Solution(motion, found, examination.steps)
 
 
 def refuse_warnings(diagnostics: Sequence[Diagnostic]) -> None:
@@ -159,20 +166,6 @@ def _image_size(path: str) -> tuple[int, int] | Diagnostic:
 
 
 # --- what the commands ask for ----------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class StepReport:
-    """One line of `check`: what was left to solve between two steps, and how free it is."""
-
-    time: float
-    end: float
-    unknowns: int
-    equations: int
-    rank: int
-    freedom: int
-    redundant: int
-    blocks: tuple[tuple[tuple[str, ...], str], ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 
 from movimentum.diagnostics import render_text, to_json
-from movimentum.pipeline import CheckReport, StepReport
+from movimentum.analysis.report import StepReport
+from movimentum.pipeline import CheckReport
 from movimentum.source import SourceText
 
 

@@ -8,7 +8,7 @@ from movimentum.analysis.conflict import Conflict, find_conflict
 from movimentum.analysis.words import counted, number, time_text
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.expressions import symbols
-from movimentum.scene.model import Constraint
+from movimentum.scene.model import Constraint, Scene
 from movimentum.solve.moments import carry_at
 from movimentum.solve.motion import Motion
 from movimentum.solve.selection import Rejection, Selection
@@ -224,3 +224,15 @@ def _undefined(stretch: Stretch, selection: Selection) -> Diagnostic:
     )
 
 
+
+
+def cyclic_rate(scene: Scene, number_: int | None) -> Diagnostic:
+    """A derivative that depends on itself: a differential equation, which is stated with an integral."""
+    constraint = next((c for c in scene.constraints() if c.number == number_), None)
+    return Diagnostic(
+        code="constraint/cyclic-derivative",
+        severity=Severity.ERROR,
+        message="this derivative depends on itself",
+        span=constraint.span if constraint else None,
+        helps=("state the equation with `.i(…)` instead: `x = 5 - .i(x)`",),
+    )

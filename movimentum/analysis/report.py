@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 from movimentum.analysis.freedom import BlockRank
 from movimentum.plan.blocks import Kernel
@@ -19,8 +18,8 @@ class StepReport:
     ``blocks``: (names of unknowns, kernel), in the order of solving.
     """
 
-    time: Fraction
-    end: Fraction
+    time: float
+    end: float
     unknowns: int
     equations: int
     rank: int
@@ -52,8 +51,8 @@ def step_report(stretch: Stretch, ranks: Sequence[BlockRank]) -> StepReport:
             freedom += found.freedom if block.free else 0
             redundant += block.rows - found.rank
     return StepReport(
-        stretch.segment.start,
-        stretch.segment.end,
+        float(stretch.segment.start),
+        float(stretch.segment.end),
         unknowns,
         equations + len(plan.checks),
         rank,
