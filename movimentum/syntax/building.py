@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.source import Span
+from movimentum.syntax.automaton import Token
 from movimentum.syntax.tree import (
     AnchorDefinition,
     Blank,
@@ -43,9 +44,6 @@ from movimentum.syntax.tree import (
 )
 from movimentum.syntax.words import FUNCTIONS, SYNONYMS
 
-if TYPE_CHECKING:
-    from lark import Token
-
 LARGEST_EXPONENT = 400
 """Numbers from 10^400 on, or below 10^-400, are refused: no float holds them, and exact arithmetic chokes on them."""
 
@@ -67,7 +65,7 @@ class Group:
 
 
 Piece = Any
-"""A lark Token, a node or a `Group`; `Builder`'s methods know from the grammar which comes where."""
+"""A Token, a node or a `Group`; `Builder`'s methods know from the grammar which comes where."""
 
 
 class Builder:
@@ -91,39 +89,39 @@ class Builder:
     def definition(self, pieces: Sequence[Piece]) -> Definition:
         """``Name : shape parts;``."""
         name = pieces[0]
-        return Definition(str(name), pieces[2], tuple(pieces[3:-1]), span=_span(pieces), name_span=_place(name))
+        return Definition(str(name), pieces[2], tuple(pieces[3:-1]), span=_span(pieces), name_span=name.span)
 
     def line(self, pieces: Sequence[Piece]) -> Definition:
         """``Name : .line references;``."""
         name, word = pieces[0], pieces[2]
-        shape = ShapeWord("line", span=_place(word))
-        return Definition(str(name), shape, tuple(pieces[3:-1]), span=_span(pieces), name_span=_place(name))
+        shape = ShapeWord("line", span=word.span)
+        return Definition(str(name), shape, tuple(pieces[3:-1]), span=_span(pieces), name_span=name.span)
 
     def shape(self, pieces: Sequence[Piece]) -> ShapeWord:
         """What a thing is."""
         word = pieces[0]
         if word.type == "STRING":
-            return ShapeWord("sprite", _text(word), span=_place(word))
+            return ShapeWord("sprite", _text(word), span=word.span)
         argument = _bare(pieces[2]) if len(pieces) > 1 else None
         return ShapeWord(str(word)[1:], argument, span=_span(pieces))
 
     def anchor(self, pieces: Sequence[Piece]) -> AnchorDefinition:
         """``P = [x, y]``, ``Q = P + [x, y]``."""
         offsets = tuple((Operator(pieces[i]), pieces[i + 1]) for i in range(3, len(pieces), 2))
-        return AnchorDefinition(str(pieces[0]), pieces[2], offsets, span=_span(pieces), name_span=_place(pieces[0]))
+        return AnchorDefinition(str(pieces[0]), pieces[2], offsets, span=_span(pieces), name_span=pieces[0].span)
 
     def reference(self, pieces: Sequence[Piece]) -> Reference:
         """``Thing.Anchor`` of a ``.line``."""
         thing, anchor = pieces
         return Reference(
-            str(thing), str(anchor)[1:], span=_span(pieces), thing_span=_place(thing), anchor_span=_after_dot(anchor)
+            str(thing), str(anchor)[1:], span=_span(pieces), thing_span=thing.span, anchor_span=_after_dot(anchor)
         )
 
     def option(self, pieces: Sequence[Piece]) -> Option:
         """``.word`` or ``.word(…)``."""
         word = pieces[0]
         arguments = tuple(_bare(piece) for piece in pieces if _is_argument(piece))
-        return Option(str(word)[1:], arguments, span=_span(pieces), name_span=_place(word))
+        return Option(str(word)[1:], arguments, span=_span(pieces), name_span=word.span)
 
     def step(self, pieces: Sequence[Piece]) -> StepHeader:
         """``@time``."""
@@ -146,15 +144,15 @@ class Builder:
 
     def name(self, pieces: Sequence[Piece]) -> Name:
         """A thing or a variable."""
-        return Name(str(pieces[0]), span=_place(pieces[0]))
+        return Name(str(pieces[0]), span=pieces[0].span)
 
     def blank(self, pieces: Sequence[Piece]) -> Blank:
         """``_``."""
-        return Blank(span=_place(pieces[0]))
+        return Blank(span=pieces[0].span)
 
     def clock(self, pieces: Sequence[Piece]) -> Clock:
         """``.t`` and its like."""
-        return Clock(str(pieces[0])[1:], span=_place(pieces[0]))
+        return Clock(str(pieces[0])[1:], span=pieces[0].span)
 
     def group(self, pieces: Sequence[Piece]) -> Group:
         """Parentheses."""
@@ -229,13 +227,13 @@ class Builder:
         operators: list[Operator] = []
         if isinstance(first, Product):
             operands, operators = list(first.operands), list(first.operators)
-        start = _place(pieces[0]).start
+        start = pieces[0].span.start
         for index in range(2, len(pieces), 2):
             factor = pieces[index]
             operators.append(Operator(pieces[index - 1]))
             # A factor `w.r(a)` without parentheses gives its rotations to the product so far.
             angles: list[Expression] = []
-            end = _place(factor).end
+            end = factor.span.end
             while isinstance(factor, Rotate):
                 angles.append(factor.angle)
                 factor = factor.operand
@@ -270,35 +268,28 @@ def _bare(piece: Piece) -> Any:
     """``piece`` without its parentheses; a STRING token as `Text`."""
     if isinstance(piece, Group):
         return piece.inner
-    return _text(piece) if getattr(piece, "type", None) == "STRING" else piece
+    return _text(piece) if isinstance(piece, Token) and piece.type == "STRING" else piece
 
 
 def _is_argument(piece: Piece) -> bool:
-    kind = getattr(piece, "type", None)
-    return not isinstance(piece, Option) and (kind is None or kind == "STRING")
-
-
-def _place(piece: Piece) -> Span:
-    """Where a token, node or group stands."""
-    start = getattr(piece, "start_pos", None)
-    return piece.span if start is None else Span(start, piece.end_pos)
+    return piece.type == "STRING" if isinstance(piece, Token) else not isinstance(piece, Option)
 
 
 def _span(pieces: Sequence[Piece]) -> Span:
-    return Span(_place(pieces[0]).start, _place(pieces[-1]).end)
+    return Span(pieces[0].span.start, pieces[-1].span.end)
 
 
 def _after_dot(token: Token) -> Span:
-    place = _place(token)
+    place = token.span
     return Span(place.start + 1, place.end)
 
 
 def _text(token: Token) -> Text:
-    return Text(str(token)[1:-1].replace("''", "'"), span=_place(token))
+    return Text(str(token)[1:-1].replace("''", "'"), span=token.span)
 
 
 def _number(token: Token) -> Number:
-    span = _place(token)
+    span = token.span
     value: Decimal | None
     try:
         value = Decimal(str(token))

@@ -1,19 +1,68 @@
-"""The grammar file and the parser made from it, kept between runs where that is possible."""
+"""The grammar file, and the LALR tables that Lark makes of it.
+
+Importing Lark and making the tables takes some 70 ms, which is a good part of what a small script takes from start to
+end. So the tables are kept in ``tables.json`` beside this module, with the digest of the grammar that they were made
+from. Where the grammar has been edited since, they are made anew, in memory; to keep them::
+
+    python -m movimentum.syntax.grammar
+
+"""
 
 from __future__ import annotations
 
-import os
-import sys
-from contextlib import suppress
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from lark import Lark
+from typing import Any
 
 GRAMMAR_NAME = "movimentum.lark"
+TABLES_NAME = "tables.json"
+END = "$END"
+"""The terminal behind the last one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Terminal:
+    """What the lexer looks for: a ``pattern`` (a regular expression) or, if ``literal``, that very text."""
+
+    name: str
+    pattern: str
+    literal: bool
+    priority: int
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A grammar rule: ``symbol`` is made of the last ``size`` values by the builder's method ``method``.
+
+    An empty ``method`` splices the values into those of the rule around; a ``transparent`` rule with one value is that
+    value.
+    """
+
+    symbol: str
+    size: int
+    method: str
+    transparent: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """An LALR(1) automaton with a contextual lexer.
+
+    ``states[s]`` maps terminals and symbols to what to do in state s: n >= 0, shift and go to state n; n < 0, reduce by
+    ``rules[-1 - n]``. It begins in state 0 and has accepted in state ``accept``. ``skipped`` are the patterns of what
+    stands between terminals.
+    """
+
+    terminals: tuple[Terminal, ...]
+    skipped: tuple[str, ...]
+    rules: tuple[Rule, ...]
+    states: tuple[dict[str, int], ...]
+    accept: int
 
 
 def grammar_text() -> str:
@@ -21,97 +70,115 @@ def grammar_text() -> str:
 
     Raises FileNotFoundError where neither has it (a broken installation).
     """
-    packaged = resources.files("movimentum.syntax").joinpath(GRAMMAR_NAME)
     try:
-        return packaged.read_text(encoding="utf-8")
+        return resources.files("movimentum.syntax").joinpath(GRAMMAR_NAME).read_text(encoding="utf-8")
     except FileNotFoundError:
-        checkout = Path(__file__).resolve().parents[2] / "grammar" / GRAMMAR_NAME
-        return checkout.read_text(encoding="utf-8")
+        return (Path(__file__).resolve().parents[2] / "grammar" / GRAMMAR_NAME).read_text(encoding="utf-8")
 
 
 @cache
-def load_parser() -> Lark:
-    """The LALR parser, whose rules call the functions of `movimentum.syntax.building`.
-
-    Making it from the grammar takes about 35 ms, reading it from the user's cache folder about 4 ms. The cache is a
-    convenience: whatever goes wrong with it (no home, read-only, damaged, another version) is passed over.
-    ``MOVIMENTUM_CACHE=off`` does without.
-    """
-    import hashlib
-
-    import lark
-
+def load_tables() -> Tables:
+    """The tables of the grammar: those that are kept, if they were made from it, else new ones."""
     text = grammar_text()
-    version = f"{lark.__version__} {sys.version_info[:3]} {text}"
-    path = cache_folder()
-    if path is not None:
-        path = path / f"parser-{hashlib.sha256(version.encode()).hexdigest()[:24]}.pickle"
-        kept = _read_cache(path)
-        if kept is not None:
-            return kept
-    parser = lark.Lark(
-        text, parser="lalr", lexer="contextual", keep_all_tokens=True, maybe_placeholders=False, **_options()
-    )
-    if path is not None:
-        _write_cache(parser, path)
-    return parser
-
-
-def cache_folder() -> Path | None:
-    """Where the parser is kept, or None: ``movimentum`` in the user's cache folder."""
-    choice = os.environ.get("MOVIMENTUM_CACHE")
-    if choice == "off":
-        return None
-    if choice:
-        return Path(choice)
     try:
-        if sys.platform == "win32":
-            base = os.environ.get("LOCALAPPDATA")
-        else:
-            base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    except (OSError, RuntimeError):
-        return None
-    return Path(base) / "movimentum" if base and os.path.isabs(base) else None
+        kept = json.loads(resources.files("movimentum.syntax").joinpath(TABLES_NAME).read_text(encoding="utf-8"))
+        if kept["grammar"] == digest(text):
+            return from_json(kept)
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    return make_tables(text)
 
 
-def _options() -> dict[str, Any]:
-    from movimentum.syntax.building import Builder
+def digest(text: str) -> str:
+    """What tells one grammar from another."""
+    return hashlib.sha256(text.encode()).hexdigest()
 
-    return {"transformer": Builder()}
 
-
-def _read_cache(path: Path) -> Lark | None:
-    """The parser kept at ``path``; None where there is none that is ours to trust."""
-    import pickle
-
+def make_tables(text: str) -> Tables:
+    """The tables of a grammar, by Lark; the same ones for the same grammar, whatever the order of Lark's sets."""
     from lark import Lark
+    from lark.parsers.lalr_analysis import Shift
 
-    try:
-        with path.open("rb") as file:
-            # A pickle can run code, so only a file that is the user's own, and writable by nobody else, is opened.
-            status = os.fstat(file.fileno())
-            if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
-                return None
-            kept: dict[str, Any] = pickle.load(file)
-        parser: Any = Lark.__new__(Lark)
-        return parser._load(kept, **_options())
-    except Exception:  # a cache that cannot be used is no cache; the grammar itself is at hand
-        return None
+    options: dict[str, Any] = {"parser": "lalr", "lexer": "contextual", "keep_all_tokens": True}
+    made: Any = Lark(text, maybe_placeholders=False, **options)
+    table: Any = made.parser.parser._parse_table
+    ignored = set(made.ignore_tokens)
+    terminals = {item.name: item for item in made.terminals}
+    rules: list[Any] = sorted(made.rules, key=lambda rule: (rule.origin.name, [item.name for item in rule.expansion]))
+    numbers = {rule: number for number, rule in enumerate(rules)}
+
+    # Number the states in the order in which they are reached.
+    order: dict[Any, int] = {table.start_states["start"]: 0}
+    waiting: list[Any] = list(order)
+    while waiting:
+        actions = table.states[waiting.pop(0)]
+        for name in sorted(actions):
+            action, target = actions[name]
+            if action is Shift and target not in order:
+                order[target] = len(order)
+                waiting.append(target)
+
+    def code(action: Any, target: Any) -> int:
+        return order[target] if action is Shift else -1 - numbers[target]
+
+    return Tables(
+        terminals=tuple(
+            Terminal(name, _pattern(item), item.pattern.type == "str", item.priority)
+            for name, item in sorted(terminals.items())
+            if name not in ignored
+        ),
+        skipped=tuple(sorted(_pattern(terminals[name]) for name in ignored)),
+        rules=tuple(_rule(rule) for rule in rules),
+        states=tuple(
+            {name: code(*table.states[state][name]) for name in sorted(table.states[state])} for state in order
+        ),
+        accept=order[table.end_states["start"]],
+    )
 
 
-def _write_cache(parser: Lark, path: Path) -> None:
-    """Keep ``parser`` at ``path``, whole or not at all."""
-    import tempfile
+def _pattern(terminal: Any) -> str:
+    return terminal.pattern.value if terminal.pattern.type == "str" else terminal.pattern.to_regexp()
 
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".parser-")
-    except OSError:
-        return
-    try:
-        with os.fdopen(handle, "wb") as file:
-            parser.save(file, exclude_options=("transformer",))
-        os.replace(name, path)
-    except Exception:  # a full disk, a lark that cannot save: nothing is lost but time
-        with suppress(OSError):
-            os.unlink(name)
+
+def _rule(rule: Any) -> Rule:
+    name, size = rule.origin.name, len(rule.expansion)
+    transparent = bool(rule.options.expand1 and not rule.alias)
+    nothing_to_call = name.startswith("_") or (transparent and size == 1)
+    return Rule(name, size, rule.alias or ("" if nothing_to_call else name), transparent)
+
+
+def to_json(tables: Tables, grammar: str) -> str:
+    """The tables as the text of ``tables.json``, a state to a line."""
+
+    def listed(rows: Iterator[Any]) -> str:
+        return "[\n" + ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows) + "\n]"
+
+    return (
+        "{"
+        f'"grammar": "{digest(grammar)}",\n"accept": {tables.accept},\n"skipped": {json.dumps(tables.skipped)},\n'
+        f'"terminals": {listed((t.name, t.pattern, t.literal, t.priority) for t in tables.terminals)},\n'
+        f'"rules": {listed((r.symbol, r.size, r.method, r.transparent) for r in tables.rules)},\n'
+        f'"states": {listed(iter(tables.states))}\n'
+        "}\n"
+    )
+
+
+def from_json(kept: dict[str, Any]) -> Tables:
+    """The tables in what was read from ``tables.json``."""
+    return Tables(
+        terminals=tuple(Terminal(*row) for row in kept["terminals"]),
+        skipped=tuple(kept["skipped"]),
+        rules=tuple(Rule(*row) for row in kept["rules"]),
+        states=tuple(kept["states"]),
+        accept=kept["accept"],
+    )
+
+
+def main() -> None:
+    """Write ``tables.json``."""
+    text = grammar_text()
+    Path(__file__).with_name(TABLES_NAME).write_text(to_json(make_tables(text), text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

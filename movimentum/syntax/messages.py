@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import re
-from typing import Any
-
-from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.source import Span
+from movimentum.syntax.automaton import Unexpected
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS
 
@@ -49,15 +47,14 @@ _DOTTED = re.compile(r"\.[A-Za-z][A-Za-z0-9_]*")
 _FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|.", re.DOTALL)
 
 
-def explain(unexpected: UnexpectedInput, text: str, start: int) -> tuple[Diagnostic, int, bool]:
+def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, int, bool]:
     """What went wrong, at which offset, and whether reading can go on right there (a ``;`` was forgotten before it).
 
     ``text`` is the script's; the part that was read began at ``start``.
     """
-    place, at_end = _place_of(unexpected, text)
-    accepted = _accepted(unexpected)
+    place, accepted = unexpected.place, unexpected.accepted
     before = _end_before(text, start, place)
-    if at_end:
+    if unexpected.at_end:
         return _unexpected_end(text, before, accepted), len(text), False
     special = _unreadable(text, place)
     if special is not None:
@@ -115,21 +112,6 @@ def expected_words(accepted: frozenset[str]) -> str:
 
 
 # --- where, and what would have fitted ------------------------------------------------------------
-
-
-def _place_of(unexpected: UnexpectedInput, text: str) -> tuple[int, bool]:
-    """The offset of what was not expected, and whether it is the end of the text."""
-    found: Any = unexpected
-    if isinstance(unexpected, UnexpectedToken):
-        return (len(text), True) if found.token.type == "$END" else (int(found.token.start_pos), False)
-    if isinstance(unexpected, UnexpectedCharacters):
-        return int(found.pos_in_stream or 0), False
-    return len(text), True
-
-
-def _accepted(unexpected: UnexpectedInput) -> frozenset[str]:
-    parser: Any = getattr(unexpected, "interactive_parser", None)
-    return frozenset(parser.accepts()) if parser is not None else frozenset()
 
 
 def _end_before(text: str, start: int, place: int) -> int:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText, Span
-from movimentum.syntax.building import Refusal
-from movimentum.syntax.grammar import load_parser
+from movimentum.syntax.automaton import Unexpected, run
+from movimentum.syntax.building import Builder, Refusal
 from movimentum.syntax.tree import (
     AnchorDefinition,
     Config,
@@ -23,9 +23,6 @@ from movimentum.syntax.tree import (
     children,
     postorder,
 )
-
-if TYPE_CHECKING:
-    from lark.exceptions import UnexpectedInput
 
 MAX_NESTING = 100
 """How deep brackets and operators may be nested, unless the caller says otherwise."""
@@ -68,19 +65,16 @@ def parse(source: SourceText, *, max_nesting: int = MAX_NESTING, max_characters:
 
 def _parse_from(text: str, start: int) -> Script | tuple[Diagnostic, int]:
     """The tree of ``text`` from ``start`` on, or the first error there and where to go on behind it."""
-    from lark.exceptions import UnexpectedInput
-
-    parser = load_parser()
     try:
-        return cast("Script", parser.parse(" " * start + text[start:] if start else text))
+        return cast("Script", run(text, start, Builder()))
     except Refusal as refusal:
         span = refusal.diagnostic.span or Span(start, start)
         return refusal.diagnostic, _next_item(text, max(span.end, start + 1))
-    except UnexpectedInput as unexpected:
+    except Unexpected as unexpected:
         return _explained(unexpected, text, start)
 
 
-def _explained(unexpected: UnexpectedInput, text: str, start: int) -> tuple[Diagnostic, int]:
+def _explained(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, int]:
     from movimentum.syntax.messages import explain  # only a script with an error needs its words
 
     error, place, resume_here = explain(unexpected, text, start)

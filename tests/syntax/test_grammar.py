@@ -1,98 +1,151 @@
-"""The parser is kept between runs where that is possible, and works where it is not."""
+"""The grammar and the tables made of it."""
 
 from __future__ import annotations
 
-import os
-import pickle
+import json
+import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+from lark import Lark, LarkError
+from lark.exceptions import UnexpectedCharacters
 
-from movimentum.syntax.grammar import cache_folder, grammar_text
+from movimentum.syntax.automaton import Unexpected, run
+from movimentum.syntax.grammar import (
+    TABLES_NAME,
+    digest,
+    from_json,
+    grammar_text,
+    load_tables,
+    make_tables,
+    to_json,
+)
+from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS
 
 ROOT = Path(__file__).parents[2]
-PROGRAM = (
-    "from movimentum.syntax.parser import parse\n"
-    "from movimentum.source import SourceText\n"
-    "print(len(parse(SourceText('x', '@0 x = 1; y = 2;')).items))\n"
-)
-
-
-def parse_elsewhere(**environment: str) -> None:
-    """Parse in a process of its own."""
-    kept = {key: value for key, value in os.environ.items() if key not in ("XDG_CACHE_HOME", "MOVIMENTUM_CACHE")}
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", PROGRAM],
-        env={**kept, "PYTHONPATH": str(ROOT), **environment},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (0, "3\n", "")
-
-
-def test_kept_and_read_back(tmp_path: Path) -> None:
-    parse_elsewhere(XDG_CACHE_HOME=str(tmp_path))
-    (kept,) = (tmp_path / "movimentum").iterdir()
-    before = kept.read_bytes()
-    parse_elsewhere(XDG_CACHE_HOME=str(tmp_path))
-    assert [path.read_bytes() for path in (tmp_path / "movimentum").iterdir()] == [before]
-
-
-def test_a_damaged_file_is_replaced(tmp_path: Path) -> None:
-    parse_elsewhere(XDG_CACHE_HOME=str(tmp_path))
-    (kept,) = (tmp_path / "movimentum").iterdir()
-    good = kept.read_bytes()
-    for damage in (b"", b"junk", good[: len(good) // 2], pickle.dumps({"data": 1, "memo": 2})):
-        kept.write_bytes(damage)
-        parse_elsewhere(XDG_CACHE_HOME=str(tmp_path))
-        assert kept.read_bytes().startswith(good[:2])
-        assert len(kept.read_bytes()) > len(good) // 2 + 100
-
-
-def test_no_place_to_keep_it(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("in the way")
-    parse_elsewhere(XDG_CACHE_HOME=str(tmp_path / "file"))
-    parse_elsewhere(XDG_CACHE_HOME="/proc/nowhere")
-    parse_elsewhere(HOME="/nonexistent")
-    parse_elsewhere(MOVIMENTUM_CACHE="off", XDG_CACHE_HOME=str(tmp_path / "unused"))
-    assert not (tmp_path / "unused").exists()
-
-
-@pytest.mark.skipif(not hasattr(os, "getuid"), reason="owners and modes of POSIX")
-def test_a_file_that_others_can_write_is_not_trusted(tmp_path: Path) -> None:
-    parse_elsewhere(XDG_CACHE_HOME=str(tmp_path))
-    (kept,) = (tmp_path / "movimentum").iterdir()
-    kept.write_bytes(b"cos\nsystem\n(S'echo this must not run'\ntR.")
-    kept.chmod(0o666)
-    parse_elsewhere(XDG_CACHE_HOME=str(tmp_path))
-
-
-def test_the_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("MOVIMENTUM_CACHE", "off")
-    assert cache_folder() is None
-    monkeypatch.setenv("MOVIMENTUM_CACHE", str(tmp_path))
-    assert cache_folder() == tmp_path
+TABLES = ROOT / "movimentum" / "syntax" / TABLES_NAME
 
 
 def test_the_grammar_is_one_file() -> None:
     assert grammar_text() == (ROOT / "grammar" / "movimentum.lark").read_text(encoding="utf-8")
 
 
-def test_the_grammar_knows_the_same_words_as_the_tables() -> None:
-    import re
+def test_the_tables_are_those_of_the_grammar() -> None:
+    """If this fails, the grammar was edited: ``python -m movimentum.syntax.grammar``."""
+    text = grammar_text()
+    assert TABLES.read_text(encoding="utf-8") == to_json(make_tables(text), text)
 
-    from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS
 
+def test_the_tables_do_not_depend_on_the_order_of_sets() -> None:
+    program = (
+        "from movimentum.syntax.grammar import *\n"
+        "import hashlib\n"
+        "text = grammar_text()\n"
+        "print(hashlib.sha256(to_json(make_tables(text), text).encode()).hexdigest())\n"
+    )
+    for seed in ("1", "2", "3"):
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            env={"PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=True,
+        )
+        assert done.stdout.strip() == digest(TABLES.read_text(encoding="utf-8"))
+
+
+def test_kept_tables_of_another_grammar_are_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    edited = grammar_text().replace('TILDE: "~"', 'TILDE: "?"')
+    assert edited != grammar_text()
+    monkeypatch.setattr("movimentum.syntax.grammar.grammar_text", lambda: edited)
+    tables = load_tables.__wrapped__()
+    assert [item.pattern for item in tables.terminals if item.name == "TILDE"] == ["?"]
+
+
+def test_reading_back() -> None:
+    assert from_json(json.loads(TABLES.read_text(encoding="utf-8"))) == load_tables() == make_tables(grammar_text())
+
+
+def test_starting_does_not_import_lark() -> None:
+    program = (
+        "import sys\n"
+        "from movimentum.syntax.parser import parse\n"
+        "from movimentum.source import SourceText\n"
+        "parse(SourceText('x', '@0 x = 1;'))\n"
+        "assert 'lark' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", program], env={"PYTHONPATH": str(ROOT)}, timeout=60, check=True)
+
+
+# --- the automaton against Lark's own ---------------------------------------------------------------
+
+
+class Plain:
+    """A builder that keeps everything: (rule, parts)."""
+
+    def __getattr__(self, name: str):
+        raise AttributeError(name)
+
+
+for _rule in load_tables().rules:
+    if _rule.method:
+        setattr(Plain, _rule.method, lambda self, parts, name=_rule.method: (name, list(parts)))
+
+
+def lark_tree(tree):
+    """A Lark tree as `Plain` would have it."""
+    return (str(tree.data), [part if isinstance(part, str) else lark_tree(part) for part in tree.children])
+
+
+@pytest.fixture(scope="module")
+def lark_parser() -> Lark:
+    return Lark(grammar_text(), parser="lalr", lexer="contextual", keep_all_tokens=True, maybe_placeholders=False)
+
+
+SCRIPTS = [
+    *[path.read_text(encoding="utf-8") for path in sorted((ROOT / "scripts").glob("*.mov"))],
+    *[
+        script
+        for path in sorted((ROOT / "tests" / "cases").glob("*.md"))
+        for script in re.findall(r"```mov[^\n]*\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)
+    ],
+]
+
+
+@pytest.mark.parametrize("number", range(len(SCRIPTS)))
+def test_the_automaton_reads_as_lark_does(number: int, lark_parser: Lark) -> None:
+    """The same tree; or an error at the same place, where the same terminals would have fitted."""
+    text = SCRIPTS[number]
+    found: Any
+    try:
+        expected = lark_tree(lark_parser.parse(text))
+    except LarkError as error:
+        expected = where(error)
+    try:
+        found = run(text, 0, Plain())
+    except Unexpected as error:
+        found = (None if error.at_end else error.place, error.accepted)
+    assert found == expected
+
+
+def where(error: Any) -> tuple[int | None, frozenset[str]]:
+    """The offset of a Lark error (None at the end of the text), and what would have fitted."""
+    accepted = frozenset(error.interactive_parser.accepts())
+    if isinstance(error, UnexpectedCharacters):
+        return error.pos_in_stream, accepted
+    return None if error.token.type == "$END" else error.token.start_pos, accepted
+
+
+def test_the_grammar_knows_the_same_words_as_the_tables_of_words() -> None:
     def words(terminal: str) -> set[str]:
         match = re.search(rf"^{terminal}: /\\\.\(\?:(.*?)\)", grammar_text(), re.MULTILINE)
         assert match
-        return {
-            word for item in match[1].split("|") for word in ({item[:-2], item[:-1]} if item.endswith("?") else {item})
-        }
+        found = match[1].split("|")
+        return {word for item in found for word in ({item[:-2], item[:-1]} if item.endswith("?") else {item})}
 
     assert words("FUNCTION") == {*FUNCTIONS, *SYNONYMS}
     assert words("CLOCK") == set(CLOCKS)
