@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 from PIL import Image
 
 from movimentum.geometry import Affine
-from movimentum.render.coverage import Coverage, Point, stroke
+from movimentum.render.coverage import Coverage, Point, bounded, clipped, stroke
 from movimentum.render.sprites import Sprite
 
 Color = tuple[int, int, int]
@@ -73,22 +74,25 @@ def _jagged_stroke(points: Sequence[Point], width: float, size: tuple[int, int])
     import numpy as np
     from PIL import ImageDraw  # slow to import; only drafts need it
 
-    thick = max(1, round(width))
+    points = bounded(points)
+    thick = max(1, round(min(width, 4.0 * sum(size))))
     reach = thick / 2.0 + 1.0
-    limit = 1e6  # Pillow draws with 32-bit integers
-    kept = [(min(max(x, -limit), limit), min(max(y, -limit), limit)) for x, y in points]
-    left = max(0, math.floor(min(x for x, _ in kept) - reach))
-    top = max(0, math.floor(min(y for _, y in kept) - reach))
-    right = min(size[0], math.ceil(max(x for x, _ in kept) + reach))
-    bottom = min(size[1], math.ceil(max(y for _, y in kept) + reach))
+    window = (-reach, -reach, size[0] + reach, size[1] + reach)
+    pairs = list(pairwise(points)) or [(points[0], points[0])]
+    kept = [pair for p, q in pairs if (pair := clipped(p, q, window)) is not None]
+    if not kept:
+        return None
+    xs, ys = [x for pair in kept for x, _ in pair], [y for pair in kept for _, y in pair]
+    left, top = max(0, math.floor(min(xs) - reach)), max(0, math.floor(min(ys) - reach))
+    right, bottom = min(size[0], math.ceil(max(xs) + reach)), min(size[1], math.ceil(max(ys) + reach))
     if right <= left or bottom <= top:
         return None
     mask = Image.new("L", (right - left, bottom - top), 0)
     draw = ImageDraw.Draw(mask)
-    shifted = [(x - left - 0.5, y - top - 0.5) for x, y in kept]
-    if len(shifted) > 1:
-        draw.line(shifted, fill=255, width=thick)
-    if thick > 2:
-        for x, y in shifted:
-            draw.ellipse((x - thick / 2, y - thick / 2, x + thick / 2, y + thick / 2), fill=255)
+    for pair in kept:
+        ends = [(x - left - 0.5, y - top - 0.5) for x, y in pair]
+        draw.line(ends, fill=255, width=thick)
+        if thick > 2:  # round caps and joins
+            for x, y in ends:
+                draw.ellipse((x - thick / 2, y - thick / 2, x + thick / 2, y + thick / 2), fill=255)
     return Coverage(left, top, np.asarray(mask))

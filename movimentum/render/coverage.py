@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 Point: TypeAlias = tuple[float, float]
 Floats: TypeAlias = NDArray[np.float32]
 
+FARTHEST = 1e9  # pixels: farther points are drawn as if they were there, wider lines as if they were so wide
+_WIDEST = 1e6
 _BAND = 48  # pixels along a stroke that are computed at a time: a diagonal's box is nearly empty
 
 
@@ -28,13 +30,19 @@ class Coverage(NamedTuple):
     values: NDArray[np.uint8]
 
 
+def bounded(points: Sequence[Point]) -> list[Point]:
+    """The points, none farther than `FARTHEST`, so that nothing overflows that is computed from them."""
+    far = FARTHEST
+    return [(min(max(x, -far), far), min(max(y, -far), far)) for x, y in points]
+
+
 def stroke(points: Sequence[Point], width: float, size: tuple[int, int]) -> Coverage | None:
     """A polyline of ``width`` with round caps and joins; where it overlaps itself it is still one coverage.
 
     Exact across a straight piece: a pixel's coverage is the part of its unit interval within the line, also
     for lines thinner than a pixel.
     """
-    radius = width / 2.0
+    points, radius = bounded(points), min(width, _WIDEST) / 2.0
     if radius <= 0.0:
         return None
     reach = radius + 0.5
@@ -46,7 +54,7 @@ def stroke(points: Sequence[Point], width: float, size: tuple[int, int]) -> Cove
     pairs = list(pairwise(points)) or [(points[0], points[0])]
     window = (left - reach - 2.0, top - reach - 2.0, right + reach + 2.0, bottom + reach + 2.0)
     for p, q in pairs:
-        kept = _clipped(p, q, window)
+        kept = clipped(p, q, window)
         if kept is not None:
             (px, py), (qx, qy) = kept
             _capsule(values, (px - left, py - top), (qx - left, qy - top), radius, len(pairs) > 1)
@@ -55,6 +63,8 @@ def stroke(points: Sequence[Point], width: float, size: tuple[int, int]) -> Cove
 
 def disc(centre: Point, radius: float, width: float | None, size: tuple[int, int]) -> Coverage | None:
     """A filled circle, or with ``width`` its outline of that width, centred on the circle."""
+    [centre], radius = bounded([centre]), min(radius, FARTHEST)
+    width = None if width is None else min(width, _WIDEST)
     reach = radius + (width or 0.0) / 2.0 + 0.5
     box = _box([centre], reach, size)
     if box is None or radius < 0.0:
@@ -73,6 +83,7 @@ def disc(centre: Point, radius: float, width: float | None, size: tuple[int, int
 
 def polygon(corners: Sequence[Point], size: tuple[int, int]) -> Coverage | None:
     """A convex polygon, its corners in either sense of rotation."""
+    corners = bounded(corners)
     box = _box(corners, 0.5, size)
     area = sum(px * qy - qx * py for (px, py), (qx, qy) in _edges(corners))
     if box is None or area == 0.0:
@@ -123,7 +134,7 @@ def _box(points: Sequence[Point], reach: float, size: tuple[int, int]) -> tuple[
     return None if right <= left or bottom <= top else (left, top, right, bottom)
 
 
-def _clipped(p: Point, q: Point, window: tuple[float, float, float, float]) -> tuple[Point, Point] | None:
+def clipped(p: Point, q: Point, window: tuple[float, float, float, float]) -> tuple[Point, Point] | None:
     """The part of a segment inside a window (Liang and Barsky 1984); its new ends lie too far out to be seen.
 
     So coordinates stay small enough for single precision however far a thing reaches.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from movimentum import geometry
 from movimentum.geometry import Affine
 from movimentum.render.canvas import Canvas, Color
-from movimentum.render.coverage import Point, disc, polygon, union
+from movimentum.render.coverage import FARTHEST, Point, bounded, disc, polygon, union
 from movimentum.render.sprites import Sprite
 from movimentum.solve.motion import Poses
 
@@ -189,13 +189,14 @@ def arrow_head(width: float) -> tuple[float, float]:
 def draw_line(canvas: Canvas, points: list[Point], width: float, arrow: bool, paint: tuple[Color, float]) -> None:
     """A polyline in image coordinates, with ``arrow`` a head whose tip is its last point; one coverage altogether."""
     color, opacity = paint
+    points = bounded(points)
     if not arrow or len(points) < 2:
         canvas.fill(canvas.line(points, width), color, opacity)
         return
     (bx, by), (tx, ty) = points[-2], points[-1]
     reach = math.hypot(tx - bx, ty - by)
-    length, breadth = arrow_head(width)
-    if reach <= 0.0:
+    length, breadth = arrow_head(min(width, FARTHEST))
+    if reach <= 1e-9 or length <= 1e-9:
         canvas.fill(canvas.line(points, width), color, opacity)
         return
     fit = min(1.0, reach / length)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from movimentum.geometry import Affine, image_to_local
+from movimentum.render.coverage import FARTHEST
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +45,8 @@ class Sprite:
 
         None where nothing of it falls on a canvas of ``size``.
         """
+        if not all(abs(value) < FARTHEST for value in to_canvas):
+            return None  # nowhere near, or too large to be told from a single colour
         corners = self.outline @ np.array([[to_canvas.a, to_canvas.d], [to_canvas.b, to_canvas.e]])
         low, high = corners.min(axis=0), corners.max(axis=0)
         left = max(0, math.floor(low[0] + to_canvas.c))
