@@ -10,13 +10,12 @@ from. Where the grammar has been edited since, they are made anew, in memory; to
 
 from __future__ import annotations
 
-import hashlib
 import json
+import os
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
-from pathlib import Path
 from typing import Any
 
 GRAMMAR_NAME = "movimentum.lark"
@@ -71,9 +70,20 @@ def grammar_text() -> str:
     Raises FileNotFoundError where neither has it (a broken installation).
     """
     try:
-        return resources.files("movimentum.syntax").joinpath(GRAMMAR_NAME).read_text(encoding="utf-8")
+        return _packaged(GRAMMAR_NAME)
     except FileNotFoundError:
-        return (Path(__file__).resolve().parents[2] / "grammar" / GRAMMAR_NAME).read_text(encoding="utf-8")
+        here = os.path.dirname(os.path.abspath(__file__))
+        with open(os.path.join(here, "..", "..", "grammar", GRAMMAR_NAME), encoding="utf-8") as file:
+            return file.read()
+
+
+def _packaged(name: str) -> str:
+    """The text of a file beside this module, also where the package is not in a folder."""
+    from movimentum import syntax
+
+    loader: Any = syntax.__loader__  # importlib.resources would take longer to import than all else here to run
+    data: bytes = loader.get_data(os.path.join(os.path.dirname(__file__), name))
+    return data.decode("utf-8").replace("\r\n", "\n")
 
 
 @cache
@@ -81,7 +91,7 @@ def load_tables() -> Tables:
     """The tables of the grammar: those that are kept, if they were made from it, else new ones."""
     text = grammar_text()
     try:
-        kept = json.loads(resources.files("movimentum.syntax").joinpath(TABLES_NAME).read_text(encoding="utf-8"))
+        kept = json.loads(_packaged(TABLES_NAME))
         if kept["grammar"] == digest(text):
             return from_json(kept)
     except (OSError, ValueError, KeyError, TypeError):
@@ -90,8 +100,8 @@ def load_tables() -> Tables:
 
 
 def digest(text: str) -> str:
-    """What tells one grammar from another."""
-    return hashlib.sha256(text.encode()).hexdigest()
+    """What tells an edited grammar from the one before."""
+    return f"{len(text)}-{zlib.crc32(text.encode()):08x}"
 
 
 def make_tables(text: str) -> Tables:
@@ -177,7 +187,9 @@ def from_json(kept: dict[str, Any]) -> Tables:
 def main() -> None:
     """Write ``tables.json``."""
     text = grammar_text()
-    Path(__file__).with_name(TABLES_NAME).write_text(to_json(make_tables(text), text), encoding="utf-8")
+    path = os.path.join(os.path.dirname(__file__), TABLES_NAME)
+    with open(path, "w", encoding="utf-8", newline="\n") as file:
+        file.write(to_json(make_tables(text), text))
 
 
 if __name__ == "__main__":
