@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +48,8 @@ class Block:
     ``moving``        whether anything in it can change with time
     ``circular``      DYAD: the conic is a circle
     ``phases``        compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
+    ``states``        NEWTON: integrals that depend on the block itself (a differential equation): given to the kernel, and integrated
+                      along the path from ``integrands`` (compiled, one value each); they come last in ``unknowns``
     ``form``          PLAIN, or a WINDING or an INTEGRAL (then ``coefficients`` gives (sine, cosine) or the integrand)
     """
 
@@ -72,7 +73,8 @@ class Block:
     circular: bool = False
     phases: Compiled | None = None
     form: Form = Form.PLAIN
-    start: Fraction | None = None
+    states: tuple[int, ...] = ()
+    integrands: Compiled | None = None
 
 
 def make_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int], size: float) -> Block:
@@ -80,6 +82,8 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
     first = system.equations[group.equations[0]] if group.equations else None
     if first is not None and first.form is not Form.PLAIN and len(group.unknowns) == 1:
         return _special_block(number, system, group, clocks, moving)
+    if any(system.equations[e].form is Form.INTEGRAL for e in group.equations):
+        return _flow_block(number, system, group, clocks, moving)
     if group.free:
         return _newton_block(number, system, group, clocks, moving, [], None)
     inside = set(group.unknowns)
@@ -270,7 +274,27 @@ def _special_block(number: int, system: System, group: Group, clocks: Clocks, mo
     object.__setattr__(block, "form", equation.form)
     if equation.form is Form.INTEGRAL:
         object.__setattr__(block, "moving", True)
-        object.__setattr__(block, "start", equation.residual.args[1].args[0].payload)
+    return block
+
+
+def _flow_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
+    """A block whose integrals depend on what they drive: x = 10 - .i(x)."""
+    integrals = [system.equations[e] for e in group.equations if system.equations[e].form is Form.INTEGRAL]
+    states = tuple(equation.targets[0] for equation in integrals)
+    inner = Group(
+        tuple(n for n in group.unknowns if n not in states),
+        tuple(e for e in group.equations if system.equations[e].form is not Form.INTEGRAL),
+        group.free,
+    )
+    block = _newton_block(number, system, inner, clocks, moving, [], None)
+    integrands = [equation.integrand for equation in integrals if equation.integrand is not None]
+    inputs = {int(n) for n in symbols(*integrands)} | block.inputs  # type: ignore[call-overload]
+    object.__setattr__(block, "unknowns", (*inner.unknowns, *states))
+    object.__setattr__(block, "equations", group.equations)
+    object.__setattr__(block, "inputs", frozenset(inputs - set(group.unknowns)))
+    object.__setattr__(block, "states", states)
+    object.__setattr__(block, "integrands", compiled(integrands, clocks))
+    object.__setattr__(block, "moving", True)
     return block
 
 

@@ -14,12 +14,13 @@ from movimentum.plan.system import Form
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve import kernels
 from movimentum.solve.change_points import find_events
-from movimentum.solve.continuation import Probe, drift, trace
+from movimentum.solve.continuation import Probe, drift, flow, trace
 from movimentum.solve.instants import Instants
 from movimentum.solve.kernels import State
 from movimentum.solve.newton import jacobian_of, null_space, scaled
 from movimentum.solve.tracks import (
     AngleTrack,
+    FlowTrack,
     NodeTrack,
     Piece,
     SignTrack,
@@ -123,7 +124,7 @@ def follow(
         piece.tracks.append(track)
         _set_state(piece, grid, block)
         while block.moving and grid.refine(_turning(plan, block, grid.state), LARGEST_TURN):
-            if not isinstance(track, NodeTrack | StillTrack):
+            if not isinstance(track, NodeTrack | FlowTrack | StillTrack):
                 piece.tracks.pop()
                 track = _follow_block(piece, grid, block, choice, gaps)
                 piece.tracks.append(track)
@@ -151,6 +152,12 @@ def _first_track(piece: Piece, block: Block, choice: Choice) -> Track:
         return StillTrack(choice.values)
     if block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
         return SignTrack(choice.sign, np.zeros(0))
+    if block.states:
+        core, states = values[: len(block.core)], values[len(block.core) :]
+        return FlowTrack(
+            NodeTrack(here, core[None, :], np.zeros((1, len(core))), piece.begin),
+            NodeTrack(here, states[None, :], np.zeros((1, len(states))), piece.begin),
+        )
     if block.kernel is Kernel.NEWTON:
         return NodeTrack(here, values[None, :], np.zeros((1, len(values))), piece.begin)
     return None
@@ -250,12 +257,18 @@ def _signs(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[G
     return SignTrack(choice.sign, np.array(events.flips))
 
 
-def _nodes(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[Gap]) -> NodeTrack:
+def _nodes(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[Gap]) -> NodeTrack | FlowTrack:
     plan = piece.plan
     scale = track_scale(plan, block)
     x = np.array(choice.values)
     probe = _probe(piece, block)
     until = min((gap.begin for gap in gaps), default=np.inf)
+    if block.states:
+        with np.errstate(all="ignore"):
+            tracks = flow(block, probe, x[: len(block.core)], x[len(block.core) :], scale, grid.tau, until)
+        if tracks[0].until < piece.end and tracks[0].until < until:
+            gaps.append(Gap(tracks[0].until, piece.end, block.number))
+        return FlowTrack(*tracks)
     with np.errstate(all="ignore"):
         if block.free and freedom_of(block, probe, piece.begin, x, scale) > 0:
             track = drift(block, probe, x, scale, grid.tau, until)

@@ -279,9 +279,17 @@ class _Search:
             for n, value in zip(block.core, kernels.linear(block, state, k), strict=True):
                 state[n] = value * two
         elif block.kernel is Kernel.NEWTON:
-            core = choice.values if len(choice.values) == len(block.core) else [choice.values[block.unknowns.index(n)] for n in block.core]
+            count = len(block.core)
+            core = choice.values[:count] if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
             start = np.repeat(np.array(core)[None], 2, axis=0)
+            for n in block.states:
+                state[n] = self.totals.get(n, 0.0) * two
             self._newton_ahead(block, start)
+            if block.integrands is not None:
+                slopes = block.integrands(state, k)
+                for n, slope in zip(block.states, slopes, strict=True):
+                    state[n] = state[n] + np.array([0.0, self.ahead]) * np.broadcast_to(slope, 2)
+                self._newton_ahead(block, start)
         kernels.fill_explicit(block, state, k)
         for n in block.targets:
             state[n] = state[n] * two
@@ -318,6 +326,8 @@ class _Search:
             found = [Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))]
         elif block.kernel is Kernel.NEWTON:
             scale = track_scale(self.plan, block)
+            for n in block.states:
+                state[n] = np.full(2, self.totals.get(n, 0.0))
             starts = (
                 free_start(self.plan, block, state, k, self.carry, scale)
                 if block.free
@@ -325,7 +335,10 @@ class _Search:
             )
             if not starts:
                 rejections.append(Rejection(-math.inf, block=block.number))
-            found = [Choice(values=tuple(float(v) for v in x)) for x in starts]
+            states = [self.totals.get(n, 0.0) for n in block.states]
+            if not block.moving:  # what stands still keeps the values of all its unknowns, in their order
+                starts = [np.array([x[block.core.index(n)] if n in block.core else 0.0 for n in block.unknowns]) for x in starts]
+            found = [Choice(values=(*(float(v) for v in x), *states)) for x in starts]
         else:
             found = [Choice()]
         options: list[tuple[tuple[float, ...], Choice]] = []

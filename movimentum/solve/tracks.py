@@ -92,7 +92,15 @@ class TotalTrack:
     total: FloatArray
 
 
-Track = StillTrack | SignTrack | NodeTrack | AngleTrack | TotalTrack | None
+@dataclass(frozen=True, slots=True, eq=False)
+class FlowTrack:
+    """A block with states: the track of its core, and that of the states."""
+
+    core: NodeTrack
+    states: NodeTrack
+
+
+Track = FlowTrack | StillTrack | SignTrack | NodeTrack | AngleTrack | TotalTrack | None
 
 
 @dataclass(slots=True, eq=False)
@@ -183,6 +191,10 @@ def solve_block(piece: Piece, block: Block, track: Track, state: State, instants
         for n, value in zip(block.core, kernels.linear(block, state, k), strict=True):
             state[n] = value
     elif block.kernel is Kernel.NEWTON:
+        if isinstance(track, FlowTrack):
+            for n, value in zip(block.states, track.states.guess(instants.tau).T, strict=True):
+                state[n] = value
+            track = track.core
         assert isinstance(track, NodeTrack)
         guess = track.guess(instants.tau)
         outcome = newton(block, state, k, guess, track_scale(piece.plan, block), limit=0.1)
