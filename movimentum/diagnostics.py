@@ -79,7 +79,10 @@ def _place(span: Span | None, source: SourceText) -> dict[str, int | None]:
 
 _TAB = 4
 _WIDEST = 140
-"""Longer lines are shown in part."""
+"""Longer lines of a script are shown in part."""
+
+_LONGEST = 1000
+"""Longer messages are shown in part."""
 
 _COLORS = {Severity.ERROR: "\x1b[1;31m", Severity.WARNING: "\x1b[1;33m", Severity.NOTE: "\x1b[1;36m"}
 _BOLD, _BLUE, _PLAIN = "\x1b[1m", "\x1b[1;34m", "\x1b[0m"
@@ -117,7 +120,7 @@ def _render(item: Diagnostic, source: SourceText, color: bool) -> str:
     width = len(str(max(by_line, default=1)))
     empty = paint(" " * (width + 2) + "|", _BLUE)
 
-    rows = [paint(f"{item.severity}[{item.code}]", strong) + paint(f": {item.message}", _BOLD)]
+    rows = [paint(f"{item.severity}[{item.code}]", strong) + paint(f": {_clipped(item.message)}", _BOLD)]
     if item.span is not None:
         line, column = source.position(item.span.start)
         rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {source.path}:{line}:{column}")
@@ -133,8 +136,13 @@ def _render(item: Diagnostic, source: SourceText, color: bool) -> str:
         )
     for word, texts in (("note", item.notes), ("help", item.helps)):
         head = paint(" " * (width + 2) + "=", _BLUE) + paint(f" {word}", _BOLD)
-        rows.extend(f"{head}: {text}" for text in texts)
+        rows.extend(f"{head}: {_clipped(text)}" for text in texts)
     return "\n".join(rows) + "\n"
+
+
+def _clipped(text: str) -> str:
+    """``text`` without the middle of a very long one (somebody's name of 5,000 letters)."""
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 2 :]}"
 
 
 def _line_with_marks(source: SourceText, number: int, entries: list[tuple[Span, str, bool]]) -> tuple[str, list[_Mark]]:

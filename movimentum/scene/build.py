@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import count
 
-from movimentum.diagnostics import Label
+from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import ScriptError
 from movimentum.scene.configuration import MAX_PIXELS, build_config
 from movimentum.scene.constants import exact
@@ -49,6 +49,9 @@ from movimentum.syntax.tree import (
     postorder,
 )
 
+MAX_MESSAGES = 200
+"""How many diagnostics of one script are shown."""
+
 _RELATIONS = {
     Comparison.EQUAL: Relation.EQUAL,
     Comparison.WISH: Relation.WISH,
@@ -88,10 +91,13 @@ def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixe
         _report_no_step(script, findings)
     findings.items.sort(key=lambda item: item.span.start if item.span else -1)
     if findings.errors:
-        raise ScriptError(findings.items)
+        raise ScriptError(_the_first(findings.items))
     assert inference is not None
+    by_step: list[list[Constraint | Ending]] = [[] for _ in times]
+    for item in statements:
+        by_step[item.step].append(item)
     steps = tuple(
-        Step(number, time, span, tuple(item for item in statements if item.step == number))
+        Step(number, time, span, tuple(by_step[number]))
         for number, (time, span) in enumerate(zip(times, spans, strict=True))
     )
     return Scene(
@@ -103,6 +109,15 @@ def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixe
         diagnostics=tuple(findings.items),
         mentioned=_mentioned(sound),
     )
+
+
+def _the_first(items: list[Diagnostic]) -> list[Diagnostic]:
+    """So many as one can read, and how many more there are."""
+    rest = len(items) - MAX_MESSAGES
+    if rest <= 0:
+        return items
+    message = f"and {rest:,} more, which are not shown"
+    return [*items[:MAX_MESSAGES], Diagnostic("limit/messages", Severity.NOTE, message)]
 
 
 def _folder(source: SourceText) -> str:

@@ -111,27 +111,30 @@ class Inference:
 
     def finish(self) -> None:
         """Decide what waited for others: which factor of a product is its vector."""
-        while self._products:
-            waiting = [item for item in self._products if not self._multiply(item)]
-            if len(waiting) < len(self._products):
-                self._products = waiting
-                continue
-            # Nothing moves any more. A product that nothing asks to be a vector is a product of scalars.
-            unasked = [item for item in waiting if item[2].root().kind is None]
-            for left, right, result, _, _ in unasked[:1]:
-                for cell in (left, right, result):
-                    if cell.root().kind is None:
-                        cell.root().kind = Kind.SCALAR
-            if not unasked:
-                for *_, product, index in waiting:
-                    self._findings.error(
-                        "kind/mismatch",
-                        "one of these factors must be a vector, and nothing tells which",
-                        product.operands[index + 1].span,
-                        labels=(Label(product.operands[index].span, "this one?"),),
-                        helps=("state the vector's components: `v = [_, _];`",),
-                    )
-                self._products = []
+        self._propagate()
+        # What is left waits for a choice. A product that nothing asks to be a vector is a product of scalars.
+        for item in self._products:
+            if not self._multiply(item) and item[2].root().kind is None:
+                for cell in item[:3]:
+                    cell.root().kind = cell.root().kind or Kind.SCALAR
+        self._propagate()
+        for *_, product, index in self._products:
+            self._findings.error(
+                "kind/mismatch",
+                "one of these factors must be a vector, and nothing tells which",
+                product.operands[index + 1].span,
+                labels=(Label(product.operands[index].span, "this one?"),),
+                helps=("state the vector's components: `v = [_, _];`",),
+            )
+
+    def _propagate(self) -> None:
+        """Draw conclusions from products until there are no more, forwards and backwards by turns."""
+        before = -1
+        while self._products and len(self._products) != before:
+            before = len(self._products)
+            self._products = [item for item in self._products if not self._multiply(item)]
+            self._products = [item for item in reversed(self._products) if not self._multiply(item)]
+            self._products.reverse()
 
     # --- one node ---
 

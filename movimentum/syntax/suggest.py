@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+_LONGEST = 100
+"""Longer names are nobody's slip of the finger (and comparing them takes time)."""
+
 
 def distance(first: str, second: str) -> int:
     """How many letters must be changed, left out, put in or swapped to get from one to the other."""
@@ -22,6 +25,8 @@ def distance(first: str, second: str) -> int:
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:
     """The candidate that ``name`` is most likely a misspelling of; None where nothing is near."""
+    if len(name) > _LONGEST:
+        return None
     limit = max(1, len(name) // 3) if len(name) > 1 else 0  # any other letter is "near" a single one
     best: tuple[int, str] | None = None
     for candidate in sorted(set(candidates)):

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from movimentum.diagnostics import render_text
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText
 from movimentum.syntax.parser import MAX_ERRORS, parse
@@ -123,6 +124,38 @@ def test_a_script_with_an_error_on_every_line_stops_soon() -> None:
     with pytest.raises(ScriptError) as raised:
         script_of("x = ;\n" * 5000)
     assert len(raised.value.diagnostics) == MAX_ERRORS
+
+
+def test_long_names_and_many_errors_make_no_long_messages() -> None:
+    name = "a" * 50_000
+    for text in (
+        f"@0 {name}.P = 3;",
+        f"@0 B.{name} = 3;\nB : .bar P = [0,0] Q = [1,1];",
+        f"@0 x = .{name};",
+        f"@0 {name} {name};",
+    ):
+        source = SourceText("x", text)
+        with pytest.raises(ScriptError) as raised:
+            scene_of(text)
+        assert len(render_text(raised.value.diagnostics, source)) < 5000
+    text = "@0 " + "A.P = 3;\n" * 5000
+    with pytest.raises(ScriptError) as raised:
+        scene_of(text)
+    assert [item.code for item in raised.value.diagnostics[199:]] == ["name/unknown-thing", "limit/messages"]
+    assert "4,800 more" in raised.value.diagnostics[-1].message
+
+
+def test_large_scripts_take_time_in_proportion() -> None:
+    """Steps, statements, things and undecided products by the thousand: nothing is compared with everything else."""
+    steps = "".join(f"@{i} x{i} = a{i}*b{i};\n" for i in range(3000))
+    scene = scene_of(steps)
+    assert [len(step.statements) for step in scene.steps] == [1] * 3000
+    chain = "".join(f"v{i} = v{i + 1}*k{i};\n" for i in range(3000))
+    scene = scene_of("B : .bar P = [0,0] Q = [1,1];\n@0 " + chain + "v3000 = B.P;")
+    assert all(item.is_vector == (name[0] == "v") for name, item in scene.variables.items())
+    things = "".join(f"T{i} : .bar P = [0,0] Q = [{i},0];\n" for i in range(2000))
+    scene = scene_of(things + "@0" + "".join(f" T{i}.P = T{i - 1}.Q;" for i in range(1, 2000)))
+    assert len(scene.mentioned) == 2000
 
 
 def test_line_ends_of_all_systems() -> None:
