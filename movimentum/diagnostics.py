@@ -50,7 +50,8 @@ def to_json(diagnostics: Iterable[Diagnostic], source: SourceText) -> list[dict[
     """Diagnostics as ``check --format json`` prints them, ready for `json.dumps`.
 
     Lines and columns count from 1, in characters; ``end_line`` and ``end_column`` are just behind the last character.
-    They are None for a diagnostic that is about the whole script.
+    They are None for a diagnostic that is about the whole script. What is said at the diagnostic's own place, if
+    anything, is the first of the labels.
     """
     return [
         {
@@ -59,13 +60,16 @@ def to_json(diagnostics: Iterable[Diagnostic], source: SourceText) -> list[dict[
             "message": item.message,
             "file": source.path,
             **_place(item.span, source),
-            "label": item.label,
-            "labels": [{**_place(label.span, source), "message": label.message} for label in item.labels],
+            "labels": [{**_place(label.span, source), "message": label.message} for label in _labels(item)],
             "notes": list(item.notes),
             "helps": list(item.helps),
         }
         for item in diagnostics
     ]
+
+
+def _labels(item: Diagnostic) -> tuple[Label, ...]:
+    return (Label(item.span, item.label), *item.labels) if item.span is not None and item.label else item.labels
 
 
 def _place(span: Span | None, source: SourceText) -> dict[str, int | None]:

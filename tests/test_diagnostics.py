@@ -59,7 +59,11 @@ def test_json() -> None:
     (item,) = json.loads(json.dumps(to_json([CONFLICT], SCRIPT)))
     assert (item["code"], item["severity"], item["file"]) == ("constraint/conflict", "error", "slider.mov")
     assert (item["line"], item["column"], item["end_line"], item["end_column"]) == (6, 3, 6, 38)
-    (label,) = item["labels"]
+    assert set(item) == {
+        "code", "severity", "message", "file", "line", "column", "end_line", "end_column", "labels", "notes", "helps",
+    }  # fmt: skip
+    own, label = item["labels"]
+    assert (own["line"], own["column"], own["message"]) == (6, 3, "needs |crank.P - crank.O| = 45.00")
     assert (label["line"], label["column"], label["message"]) == (2, 15, "rigid: |crank.P - crank.O| = 40.00")
     assert item["notes"] == list(CONFLICT.notes)
     assert item["helps"] == list(CONFLICT.helps)
