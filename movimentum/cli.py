@@ -184,7 +184,7 @@ Examples:
     type=TraceType(),
     multiple=True,
     metavar="THING.ANCHOR",
-    help="Draw the path of an anchor over the whole animation (repeatable).",
+    help="Draw the path of an anchor, from the beginning to the frame's moment (repeatable).",
 )
 @click.option(
     "--show",
@@ -470,4 +470,4 @@ def _made(console: Console, script: str, work: Callable[[SourceText], Outcome]) 
         console.show(error.diagnostics, source)
         return error.exit_code, None
     console.show(outcome.diagnostics, source)
-    return (NO_SOLUTION if outcome.failed else 0), outcome
+    return outcome.exit_code, outcome

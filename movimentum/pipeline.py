@@ -6,12 +6,12 @@ a script that cannot be parsed imports no solver.
 
 from __future__ import annotations
 
+import math
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
@@ -21,6 +21,7 @@ from movimentum.source import SourceText
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
+    from movimentum.render.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solve.motion import Motion, Poses
     from movimentum.timeline.model import Timeline
@@ -116,18 +117,20 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """A motion, everything that is to be said about it (the scene's warnings first), and a report for each step."""
+    """A motion, everything that is to be said about it (the scene's warnings first), and a report for each step.
+
+    ``fault`` is the exit code that it deserves as it is: 0, 1 (it contradicts itself, or warnings with ``strict``) or 3
+    (no solution at some time).
+    """
 
     motion: Motion
     diagnostics: tuple[Diagnostic, ...]
-    steps: tuple[StepReport, ...] = ()
+    steps: tuple[StepReport, ...]
+    fault: int
 
 
-def solved(timeline: Timeline, choices: Choices) -> Solution:
-    """The motion; raises `ScriptError` or `NoSolutionError` with everything known so far.
-
-    With ``strict``, warnings (of all stages so far) become errors here.
-    """
+def examined(timeline: Timeline, choices: Choices) -> Solution:
+    """The motion with its faults told, not raised; `ScriptError` only where there is nothing to solve."""
     from movimentum.analysis.examine import examine
     from movimentum.plan.compile import CyclicRateError
     from movimentum.solve.solver import SolveOptions, solve
@@ -140,23 +143,29 @@ def solved(timeline: Timeline, choices: Choices) -> Solution:
 
         raise ScriptError([*before, cyclic_rate(timeline.scene, error.constraint)]) from error
     examination = examine(motion)
-    found = (*before, *examination.diagnostics)
-    if examination.fault == 1:
-        raise ScriptError(found)
-    if examination.fault and choices.on_failure == "stop":
-        raise NoSolutionError(found)
-    if choices.strict:
-        refuse_warnings(found)
-    return Solution(motion, found, examination.steps)
+    found, warned = judged((*before, *examination.diagnostics), choices)
+    return Solution(motion, found, examination.steps, examination.fault or (1 if warned else 0))
 
 
-def refuse_warnings(diagnostics: Sequence[Diagnostic]) -> None:
-    """Raise `ScriptError` if there is a warning: all of them, as errors."""
-    if any(item.severity is Severity.WARNING for item in diagnostics):
-        raise ScriptError(
-            replace(item, severity=Severity.ERROR) if item.severity is Severity.WARNING else item
-            for item in diagnostics
+def solved(timeline: Timeline, choices: Choices) -> Solution:
+    """The motion, as far as ``on_failure`` lets it pass; else `ScriptError` or `NoSolutionError` with all there is."""
+    solution = examined(timeline, choices)
+    if solution.fault == 1:
+        raise ScriptError(solution.diagnostics)
+    if solution.fault and choices.on_failure == "stop":
+        raise NoSolutionError(solution.diagnostics)
+    return solution
+
+
+def judged(diagnostics: Iterable[Diagnostic], choices: Choices) -> tuple[tuple[Diagnostic, ...], bool]:
+    """With ``strict``, the diagnostics with warnings made errors, and whether there was one."""
+    found = tuple(diagnostics)
+    warned = choices.strict and any(item.severity is Severity.WARNING for item in found)
+    if warned:
+        found = tuple(
+            replace(item, severity=Severity.ERROR) if item.severity is Severity.WARNING else item for item in found
         )
+    return found, warned
 
 
 def _image_size(path: str) -> tuple[int, int] | Diagnostic:
@@ -191,21 +200,20 @@ def check(path: str, choices: Choices) -> tuple[CheckReport, SourceText]:
         source = read(path)
         timeline = arranged(understand(source), choices)
         frames, duration = timeline.frame_count, float(timeline.end - timeline.start)
-        solution = solved(timeline, choices)
+        solution = examined(timeline, choices)
     except UsageError:
         raise
     except MovimentumError as error:
         return CheckReport(error.diagnostics, (), frames, duration, error.exit_code), source
-    worst = any(item.severity is Severity.ERROR for item in solution.diagnostics)
-    return CheckReport(solution.diagnostics, solution.steps, frames, duration, 1 if worst else 0), source
+    return CheckReport(solution.diagnostics, solution.steps, frames, duration, solution.fault), source
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What was made: how many ``frames`` (or rows), how many frames ``failed``, and what there is to say."""
+    """What was made: how many ``frames`` (or rows), what there is to say, and the exit code (0 or 3)."""
 
     frames: int
-    failed: int
+    exit_code: int
     diagnostics: tuple[Diagnostic, ...]
 
 
@@ -222,23 +230,19 @@ def tabulate(
     start, stop = _chosen(timeline, frames)
     solution = solved(timeline, choices)
     motion = solution.motion
-    failed = 0
 
     def chunks() -> Iterator[Poses]:
-        nonlocal failed
-        done = 0
-        for poses in _in_chunks(motion, len(timeline.scene.things), start, stop):
-            failed += int((~poses.solved).sum())
-            yield _without_skipped(poses, choices)
-            done += len(poses.frames)
-            progress(done, stop - start)
+        for poses in _Take(motion, range(start, stop), choices.on_failure == "skip"):
+            yield poses
+            if len(poses.frames):
+                progress(int(poses.frames[-1]) + 1 - start, stop - start)
 
     if target is None:
         rows = tables.write_csv(timeline.scene, chunks(), _stdout())
     else:
         with whole_file(target) as part:
             rows = tables.write(timeline.scene, chunks(), part, target.suffix)
-    return Outcome(rows, failed, solution.diagnostics)
+    return Outcome(rows, solution.fault, solution.diagnostics)
 
 
 def animate(source: SourceText, target: Path, choices: Choices, picture: Picture, progress: Report) -> Outcome:
@@ -267,16 +271,26 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         raise _usage(
             "usage/at", f"time {picture.at} is outside the animation, from {timeline.start} to {timeline.end}", "--at 0"
         )
+    ready = None
+    if scene.config.size is not None and not options.traces:
+        ready = make_painter(scene, (), options)  # what is too large or cannot be read is refused before the work
     solution = solved(timeline, choices)
-    motion = solution.motion
+    motion, skip = solution.motion, choices.on_failure == "skip"
+    if picture.at is not None:
+        start = math.ceil((picture.at - timeline.start) * timeline.fps)
+        poses: PoseSource = _Take(motion, (picture.at,), skip).held()
+    else:
+        poses = _Take(motion, range(start, start + 1 if kind == "png" else stop), skip).held()
+    if not any(len(chunk.frames) for chunk in poses):
+        message = "none of the frames asked for has a solution"
+        raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
+    painter = ready or make_painter(
+        scene,
+        _Take(motion, range(timeline.frame_count), skip),
+        options,
+        before=_Take(motion, range(start), skip),
+    )
     with ExitStack() as stack:
-        taken: Iterable[Poses]
-        if picture.at is not None:
-            taken = [motion.poses_at([picture.at])]
-        else:
-            taken = _in_chunks(motion, len(scene.things), start, start + 1 if kind == "png" else stop)
-        poses, failed = _kept(taken, choices, stack)
-        painter = make_painter(scene, poses, options)
         # A warning that only the writing brings to light must not leave a file with --strict: a place beside it, then.
         place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
         written = write_animation(
@@ -288,54 +302,36 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
             workers=picture.workers,
             progress=progress,
         )
-        diagnostics = (*solution.diagnostics, *written.diagnostics)
-        if choices.strict:
-            refuse_warnings(diagnostics)
-    return Outcome(written.frames, failed, diagnostics)
+        diagnostics, warned = judged((*solution.diagnostics, *written.diagnostics), choices)
+        if warned:
+            raise ScriptError(diagnostics)
+    return Outcome(written.frames, solution.fault, diagnostics)
 
 
-def _in_chunks(motion: Motion, things: int, start: int, stop: int) -> Iterator[Poses]:
-    size = max(60, min(CHUNK, 200_000 // max(1, things)))
-    for first in range(start, stop, size):
-        yield motion.poses(first, min(first + size, stop))
+@dataclass(frozen=True, slots=True)
+class _Take:
+    """The poses of some frames (or at some times), in chunks; computed again whenever they are looked at.
 
-
-def _without_skipped(poses: Poses, choices: Choices) -> Poses:
-    if choices.on_failure != "skip" or poses.solved.all():
-        return poses
-    return poses.select(poses.solved.nonzero()[0])
-
-
-def _kept(taken: Iterable[Poses], choices: Choices, stack: ExitStack) -> tuple[Iterable[Poses], int]:
-    """Poses that can be looked at more than once, without skipped frames; and how many frames failed.
-
-    A short animation stays in memory, a long one goes to a temporary file that vanishes with ``stack``. Raises
-    `NoSolutionError` where no frame is left.
+    A pose costs less to compute again than to keep: microseconds, and memory does not grow with the length.
+    ``skip`` leaves out frames without a solution.
     """
-    from movimentum.render.stream import Spool
 
-    failed = frames = 0
+    motion: Motion
+    frames: range | tuple[Fraction, ...]
+    skip: bool
 
-    def kept() -> Iterator[Poses]:
-        nonlocal failed, frames
-        for poses in taken:
-            failed += int((~poses.solved).sum())
-            left = _without_skipped(poses, choices)
-            frames += len(left.frames)
-            if len(left.frames):
-                yield left
+    def __iter__(self) -> Iterator[Poses]:
+        size = max(60, min(CHUNK, 200_000 // max(1, len(self.motion.timeline.scene.things))))
+        for first in range(0, len(self.frames), size):
+            some = self.frames[first : first + size]
+            poses = self.motion.poses(some.start, some.stop) if isinstance(some, range) else self.motion.poses_at(some)
+            if self.skip and not poses.solved.all():
+                poses = poses.select(poses.solved.nonzero()[0])
+            yield poses
 
-    iterator = kept()
-    held = list(islice(iterator, 1))
-    rest = next(iterator, None)
-    source: Iterable[Poses] = held
-    if rest is not None:
-        source = stack.enter_context(Spool(chain(held, [rest], iterator)))
-    if not frames:
-        raise NoSolutionError(
-            [Diagnostic("solve/unreachable", Severity.ERROR, "none of the frames asked for has a solution")]
-        )
-    return source, failed
+    def held(self) -> Iterable[Poses]:
+        """The same; if that is little, computed now and kept."""
+        return tuple(self) if len(self.frames) * len(self.motion.timeline.scene.things) <= 50_000 else self
 
 
 def _color(text: str) -> tuple[int, int, int]:

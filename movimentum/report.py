@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import render_text, to_json
-from movimentum.analysis.report import StepReport
-from movimentum.pipeline import CheckReport
-from movimentum.source import SourceText
+
+if TYPE_CHECKING:
+    from movimentum.analysis.report import StepReport
+    from movimentum.pipeline import CheckReport
+    from movimentum.source import SourceText
 
 
 def check_json(report: CheckReport, source: SourceText) -> str:

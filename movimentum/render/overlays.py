@@ -96,12 +96,16 @@ class FreeArrow:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """The path of a thing's local point, from the animation's first frame to the present one."""
+    """The path of a thing's local point, from the animation's first frame to the present one.
+
+    ``past`` are the points, as `points` gives them, of frames before the first one that is drawn.
+    """
 
     thing: int
     local: Point
     color: Color
     width: float
+    past: Floats | None = None
 
     def points(self, poses: Poses) -> Floats:
         """(F, 3): world x, y, and 1 where the thing is visible, else 0."""

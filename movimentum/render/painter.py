@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,9 @@ class Session:
         self._to_image = view.to_image
         self._size = (view.width, view.height)
         self._traces = [TraceLayer(trace, self._size) for trace in painter.traces]
+        for layer in self._traces:
+            if layer.trace.past is not None:
+                layer.feed(layer.trace.past, self._to_image)
 
     def frames(self, poses: Poses, past: Sequence[Floats] = ()) -> Iterator[Image.Image]:
         """The pictures of all frames of ``poses``; ``past`` are the trace points of frames in between that this session
@@ -130,8 +133,13 @@ class Session:
         return still, same
 
 
-def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | None = None) -> Painter:
+def make_painter(
+    scene: Scene, source: PoseSource, options: PictureOptions | None = None, *, before: PoseSource = ()
+) -> Painter:
     """Everything ready to draw ``scene``; looks at ``source`` only where the canvas must fit what is drawn.
+
+    For the canvas to be the same whichever frames are drawn, ``source`` has all frames of the animation; for traces to
+    be, ``before`` has those before the first one that is drawn.
 
     `ScriptError`: sprites that are missing, unreadable or too large (all of them), a canvas over the limit;
     `UsageError`: a scale that is no positive number.
@@ -150,6 +158,10 @@ def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | Non
         Trace(ref.thing, things[ref.thing].anchors[ref.anchor].local, color_of(things[ref.thing]), TRACE_WIDTH)
         for ref in options.traces
     )
+    if traces:
+        earlier = [[trace.points(chunk) for trace in traces] for chunk in chunks(before)]
+        paths = [np.concatenate(parts) for parts in zip(*earlier, strict=True)] or [None] * len(traces)
+        traces = tuple(replace(trace, past=path) for trace, path in zip(traces, paths, strict=True))
     overlays: list[Item] = [*notes(things, options.show, magnification)]
     if Show.FREE in options.show:
         overlays += [FreeArrow(mark) for mark in options.free]

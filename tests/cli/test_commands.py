@@ -192,6 +192,25 @@ def test_options_of_the_picture_are_heeded(script: Path, tmp_path: Path) -> None
         assert (picture("other", *option) != plain).any(), option
 
 
+def test_the_canvas_and_the_traces_do_not_depend_on_which_frames_are_drawn(tmp_path: Path) -> None:
+    path = tmp_path / "fit.mov"
+    path.write_text(CRANK.replace(".config(10, 120, 80)", ".config(10)"))
+    options = ["--trace", "Rod.B", "--trace", "Crank.P"]
+    assert movimentum("run", path, *options, "-o", tmp_path / "all%d.png").returncode == 0
+    assert movimentum("run", path, *options, "--frames", "7:9", "-o", tmp_path / "some%d.png").returncode == 0
+    assert movimentum("run", path, *options, "--at", "7/10", "-o", tmp_path / "still.png").returncode == 0
+    assert movimentum("run", path, "--at", "7/10", "-o", tmp_path / "bare.png").returncode == 0
+
+    def pixels(name: str) -> tuple[tuple[int, int], bytes]:
+        with Image.open(tmp_path / name) as image:
+            return image.size, image.convert("RGB").tobytes()
+
+    assert pixels("some7.png") == pixels("all7.png") == pixels("still.png")
+    assert pixels("some8.png") == pixels("all8.png") != pixels("all7.png")
+    assert pixels("bare.png")[0] == pixels("still.png")[0]
+    assert pixels("bare.png") != pixels("still.png")
+
+
 def test_workers_do_not_change_a_byte(script: Path, tmp_path: Path) -> None:
     for workers in ("1", "2"):
         done = movimentum("run", script, "--fps", "40", "--workers", workers, "-o", tmp_path / f"{workers}.gif")
