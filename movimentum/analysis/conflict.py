@@ -54,7 +54,9 @@ class Conflict:
 class _Part:
     """One connected part of a system at one instant, as a dense block."""
 
-    def __init__(self, plan: Plan, unknowns: tuple[int, ...], equations: tuple[int, ...], tau: float, carry: Carry) -> None:
+    def __init__(
+        self, plan: Plan, unknowns: tuple[int, ...], equations: tuple[int, ...], tau: float, carry: Carry
+    ) -> None:
         system = plan.system
         clocks = Clocks()
         for start in plan.clocks:
@@ -86,7 +88,9 @@ class _Part:
         if np.any((weights > 0.0) & (weights < 1e-2)):
             x = self._descend(x, np.where(weights > 0.0, np.maximum(weights, 1e-2), 0.0))[0]
         x, cost, k = self._descend(x, weights)
-        best = int(np.argmin(cost > (1.0 + 1e-6) * cost.min() + 1e-24))  # the first start, the pose carried over, where it is as good
+        best = int(
+            np.argmin(cost > (1.0 + 1e-6) * cost.min() + 1e-24)
+        )  # the first start, the pose carried over, where it is as good
         chosen = x[best : best + 1]
         state: State = [None] * len(self.plan.system.unknowns)
         one = tuple(c[:1] for c in k)
@@ -121,7 +125,9 @@ class _Part:
                     break
         return x, cost, k
 
-    def _rows(self, state: State, k: Sequence[FloatArray], x: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _rows(
+        self, state: State, k: Sequence[FloatArray], x: FloatArray, weights: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         residual = residual_of(self.block, state, k, x)
         rows, lengths = scaled(jacobian_of(self.block, state, k, x), self.scale)
         right = residual / lengths * weights

@@ -110,7 +110,9 @@ def _ambiguities(stretch: Stretch) -> Iterator[Diagnostic]:
 def _things_of(stretch: Stretch, blocks: tuple[int, ...]) -> list[int]:
     system = stretch.plan.system
     things = {
-        getattr(system.unknowns[n].payload, "thing", None) for number in blocks for n in stretch.plan.blocks[number].unknowns
+        getattr(system.unknowns[n].payload, "thing", None)
+        for number in blocks
+        for n in stretch.plan.blocks[number].unknowns
     }
     return sorted(t for t in things if t is not None)
 
@@ -118,9 +120,7 @@ def _things_of(stretch: Stretch, blocks: tuple[int, ...]) -> list[int]:
 def _span_of_blocks(stretch: Stretch, blocks: tuple[int, ...]) -> Span | None:
     """The last constraint of the script that these blocks solve."""
     system = stretch.plan.system
-    numbers = [
-        system.equations[e].constraint for number in blocks for e in stretch.plan.blocks[number].equations
-    ]
+    numbers = [system.equations[e].constraint for number in blocks for e in stretch.plan.blocks[number].equations]
     spans = {c.number: c.span for c in stretch.segment.active}
     chosen = [n for n in numbers if n is not None and n in spans]
     return spans[max(chosen)] if chosen else None
@@ -137,7 +137,9 @@ def _free_motions(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
                 code="constraint/free-motion",
                 severity=Severity.WARNING,
                 message=f"{motion.words}; it moves as little as it can",
-                span=scene.things[motion.things[0]].name_span if motion.things else _span_of_blocks(stretch, (rank.block,)),
+                span=scene.things[motion.things[0]].name_span
+                if motion.things
+                else _span_of_blocks(stretch, (rank.block,)),
                 notes=(f"from t = {time_text(float(stretch.segment.start))} on",) if stretch.segment.number else (),
                 helps=(motion.remedy,),
             )
@@ -165,7 +167,9 @@ def _jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
             continue
         if beginning.selection.choices is None:
             continue
-        piece = next((p for p in stretch.pieces if not isinstance(p, Dead) and abs(p.begin - beginning.time) < 1e-12), None)
+        piece = next(
+            (p for p in stretch.pieces if not isinstance(p, Dead) and abs(p.begin - beginning.time) < 1e-12), None
+        )
         if piece is None or isinstance(piece, Dead):
             continue
         from movimentum.solve.moments import snapshot
@@ -215,7 +219,8 @@ def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset
             x, y = anchor.local
             way = float(
                 np.hypot(
-                    (b.x + b.c * x - b.s * y) - (a.x + a.c * x - a.s * y), (b.y + b.s * x + b.c * y) - (a.y + a.s * x + a.c * y)
+                    (b.x + b.c * x - b.s * y) - (a.x + a.c * x - a.s * y),
+                    (b.y + b.s * x + b.c * y) - (a.y + a.s * x + a.c * y),
                 )
             )
             if way > best:
@@ -229,7 +234,11 @@ def _travel_per_frame(motion: Motion, beginning: Beginning) -> float:
     if carry.before is None or carry.span <= 0.0:
         return 0.0
     everything = frozenset(range(len(motion.timeline.scene.things)))
-    return _farthest(motion.timeline.scene, carry.before, carry.now, everything)[0] / carry.span / float(motion.timeline.fps)
+    return (
+        _farthest(motion.timeline.scene, carry.before, carry.now, everything)[0]
+        / carry.span
+        / float(motion.timeline.fps)
+    )
 
 
 # --- what is superfluous
@@ -274,7 +283,9 @@ def _idle_selectors(motion: Motion) -> Iterator[Diagnostic]:
                 numbers.add(beginning.selector)
             decisive |= {c for i in numbers if (c := selectors[i].constraint) is not None}
         decisive |= {
-            c for t in stretch.troubles if t.selector is not None and (c := selectors[t.selector].constraint) is not None
+            c
+            for t in stretch.troubles
+            if t.selector is not None and (c := selectors[t.selector].constraint) is not None
         }
     for constraint, span in sorted(stated.items()):
         if constraint not in decisive:

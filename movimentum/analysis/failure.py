@@ -99,11 +99,17 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
     headline = (
         f"{counted(involved, 'constraint')} contradict{'s' if involved == 1 else ''}"
         + (" each other" if involved > 1 else " what is rigid")
-        + (f" in step @{_at(stretch, 0.0)}" if code == "constraint/conflict" else f" at t = {when}: there is no solution")
+        + (
+            f" in step @{_at(stretch, 0.0)}"
+            if code == "constraint/conflict"
+            else f" at t = {when}: there is no solution"
+        )
     )
     notes = []
     if conflict.minimal:
-        notes.append(f"smallest conflicting set; {counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved")
+        notes.append(
+            f"smallest conflicting set; {counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
+        )
     else:
         notes.append("the part is too large to look for the smallest conflicting set")
     return Diagnostic(
@@ -139,7 +145,9 @@ def _bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic:
     # the last frame strictly before the end of the path, and its time
     last = int(np.ceil((begin - float(motion.timeline.start)) * float(motion.timeline.fps) - 1e-9)) - 1
     good = (
-        f"the last good frame is {last}, at t = {time_text(float(motion.timeline.frame_time(last)))}" if last >= 0 else "there is no good frame before"
+        f"the last good frame is {last}, at t = {time_text(float(motion.timeline.frame_time(last)))}"
+        if last >= 0
+        else "there is no good frame before"
     )
     helps = ["`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out"]
     where = ""
@@ -152,7 +160,9 @@ def _bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic:
             t, factor = max(short, key=lambda item: abs(item[1] - 1.0))
             thing = scene.things[t]
             reach = max(
-                float(np.hypot(a.local[0] - b.local[0], a.local[1] - b.local[1])) for a in thing.anchors for b in thing.anchors
+                float(np.hypot(a.local[0] - b.local[0], a.local[1] - b.local[1]))
+                for a in thing.anchors
+                for b in thing.anchors
             )
             gap = (factor - 1.0) * reach
             where = f"; at t = {_at(stretch, tau)} `{thing.name}` is {number(abs(gap))} too {'short' if gap > 0 else 'long'}"
@@ -163,14 +173,21 @@ def _bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic:
         numbers = [plan.system.equations[e].constraint for e in block.equations]
         spans = [c.span for n in numbers if (c := _constraint(stretch, n)) is not None]
         span = spans[-1] if spans else None
-    names = ", ".join(f"`{scene.things[t].name}`" for t in sorted({getattr(plan.system.unknowns[n].payload, "thing", None) for n in block.unknowns} - {None}))  # type: ignore[type-var]
+    names = ", ".join(
+        f"`{scene.things[t].name}`"
+        for t in sorted({getattr(plan.system.unknowns[n].payload, "thing", None) for n in block.unknowns} - {None})
+    )  # type: ignore[type-var]
     until = "" if trouble.until >= length else f" until t = {_at(stretch, trouble.until)}"
     return Diagnostic(
         code="solve/unreachable",
         severity=Severity.ERROR,
         message=f"{names or 'the scene'} bind{'s' if ',' not in names else ''} at t = {_at(stretch, trouble.begin)}: there is no solution from then on{until}{where}",
         span=span,
-        label="binds" if conflict is None else _off(conflict, conflict.constraints[-1]) if conflict.constraints else "binds",
+        label="binds"
+        if conflict is None
+        else _off(conflict, conflict.constraints[-1])
+        if conflict.constraints
+        else "binds",
         labels=tuple(labels),
         notes=(good,),
         helps=tuple(helps),
@@ -201,7 +218,9 @@ def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float
         else f"at t = {when} this has no solution (a length cannot be negative, an angle has one side)",
         span=constraint.span if constraint else None,
         notes=tuple(notes),
-        helps=("drop the inequality, turn it round, or let a later step end it with `= _`",) if selector.constraint is not None else (),
+        helps=("drop the inequality, turn it round, or let a later step end it with `= _`",)
+        if selector.constraint is not None
+        else (),
     )
 
 
@@ -219,11 +238,11 @@ def _undefined(stretch: Stretch, selection: Selection) -> Diagnostic:
         severity=Severity.ERROR,
         message=f"no solution was found at t = {_at(stretch, 0.0)}",
         span=span,
-        notes=("something has no finite value there (a division by zero, the root of a negative number, an overflow), or the search did not find what exists",),
+        notes=(
+            "something has no finite value there (a division by zero, the root of a negative number, an overflow), or the search did not find what exists",
+        ),
         helps=("give the things coordinates near the solution, so that the search begins there",),
     )
-
-
 
 
 def cyclic_rate(scene: Scene, number_: int | None) -> Diagnostic:

@@ -130,7 +130,12 @@ def _told(plan: Plan, block: Block, x: FloatArray, velocity: FloatArray) -> Free
     )
     if not moving:
         words = " and ".join(f"`{v}` can take any value" for v in variables) or "a `_` can take any value"
-        return FreeMotion((), variables, words, f"`{variables[0]} = 0;` gives it a value" if variables else "name the `_` and give it a value")
+        return FreeMotion(
+            (),
+            variables,
+            words,
+            f"`{variables[0]} = 0;` gives it a value" if variables else "name the `_` and give it a value",
+        )
     names = [f"`{system.scene.things[t].name}`" for t, _, _ in moving]
     first, remedy = moving[0][1:]
     if len(moving) == 1:
@@ -142,7 +147,11 @@ def _told(plan: Plan, block: Block, x: FloatArray, velocity: FloatArray) -> Free
 
 
 def _way(
-    plan: Plan, thing: int, velocity: tuple[float, float, float], direction: tuple[float, float], at: tuple[float | None, ...]
+    plan: Plan,
+    thing: int,
+    velocity: tuple[float, float, float],
+    direction: tuple[float, float],
+    at: tuple[float | None, ...],
 ) -> tuple[str, str]:
     """How one thing moves (turning about one of its anchors or a point, or sliding), and a constraint that would stop it."""
     vx, vy, turn = velocity

@@ -51,9 +51,7 @@ def follow_candidates(stretch: Stretch, beginning: Beginning, part: Part) -> lis
     length = float(stretch.segment.end - stretch.segment.start)
     result: list[Followed] = []
     for candidate in part.candidates[:MOST_CANDIDATES]:
-        choices = [
-            candidate.choices.get(number, choice) for number, choice in enumerate(selection.choices or [])
-        ]
+        choices = [candidate.choices.get(number, choice) for number, choice in enumerate(selection.choices or [])]
         piece, gaps = follow(plan, stretch.segment.start, beginning.time, length, choices)
         horizon = min((gap.begin for gap in gaps), default=piece.end)
         nodes = piece.nodes[piece.nodes <= horizon]
@@ -106,7 +104,8 @@ def _options(plan: Plan, followed: list[Followed]) -> list[_Option]:
                 options.append(_Option(f"{name((t, i))}.{'xy'[axis]}", f"{name((u, j))}.{'xy'[axis]}", values, 1))
     for left, joint, right in _dyads(scene, followed[0]):  # on which side a joint lies
         values = tuple(
-            np.radians(_angle(f.anchors[left] - f.anchors[joint[0]], f.anchors[right] - f.anchors[joint[1]])) * plan.size
+            np.radians(_angle(f.anchors[left] - f.anchors[joint[0]], f.anchors[right] - f.anchors[joint[1]]))
+            * plan.size
             for f in followed
         )
         text = f".a({name(left)} - {name(joint[0])}, {name(right)} - {name(joint[1])})"
@@ -136,7 +135,9 @@ def _dyads(scene: Scene, first: Followed) -> list[tuple[Key, tuple[Key, Key], Ke
     result: list[tuple[Key, tuple[Key, Key], Key]] = []
     for k, a in enumerate(keys):
         for b in keys[k + 1 :]:
-            if a[0] == b[0] or np.max(np.abs(first.anchors[a] - first.anchors[b])) > 1e-6 * (1 + np.max(np.abs(first.anchors[a]))):
+            if a[0] == b[0] or np.max(np.abs(first.anchors[a] - first.anchors[b])) > 1e-6 * (
+                1 + np.max(np.abs(first.anchors[a]))
+            ):
                 continue
             left = next(((a[0], i) for i in range(len(scene.things[a[0]].anchors)) if (a[0], i) != a), None)
             right = next(((b[0], i) for i in range(len(scene.things[b[0]].anchors)) if (b[0], i) != b), None)
@@ -175,7 +176,9 @@ def _best(plan: Plan, options: list[_Option], index: int, count: int) -> str | N
             if not mine > CLEAR:
                 continue
             excluded = frozenset(
-                other for other in range(count) if other != index and sign * float(option.values[other][0]) / plan.size < -CLEAR
+                other
+                for other in range(count)
+                if other != index and sign * float(option.values[other][0]) / plan.size < -CLEAR
             )
             if not excluded:
                 continue
@@ -208,5 +211,3 @@ def described(plan: Plan, candidate: Candidate) -> str:
         elif isinstance(payload, VariableComponent):
             parts.append(f"{plan.system.unknowns[n].name} = {value:.6g}")
     return ", ".join(parts[:4]) + (", …" if len(parts) > 4 else "")
-
-

@@ -208,9 +208,7 @@ def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) 
     ]
 
 
-def _general_block(
-    number: int, system: System, group: Group, clocks: Clocks, moving: set[int]
-) -> Block:
+def _general_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
     """A block with equations that are no polynomials: one unknown that stands alone on a side is assigned, else Newton."""
     if len(group.unknowns) == 1 and len(group.equations) == 1:
         (unknown,) = group.unknowns

@@ -88,20 +88,24 @@ def _with_needed_rates(
     """Differentiate the equations of every block whose rates are asked for, until no new rate is."""
     done: set[int] = set()
     while True:
-        wanted: set[int] = set()
+        wanted: dict[int, set[int]] = {}
         for unknown in system.unknowns:
             if isinstance(unknown.payload, Rate):
-                wanted.add(unknown.payload.of)
-                if _order(system, unknown.number) > HIGHEST_RATE:
+                order = _order(system, unknown.payload.of)
+                if order >= HIGHEST_RATE:
                     raise CyclicRateError(_first_stated(system))
-        fresh = [
-            e
-            for group in decomposition.groups
-            if wanted & set(group.unknowns)
-            for e in group.equations
-            if e not in done
-        ]
-        if not fresh:
+                wanted.setdefault(order, set()).add(unknown.payload.of)
+        for _, unknowns in sorted(wanted.items()):  # the first rates must be complete before they are differentiated again
+            fresh = [
+                e
+                for group in decomposition.groups
+                if unknowns & set(group.unknowns)
+                for e in group.equations
+                if e not in done
+            ]
+            if fresh:
+                break
+        else:
             return system, decomposition
         done |= set(fresh)
         system = with_rates(system, fresh)
@@ -120,7 +124,9 @@ def _order(system: System, unknown: int) -> int:
 
 def _first_stated(system: System) -> int | None:
     """A constraint that mentions a rate."""
-    return next((e.constraint for e in system.equations if e.constraint is not None and _about_rates(system, e.number)), None)
+    return next(
+        (e.constraint for e in system.equations if e.constraint is not None and _about_rates(system, e.number)), None
+    )
 
 
 def _needed(system: System, decomposition: Decomposition) -> list:  # type: ignore[type-arg]

@@ -64,9 +64,7 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
     # held groups stand for one node each: tie their unknowns into a cycle
     for group in held:
         members = group.unknowns
-        outside = {
-            m for e in group.equations for m in system.equations[e].unknowns if m not in set(members)
-        }
+        outside = {m for e in group.equations for m in system.equations[e].unknowns if m not in set(members)}
         for place, n in enumerate(members):
             depends[n] = sorted({members[(place + 1) % len(members)], *outside} - {n})
     of_held = {n: group for group in held for n in group.unknowns}
@@ -140,9 +138,7 @@ def _held_together(
     return held, [e for e in equations if e.number not in gone]
 
 
-def _free_groups(
-    system: System, equations: list[Equation], of_row: list[int], columns: set[int]
-) -> Iterable[Group]:
+def _free_groups(system: System, equations: list[Equation], of_row: list[int], columns: set[int]) -> Iterable[Group]:
     rows = [i for i, column in enumerate(of_row) if column in columns]
     order = sorted(columns)
     place = {n: k for k, n in enumerate(order)}
@@ -175,11 +171,7 @@ def driven_angles(system: System, with_rigidity: object) -> frozenset[int]:
     by such assignments, and by decomposing the equations that mention no undecided angle.
     ``with_rigidity`` is `plan.system.with_rigidity`.
     """
-    angles = {
-        payload.thing: number
-        for payload, number in system.number_of.items()
-        if isinstance(payload, ThingAngle)
-    }
+    angles = {payload.thing: number for payload, number in system.number_of.items() if isinstance(payload, ThingAngle)}
     driven: set[int] = set()
     measured: set[int] = set()
     if not angles:
@@ -228,8 +220,11 @@ def driven_angles(system: System, with_rigidity: object) -> frozenset[int]:
                 progress = True
         names = {payload: number for payload, number in full.number_of.items()}
         for t in sorted(undecided):
-            pose = [number for payload, number in names.items()
-                    if type(payload).__name__ in ("PoseCos", "PoseSin") and payload.thing == t]  # type: ignore[attr-defined]
+            pose = [
+                number
+                for payload, number in names.items()
+                if type(payload).__name__ in ("PoseCos", "PoseSin") and payload.thing == t
+            ]  # type: ignore[attr-defined]
             if pose and all(n not in loose for n in pose):
                 measured.add(t)
                 known.add(angles[t])

@@ -79,7 +79,7 @@ def _minima(tau: FloatArray, values: FloatArray) -> list[tuple[float, float, flo
         # a flat run at zero (a mechanism at rest in its dead centre) is none
         low = (middle <= left) & (middle <= right) & (middle > -MARGIN_TOLERANCE)
         worth = (middle < 0.5 * np.maximum(left, right)) | (middle < 0.02)
-        flat = (np.maximum(left, right) <= MARGIN_TOLERANCE)
+        flat = np.maximum(left, right) <= MARGIN_TOLERANCE
         for i in np.nonzero(low & worth & ~flat)[0]:
             if middle[i] == left[i] and i > 0 and v[i - 1] >= left[i] and left[i] <= MARGIN_TOLERANCE:
                 continue  # the second of two equal nodes
@@ -92,9 +92,7 @@ def _minima(tau: FloatArray, values: FloatArray) -> list[tuple[float, float, flo
     return result
 
 
-def _refine(
-    margin: Callable[[FloatArray], FloatArray], low: float, middle: float, high: float
-) -> tuple[str, float]:
+def _refine(margin: Callable[[FloatArray], FloatArray], low: float, middle: float, high: float) -> tuple[str, float]:
     """Close in on a minimum: "touch" (zero), "gap" (below zero) or "clear" (above), with its place."""
     a, b = low, high
     place = middle
@@ -107,7 +105,11 @@ def _refine(
         if values[i] < -MARGIN_TOLERANCE:
             return "gap", place
         left, right = max(i - 1, 0), min(i + 1, len(points) - 1)
-        bend = abs(values[left] - 2.0 * values[i] + values[right]) if 0 < i < len(points) - 1 else abs(values[left] - values[right])
+        bend = (
+            abs(values[left] - 2.0 * values[i] + values[right])
+            if 0 < i < len(points) - 1
+            else abs(values[left] - values[right])
+        )
         if values[i] > 10.0 * max(bend, MARGIN_TOLERANCE):
             return "clear", place
         if bend < 0.1 * MARGIN_TOLERANCE:

@@ -68,7 +68,9 @@ class Local:
         _, free, inverse = null_space(whitened[0])
         y = inverse @ (-drift / lengths[0])
         if self.block.coupled:
-            carried = np.array([(np.broadcast_to(state[n], 3)[1] - np.broadcast_to(state[n], 3)[2]) / span for n in self.block.coupled])
+            carried = np.array(
+                [(np.broadcast_to(state[n], 3)[1] - np.broadcast_to(state[n], 3)[2]) / span for n in self.block.coupled]
+            )
             y = y - free @ (free.T @ np.linalg.solve(factor, self.block.coupling @ carried))
         return np.linalg.solve(factor.T, y), 1.0
 
@@ -184,7 +186,11 @@ def _across(
             off = float(np.max(np.abs(landed - predicted) / scale))
             new_v, smallest = local.rate(tau + jump, landed, scale, None)
             change = float(np.max(np.abs(new_v - v - h * a) / scale))
-            if off <= 0.05 * moved + 1e-12 and smallest > 1e-9 and change <= 0.2 * float(np.max(np.abs(v) / scale)) + 1e-12:
+            if (
+                off <= 0.05 * moved + 1e-12
+                and smallest > 1e-9
+                and change <= 0.2 * float(np.max(np.abs(v) / scale)) + 1e-12
+            ):
                 return tau + jump, landed, new_v
         jump *= 2.0
     return None
@@ -233,12 +239,12 @@ def flow(
             stages.append(solved(tau + c * length, y)[1])
         size = np.maximum(np.maximum(np.abs(z), np.abs(y)), 1e-12)
         error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, stages, strict=True))) / size))  # type: ignore[arg-type]
-        # the cubic through both ends against the equation itself, halfway
-        middle = 0.5 * (z + y) + 0.125 * length * (slope - stages[-1])
-        halfway = solved(tau + 0.5 * length, middle)[1]
-        cubic_slope = 1.5 * (y - z) / length - 0.25 * (slope + stages[-1])
-        bend = float(np.max(np.abs(halfway - cubic_slope) * length / size))
-        if not np.isfinite(error + bend) or error > 1e-12 or bend > 1e-11:
+        # the cubic through both ends against the equation itself, where its slope is most wrong
+        cubic = (27 * z + 5 * y) / 32 + length * (9 * slope - 3 * stages[-1]) / 64
+        cubic_slope = 1.125 * (y - z) / length + (3 * slope - 5 * stages[-1]) / 16
+        off = solved(tau + 0.25 * length, cubic)[1] - cubic_slope
+        bend = float(np.max(np.abs(off) * length / size)) / 3.0
+        if not np.isfinite(error + bend) or error > 1e-12 or bend > 1e-10:
             if length <= SMALLEST_STEP * total:
                 break
             length *= 0.5
@@ -251,7 +257,7 @@ def flow(
         zs.append(z)
         slopes_at.append(slope)
         rates.append(rate_of(tau, x, z, slope))
-        if error < 1e-13 and bend < 1e-12:
+        if error < 1e-13 and bend < 1e-11:
             length *= 1.5
     end = max(until, high) if tau >= high else tau
     return _track(times, xs, rates, end), _track(times, zs, slopes_at, end)
@@ -272,7 +278,13 @@ _E = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 4
 
 
 def drift(
-    block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float, tolerance: float = 1e-10
+    block: Block,
+    probe: Probe,
+    x: FloatArray,
+    scale: FloatArray,
+    nodes: FloatArray,
+    until: float,
+    tolerance: float = 1e-10,
 ) -> NodeTrack:
     """The least motion of a block with freedom left: of all velocities that keep the constraints, the one that moves
     the anchors least (sum of squared speeds). Integrated with its own step control, projected back onto the constraints after every step.
@@ -301,10 +313,19 @@ def drift(
                 slopes.append(velocity(tau + c * length, y))
             error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, slopes, strict=True))) / scale))  # type: ignore[arg-type]
             new_x, converged = projected(block, local.probe, tau + length, y, factor)  # type: ignore[possibly-undefined]
+            # the cubic between the nodes, which later evaluations use, against the motion itself where its slope is most wrong
+            cubic = (27 * x + 5 * y) / 32 + length * (9 * slope - 3 * slopes[-1]) / 64
+            cubic_slope = 1.125 * (y - x) / length + (3 * slope - 5 * slopes[-1]) / 16
+            off = velocity(tau + 0.25 * length, cubic) - cubic_slope
+            error = max(error, 0.03 * float(np.max(np.abs(off) * length / scale)))
             if not np.isfinite(error) or error > tolerance or not converged:
                 if length <= SMALLEST_STEP * total:
                     return _track(times, values, rates, tau)
-                length *= 0.5 if not np.isfinite(error) or error == 0.0 else max(0.2, min(0.5, 0.9 * (tolerance / error) ** 0.2))
+                length *= (
+                    0.5
+                    if not np.isfinite(error) or error == 0.0
+                    else max(0.2, min(0.5, 0.9 * (tolerance / error) ** 0.2))
+                )
                 continue
             tau = target if target - tau - length < 1e-12 * total else tau + length
             x = new_x
@@ -316,9 +337,7 @@ def drift(
     return _track(times, values, rates, max(until, high))
 
 
-def projected(
-    block: Block, probe: Probe, tau: float, x: FloatArray, factor: FloatArray
-) -> tuple[FloatArray, bool]:
+def projected(block: Block, probe: Probe, tau: float, x: FloatArray, factor: FloatArray) -> tuple[FloatArray, bool]:
     """The nearest point that satisfies the block's equations, near enough to ``x`` for Newton steps least in the metric."""
     state, clocks = probe(np.array([tau]))
     ones = np.ones(len(x))

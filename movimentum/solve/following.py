@@ -86,9 +86,7 @@ class _Grid:
         order = np.argsort(merged, kind="stable")
         for n, old in enumerate(self.state):
             if old is not None and state[n] is not None and (np.ndim(old) > 0 or np.ndim(state[n]) > 0):
-                joined = np.concatenate(
-                    [np.broadcast_to(old, len(self.tau)), np.broadcast_to(state[n], len(more))]
-                )
+                joined = np.concatenate([np.broadcast_to(old, len(self.tau)), np.broadcast_to(state[n], len(more))])
                 self.state[n] = joined[order]
         self.tau = merged[order]
         self.instants = self.piece.instants(self.tau)
@@ -101,7 +99,9 @@ class _Grid:
             return False
         parts = np.clip(np.ceil(np.abs(change[split]) / limit), 2, 64).astype(np.int64)
         starts, widths = self.tau[:-1][split], steps[split]
-        pieces = [start + width * np.arange(1, part) / part for start, width, part in zip(starts, widths, parts, strict=True)]
+        pieces = [
+            start + width * np.arange(1, part) / part for start, width, part in zip(starts, widths, parts, strict=True)
+        ]
         more = np.concatenate(pieces)[: MAXIMAL_NODES - len(self.tau)]
         self.insert(more)
         return True

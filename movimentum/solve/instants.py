@@ -31,6 +31,7 @@ def at_offsets(starts: Sequence[Fraction], segment_start: Fraction, tau: FloatAr
 
 def at_times(starts: Sequence[Fraction], segment_start: Fraction, times: Sequence[Fraction]) -> Instants:
     """Instants at exact times: each clock is the exact difference, rounded once."""
+
     def since(start: Fraction) -> FloatArray:
         return np.array([float(time - start) for time in times], dtype=np.float64)
 

@@ -100,12 +100,18 @@ class Motion:
         times = at_frames((), Fraction(0), timeline.start, 1 / timeline.fps, frames).tau
         assembly = Assembly(self, frames, times)
         for stretch, following in zip(self.stretches, (*self.stretches[1:], None), strict=True):
-            begin = -((timeline.start - stretch.segment.start) * timeline.fps // 1)  # the first frame not before the step
+            begin = -(
+                (timeline.start - stretch.segment.start) * timeline.fps // 1
+            )  # the first frame not before the step
             end = stop if following is None else -((timeline.start - following.segment.start) * timeline.fps // 1)
             low, high = max(first, int(begin)), min(stop, int(end))
             if low < high:
                 instants = at_frames(
-                    stretch.plan.clocks, stretch.segment.start, timeline.start, 1 / timeline.fps, frames[low - first : high - first]
+                    stretch.plan.clocks,
+                    stretch.segment.start,
+                    timeline.start,
+                    1 / timeline.fps,
+                    frames[low - first : high - first],
                 )
                 assembly.add(stretch, slice(low - first, high - first), instants)
         return assembly.finished()

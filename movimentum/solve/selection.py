@@ -94,7 +94,9 @@ class Selection:
     rejections: tuple[Rejection, ...] = field(default=())
 
 
-def select(plan: Plan, segment_start: Fraction, tau: float, ahead: float, carry: Carry, totals: dict[int, float]) -> Selection:
+def select(
+    plan: Plan, segment_start: Fraction, tau: float, ahead: float, carry: Carry, totals: dict[int, float]
+) -> Selection:
     """Choose a solution at offset ``tau``, looking ``ahead`` to tell apart what meets there.
 
     ``totals``: integrals so far, by unknown number.
@@ -127,7 +129,13 @@ class _Search:
             blocks = sorted({place[n] for error in wish.errors for n in _symbols(error) if n in place})
             self.links.extend((blocks[0], other) for other in blocks[1:])
 
-    def _attach(self, unknowns: Sequence[int] | frozenset[int] | set[int], place: dict[int, int], table: dict[int, list[int]], item: int) -> None:
+    def _attach(
+        self,
+        unknowns: Sequence[int] | frozenset[int] | set[int],
+        place: dict[int, int],
+        table: dict[int, list[int]],
+        item: int,
+    ) -> None:
         blocks = sorted({place[n] for n in unknowns if n in place})
         table.setdefault(blocks[-1] if blocks else -1, []).append(item)
         self.links.extend((blocks[0], other) for other in blocks[1:])
@@ -168,14 +176,19 @@ class _Search:
             if number >= 0:
                 found = self._candidates(plan.blocks[number], rejections)
                 if not found:
-                    return Selection(None, (Part((number,), (), tuple(rejections), True, "only"),), rejections=tuple(rejections))
+                    return Selection(
+                        None, (Part((number,), (), tuple(rejections), True, "only"),), rejections=tuple(rejections)
+                    )
                 self._take(plan.blocks[number], found[0])
                 choices[number] = found[0]
             refused = self._refused(number)
             if refused is not None:
                 rejections.append(refused)
                 return Selection(
-                    None, (Part((number,), (), tuple(rejections), True, "only"),), frozenset(self.decisive), tuple(rejections)
+                    None,
+                    (Part((number,), (), tuple(rejections), True, "only"),),
+                    frozenset(self.decisive),
+                    tuple(rejections),
                 )
         for part_blocks in groups(len(plan.blocks), links):
             if not touched[part_blocks[0]]:
@@ -280,7 +293,9 @@ class _Search:
                 state[n] = value * two
         elif block.kernel is Kernel.NEWTON:
             count = len(block.core)
-            core = choice.values[:count] if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
+            core = (
+                choice.values[:count] if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
+            )
             start = np.repeat(np.array(core)[None], 2, axis=0)
             for n in block.states:
                 state[n] = self.totals.get(n, 0.0) * two
@@ -320,7 +335,9 @@ class _Search:
             quadratic = kernels.quadratic(block, state, k)
             margin = np.broadcast_to(quadratic.margin, 2)
             if not margin[0] >= -MARGIN_TOLERANCE:
-                rejections.append(Rejection(float(margin[0]) if np.isfinite(margin[0]) else -math.inf, block=block.number))
+                rejections.append(
+                    Rejection(float(margin[0]) if np.isfinite(margin[0]) else -math.inf, block=block.number)
+                )
                 return []
             double = margin[0] <= MARGIN_TOLERANCE and not margin[1] > MARGIN_TOLERANCE
             found = [Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))]
@@ -337,7 +354,10 @@ class _Search:
                 rejections.append(Rejection(-math.inf, block=block.number))
             states = [self.totals.get(n, 0.0) for n in block.states]
             if not block.moving:  # what stands still keeps the values of all its unknowns, in their order
-                starts = [np.array([x[block.core.index(n)] if n in block.core else 0.0 for n in block.unknowns]) for x in starts]
+                starts = [
+                    np.array([x[block.core.index(n)] if n in block.core else 0.0 for n in block.unknowns])
+                    for x in starts
+                ]
             found = [Choice(values=(*(float(v) for v in x), *states)) for x in starts]
         else:
             found = [Choice()]

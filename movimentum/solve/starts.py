@@ -184,7 +184,9 @@ def _least(
             gradient = metric @ (x - origin) + pull
         if free.shape[1]:
             hessian = free.T @ weight @ free
-            y = -np.linalg.solve(hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian)), free.T @ (gradient + weight @ restore))
+            y = -np.linalg.solve(
+                hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian)), free.T @ (gradient + weight @ restore)
+            )
             step = restore + free @ y
         else:
             step = restore

@@ -163,7 +163,9 @@ def scale_of(plan: Plan, unknowns: Sequence[int]) -> FloatArray:
     sizes: list[float] = []
     for n in unknowns:
         payload = plan.system.unknowns[n].payload
-        sizes.append(1.0 if isinstance(payload, PoseCos | PoseSin) else 57.0 if isinstance(payload, ThingAngle) else plan.size)
+        sizes.append(
+            1.0 if isinstance(payload, PoseCos | PoseSin) else 57.0 if isinstance(payload, ThingAngle) else plan.size
+        )
     return np.array(sizes)
 
 

@@ -11,7 +11,15 @@ import numpy as np
 
 from movimentum.expressions import Expr, walk
 from movimentum.scene.build import build
-from movimentum.scene.model import AnchorCoordinate, Anonymous, Relation, Scene, ThingAngle, ThingProperty, VariableComponent
+from movimentum.scene.model import (
+    AnchorCoordinate,
+    Anonymous,
+    Relation,
+    Scene,
+    ThingAngle,
+    ThingProperty,
+    VariableComponent,
+)
 from movimentum.solve.motion import Motion, Poses
 from movimentum.solve.solver import solve
 from movimentum.source import SourceText
