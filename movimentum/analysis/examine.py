@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from movimentum.analysis.failure import failure_diagnostic
 from movimentum.analysis.freedom import BlockRank, block_ranks
 from movimentum.analysis.report import StepReport, step_report
-from movimentum.analysis.suggest import described, follow_candidates, selecting_inequalities
 from movimentum.analysis.words import listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Scene
@@ -44,6 +42,8 @@ def examine(motion: Motion) -> Examination:
         ranks = block_ranks(stretch)
         steps.append(step_report(stretch, ranks))
         if fault == 0 and stretch.troubles:
+            from movimentum.analysis.failure import failure_diagnostic
+
             trouble = min(stretch.troubles, key=lambda item: item.begin)
             diagnostic, fault = failure_diagnostic(motion, stretch, trouble)
             found.append(diagnostic)
@@ -80,6 +80,8 @@ def _ambiguities(stretch: Stretch) -> Iterator[Diagnostic]:
         for part in beginning.selection.parts:
             if part.decided_by != "drawn":
                 continue
+            from movimentum.analysis.suggest import described, follow_candidates, selecting_inequalities
+
             followed = follow_candidates(stretch, beginning, part)
             texts = selecting_inequalities(stretch.plan, followed)
             count = len(part.candidates)

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from movimentum.analysis.conflict import Conflict, find_conflict
 from movimentum.analysis.words import counted, number, time_text
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.expressions import symbols
 from movimentum.scene.model import Constraint, Scene
+from movimentum.solve.carry import Carry
 from movimentum.solve.moments import carry_at
 from movimentum.solve.motion import Motion
 from movimentum.solve.selection import Rejection, Selection
 from movimentum.solve.stretches import Stretch, Trouble
 from movimentum.solve.tracks import Piece
+
+if TYPE_CHECKING:
+    from movimentum.analysis.conflict import Conflict
 
 SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
@@ -36,12 +41,19 @@ def _constraint(stretch: Stretch, number_: int | None) -> Constraint | None:
     return next((c for c in stretch.segment.active if c.number == number_), None)
 
 
+def _conflict(stretch: Stretch, around: set[int], tau: float, carry: Carry) -> Conflict | None:
+    """`find_conflict`, imported only where something is wrong."""
+    from movimentum.analysis.conflict import find_conflict
+
+    return find_conflict(stretch.plan, around, tau, carry)
+
+
 def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
     selection = trouble.selection
     assert selection is not None
     selectors = [r for r in selection.rejections if r.selector is not None]
     around = _unknowns_of(stretch, selection)
-    conflict = find_conflict(stretch.plan, around, 0.0, stretch.base) if around else None
+    conflict = _conflict(stretch, around, 0.0, stretch.base) if around else None
     if conflict is None:
         if selectors:
             return _left_nothing(motion, stretch, trouble, 0.0), 1
@@ -50,7 +62,7 @@ def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[D
     always = True
     if length > 0.0:
         for k in range(1, SAMPLES):
-            if find_conflict(stretch.plan, around, length * (k / SAMPLES), stretch.base) is None:
+            if _conflict(stretch, around, length * (k / SAMPLES), stretch.base) is None:
                 always = False
                 break
     code = "constraint/conflict" if always else "solve/unreachable"
@@ -139,7 +151,7 @@ def _bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic:
     frame = 1.0 / float(motion.timeline.fps)
     tau = min(trouble.begin + frame, 0.5 * (trouble.begin + end)) if end > trouble.begin else trouble.begin
     piece = next(p for p in stretch.pieces if isinstance(p, Piece) and p.begin <= trouble.begin <= p.end)
-    conflict = find_conflict(plan, set(block.unknowns), tau, carry_at(stretch, piece, trouble.begin, stretch.base))
+    conflict = _conflict(stretch, set(block.unknowns), tau, carry_at(stretch, piece, trouble.begin, stretch.base))
     scene = plan.system.scene
     begin = float(stretch.segment.start) + trouble.begin
     # the last frame strictly before the end of the path, and its time

@@ -137,7 +137,7 @@ def _located(margin: Callable[[FloatArray], FloatArray], place: float, width: fl
     w = width / 16.0
     x = np.array([-1.0, -0.5, 0.5, 1.0])
     h = np.sign(x) * np.sqrt(np.maximum(margin(place + w * x), 0.0))
-    coefficients = np.polynomial.polynomial.polyfit(x, h, 3)
+    coefficients = np.linalg.solve(np.stack([np.ones(4), x, x**2, x**3], axis=-1), h)
     root = 0.0
     for _ in range(8):
         slope = coefficients[1] + root * (2 * coefficients[2] + 3 * coefficients[3] * root)

@@ -29,8 +29,6 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
-GAUSS_POINTS = 8
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StillTrack:
@@ -228,7 +226,11 @@ def wound(angle: FloatArray, guess: FloatArray) -> FloatArray:
     return angle + 360.0 * np.rint((guess - angle) / 360.0)
 
 
-_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+# Gauss–Legendre, eight points on [-1, 1] (Abramowitz & Stegun, table 25.4); tabulated because importing numpy.polynomial costs more
+_GAUSS_HALF = np.array([0.18343464249564980, 0.52553240991632899, 0.79666647741362674, 0.96028985649753623])
+_GAUSS_WEIGHT = np.array([0.36268378337836198, 0.31370664587788729, 0.22238103445337447, 0.10122853629037626])
+_GAUSS_X = np.concatenate([-_GAUSS_HALF[::-1], _GAUSS_HALF])
+_GAUSS_W = np.concatenate([_GAUSS_WEIGHT[::-1], _GAUSS_WEIGHT])
 
 
 def accumulated(piece: Piece, block: Block, track: TotalTrack, tau: FloatArray) -> FloatArray:
