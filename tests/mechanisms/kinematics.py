@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq  # pyright: ignore[reportUnknownVariableType]
 
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
@@ -83,7 +83,8 @@ def root(function: Callable[[float], float], guess: float, reach: float) -> floa
     brackets = [k for k in range(8) if values[k] * values[k + 1] <= 0]
     assert len(brackets) == 1, f"{len(brackets)} sign changes near {guess}"
     k = brackets[0]
-    return float(brentq(function, grid[k], grid[k + 1], xtol=1e-15, rtol=1e-15))
+    found = brentq(function, float(grid[k]), float(grid[k + 1]), xtol=1e-15, rtol=np.float64(1e-15))
+    return float(found)  # pyright: ignore[reportArgumentType]
 
 
 def ease(u: float | Array) -> Array:

@@ -7,10 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from tests.mechanisms import engine_oracles
-from tests.mechanisms.kinematics import Array, Columns, distance, point
+from tests.mechanisms.kinematics import Array, Columns, distance, point, root
 
 Solve = Callable[..., Columns]
 
@@ -111,7 +110,7 @@ def test_walschaerts_cut_off(solve_script: Solve) -> None:
     def front_valve(turn: float) -> float:
         return float(engine_oracles.walschaerts(np.array([turn]), np.array([1.0]))["Valve.V.x"][0]) - 405 + LAP
 
-    turn = float(brentq(front_valve, 0.25, 0.4, xtol=1e-13))  # pyright: ignore[reportArgumentType]
+    turn = root(front_valve, 0.325, 0.07)
     table = solve_script("walschaerts", "100")
     time = table["time"]
     first = (time > 0.1) & (time < 0.5)
@@ -119,7 +118,7 @@ def test_walschaerts_cut_off(solve_script: Solve) -> None:
     k = int(np.flatnonzero((valve[:-1] < 0) & (valve[1:] >= 0))[0])
     seen = time[first][k] + 0.01 * -valve[k] / (valve[k + 1] - valve[k])
     assert seen == pytest.approx(turn, abs=1e-4)
-    stroke = (370 - np.interp(seen, time, table["Piston.H.x"])) / 80
+    stroke = (370 - float(np.interp(seen, time, table["Piston.H.x"]))) / 80
     assert 0.70 < stroke < 0.80
 
 

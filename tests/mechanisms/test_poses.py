@@ -45,7 +45,7 @@ def test_all_anchors_are_where_the_oracle_says(name: str, solve_script: Solve) -
     expected = ORACLES[name](table["time"])
     assert expected.keys() <= table.keys()
     for column, values in expected.items():
-        difference = table[column] - values
+        difference: Array = table[column] - values
         if column.endswith(".angle"):  # where the oracle has only a direction, whole turns are not its business
             difference = difference - 360 * np.round(difference[0] / 360)
         assert np.abs(difference).max() <= 1e-9 * MEMBERS_LENGTH, (column, np.abs(difference).max())
