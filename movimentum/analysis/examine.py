@@ -9,6 +9,7 @@ import numpy as np
 
 from movimentum.analysis.freedom import BlockRank, block_ranks
 from movimentum.analysis.report import StepReport, step_report
+from movimentum.analysis.verify import first_shortfall
 from movimentum.analysis.words import listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Scene
@@ -16,9 +17,6 @@ from movimentum.solve.carry import Snapshot
 from movimentum.solve.motion import Motion
 from movimentum.solve.stretches import Beginning, Dead, Stretch
 from movimentum.source import Span
-
-CHUNK = 4096
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Examination:
@@ -304,37 +302,25 @@ def _idle_selectors(motion: Motion) -> Iterator[Diagnostic]:
 
 def _unsolved_frame(motion: Motion) -> Diagnostic | None:
     """The first frame that the paths promised and that could not be solved after all."""
-    timeline = motion.timeline
-    for first in range(0, timeline.frame_count, CHUNK):
-        poses = motion.poses(first, min(first + CHUNK, timeline.frame_count))
-        bad = np.nonzero(~poses.solved)[0]
-        if len(bad) == 0:
-            continue
-        frame = int(poses.frames[bad[0]])
-        time = timeline.frame_time(frame)
-        stretch = motion.stretches[timeline.segment_at(time)]
-        span, name = _culprit(stretch, float(time - stretch.segment.start))
-        return Diagnostic(
-            code="solve/not-converged",
-            severity=Severity.ERROR,
-            message=f"{f'{name} has' if name else 'the scene has'} no finite value at t = {time_text(float(time))} (frame {frame})",
-            span=span,
-            notes=("a division by zero, the root of a negative number, an overflow, or equations too nearly singular",),
-            helps=("`--on-failure skip` leaves such frames out",),
-        )
-    return None
-
-
-def _culprit(stretch: Stretch, tau: float) -> tuple[Span | None, str]:
-    """The constraint and the name of the first unknown without a finite value at offset ``tau``."""
-    plan = stretch.plan
-    for piece in stretch.pieces:
-        if isinstance(piece, Dead) or not piece.begin <= tau <= piece.end:
-            continue
-        with np.errstate(all="ignore"):
-            state, _ = piece.evaluate(piece.instants(np.array([tau])))
-        for block in plan.blocks:
-            for n in block.unknowns:
-                if not np.isfinite(state[n]).all():
-                    return _span_of_blocks(stretch, (block.number,)), f"`{plan.system.unknowns[n].name}`"
-    return (stretch.segment.active[-1].span if stretch.segment.active else None), ""
+    missing = first_shortfall(motion)
+    if missing is None:
+        return None
+    stretch = missing.stretch
+    time = time_text(float(motion.timeline.frame_time(missing.frame)))
+    if missing.unknown is not None:
+        owner = next(block for block in stretch.plan.blocks if missing.unknown in block.unknowns)
+        span = _span_of_blocks(stretch, (owner.number,))
+        message = f"`{stretch.plan.system.unknowns[missing.unknown].name}` has no finite value at t = {time} (frame {missing.frame})"
+        note = "a division by zero, the root of a negative number, an overflow, or equations too nearly singular"
+    else:
+        span = next((c.span for c in stretch.segment.active if c.number == missing.constraint), None)
+        message = f"this is off by {number(missing.amount)} at t = {time} (frame {missing.frame}), which the solver could not mend"
+        note = "the equations are too nearly singular there, or contradict each other from there on"
+    return Diagnostic(
+        code="solve/not-converged",
+        severity=Severity.ERROR,
+        message=message,
+        span=span,
+        notes=(note,),
+        helps=("`--on-failure skip` leaves such frames out",),
+    )

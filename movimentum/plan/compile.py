@@ -41,15 +41,11 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
         blocks.append(block)
         if block.moving:
             moving |= set(block.unknowns)
-    verified = tuple(e.number for e in system.equations if e.form is Form.PLAIN and not _about_rates(system, e.number))
-    originals = [system.equations[n].original or system.equations[n].residual for n in verified]
     errors = [error for wish in system.wishes for error in wish.errors]
     return Plan(
         system=system,
         blocks=tuple(blocks),
         checks=decomposition.checks,
-        verified=verified,
-        residuals=compiled(originals, clocks),
         check_values=tuple(
             compiled([system.equations[n].residual, _size_of_terms(system.equations[n], size)], clocks)
             for n in decomposition.checks

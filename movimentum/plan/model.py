@@ -15,7 +15,7 @@ class Plan:
     """How to solve one segment: blocks in order, and what to check and choose by.
 
     ``checks`` are the equations that determine nothing (redundant where they hold); ``check_values`` gives for each its residual and the
-    size of its terms. ``residuals`` gives, for every equation of ``verified``, the residual as the script states it. ``selectors`` has one function for
+    size of its terms. ``selectors`` has one function for
     each of `System.selectors`, ``wishes`` one for each error of `System.wishes` (``wish_of``: which wish).
     ``clocks`` are the starts of the clocks that all compiled functions read as ``k``. ``size`` is the scene's size in pixels.
     ``still``: nothing in the segment depends on time.
@@ -25,8 +25,6 @@ class Plan:
     blocks: tuple[Block, ...]
     checks: tuple[int, ...]
     clocks: tuple[Fraction, ...]
-    verified: tuple[int, ...]
-    residuals: Compiled
     check_values: tuple[Compiled, ...]
     selectors: tuple[Compiled, ...]
     wishes: tuple[Compiled, ...]

@@ -93,12 +93,13 @@ class Selector:
     """An inequality: ``value`` (an expression) must not be negative.
 
     ``constraint`` is None for one that an equation implies (a length's sign, an angle's side); ``equation_of`` is then
-    the constraint whose equation it belongs to.
+    the constraint whose equation it belongs to. ``strict``: zero does not do either.
     """
 
     value: Expr
     constraint: int | None
     equation_of: int | None = None
+    strict: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,9 +270,9 @@ class _Builder:
                 for left, right in pairs:
                     self._equate(left, right, constraint.number)
             case Relation.BELOW:
-                self.selectors.append(Selector(sub(pairs[0][1], pairs[0][0]), constraint.number))
+                self.selectors.append(Selector(sub(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict))
             case Relation.ABOVE:
-                self.selectors.append(Selector(sub(pairs[0][0], pairs[0][1]), constraint.number))
+                self.selectors.append(Selector(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict))
             case Relation.WISH:
                 self.wishes.append(Wish(tuple(sub(a, b) for a, b in pairs), constraint.number))
         self.constraint = None

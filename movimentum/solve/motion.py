@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from movimentum.solve.instants import Instants
     from movimentum.solve.stretches import Stretch
     from movimentum.timeline.model import Timeline
 
@@ -99,22 +100,31 @@ class Motion:
         frames = np.arange(first, stop, dtype=np.int64)
         times = at_frames((), Fraction(0), timeline.start, 1 / timeline.fps, frames).tau
         assembly = Assembly(self, frames, times)
-        for stretch, following in zip(self.stretches, (*self.stretches[1:], None), strict=True):
-            begin = -(
-                (timeline.start - stretch.segment.start) * timeline.fps // 1
-            )  # the first frame not before the step
-            end = stop if following is None else -((timeline.start - following.segment.start) * timeline.fps // 1)
-            low, high = max(first, int(begin)), min(stop, int(end))
-            if low < high:
-                instants = at_frames(
-                    stretch.plan.clocks,
-                    stretch.segment.start,
-                    timeline.start,
-                    1 / timeline.fps,
-                    frames[low - first : high - first],
-                )
-                assembly.add(stretch, slice(low - first, high - first), instants)
+        for stretch, low, high in self.spans(first, stop):
+            assembly.add(stretch, slice(low - first, high - first), self.instants(stretch, low, high))
         return assembly.finished()
+
+    def spans(self, first: int, stop: int) -> Iterator[tuple[Stretch, int, int]]:
+        """The frames ``first`` … ``stop - 1`` by the stretch they lie in: (stretch, its first frame, the end of its frames)."""
+
+        def first_frame(stretch: Stretch) -> int:
+            """The first frame not before a step."""
+            return int(-((self.timeline.start - stretch.segment.start) * self.timeline.fps // 1))
+
+        for stretch, following in zip(self.stretches, (*self.stretches[1:], None), strict=True):
+            low = max(first, first_frame(stretch))
+            high = stop if following is None else min(stop, first_frame(following))
+            if low < high:
+                yield stretch, low, high
+
+    def instants(self, stretch: Stretch, low: int, high: int) -> Instants:
+        """The instants of frames ``low`` … ``high - 1``, which lie in ``stretch``."""
+        import numpy as np
+
+        from movimentum.solve.instants import at_frames
+
+        start, step = self.timeline.start, 1 / self.timeline.fps
+        return at_frames(stretch.plan.clocks, stretch.segment.start, start, step, np.arange(low, high, dtype=np.int64))
 
     def poses_at(self, times: Sequence[Fraction]) -> Poses:
         """The poses at any times (ascending), clipped to the timeline; ``frames`` then just counts them."""

@@ -388,9 +388,10 @@ class _Search:
             tolerance = SELECTOR_TOLERANCE * self.plan.size
             for i in self.selectors_after[number]:
                 value = np.broadcast_to(self.plan.selectors[i](self.state, self.instants.clocks)[0], 2)
-                # where it is just met, what comes next decides
+                # where it is just met, what comes next decides; what stays at equality does not satisfy a strict one
                 meets = abs(value[0]) <= tolerance
-                if not value[0] >= -tolerance or (meets and value[1] < -100.0 * tolerance):
+                least = 1e-3 * tolerance if self.plan.system.selectors[i].strict else -100.0 * tolerance
+                if not value[0] >= -tolerance or (meets and not value[1] >= least):
                     self.decisive.add(i)
                     return Rejection(float(value[0]), selector=i)
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,15 +58,18 @@ def solve(timeline: Timeline, options: SolveOptions | None = None) -> Motion:
     carry = as_drawn(scene)
     stretches: list[Stretch] = []
     for segment in timeline.segments:
-        stretch, carry = _solve_segment(scene, segment, size, carry)
+        earlier = stretches[-1].plan if stretches else None
+        stretch, carry = _solve_segment(scene, segment, size, carry, earlier)
         stretches.append(stretch)
     return Motion(timeline, tuple(stretches), size, options.accuracy if options else "standard")
 
 
-def _solve_segment(scene: Scene, segment: Segment, size: float, carry: Carry) -> tuple[Stretch, Carry]:
+def _solve_segment(
+    scene: Scene, segment: Segment, size: float, carry: Carry, earlier: Plan | None
+) -> tuple[Stretch, Carry]:
     length = float(segment.end - segment.start)
     ahead = 1e-4 * length if length > 0.0 else 1e-4
-    plan, selection = _begin(scene, segment, size, carry, ahead)
+    plan, selection = _begin(scene, segment, size, carry, ahead, earlier)
     stretch = Stretch(segment, plan, carry, [], [], [])
     stretch.beginnings.append(Beginning(0.0, selection, carry, "step"))
     if selection.choices is None:
@@ -87,9 +90,14 @@ def _solve_segment(scene: Scene, segment: Segment, size: float, carry: Carry) ->
     return stretch, carry_at(stretch, last, length, carry)
 
 
-def _begin(scene: Scene, segment: Segment, size: float, carry: Carry, ahead: float) -> tuple[Plan, Selection]:
+def _begin(
+    scene: Scene, segment: Segment, size: float, carry: Carry, ahead: float, earlier: Plan | None
+) -> tuple[Plan, Selection]:
     """Plan a segment and choose where it begins; what proves singular by its geometry is planned again as one block."""
-    plan = compile_segment(scene, segment, size)
+    if earlier is not None and earlier.system.segment.active == segment.active:  # a step that only ends the timeline
+        plan = replace(earlier, system=replace(earlier.system, segment=segment))
+    else:
+        plan = compile_segment(scene, segment, size)
     selection = select(plan, segment.start, 0.0, ahead, carry, totals_of(plan, carry))
     if selection.choices is not None:
         return plan, selection
