@@ -230,9 +230,15 @@ def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float
         else f"at t = {when} this has no solution (a length cannot be negative, an angle has one side)",
         span=constraint.span if constraint else None,
         notes=tuple(notes),
-        helps=("drop the inequality, turn it round, or let a later step end it with `= _`",)
-        if selector.constraint is not None
-        else (),
+        helps=_ways_out(constraint) if selector.constraint is not None and constraint is not None else (),
+    )
+
+
+def _ways_out(constraint: Constraint) -> tuple[str, ...]:
+    other = {"<": ">", ">": "<"}.get(str(constraint.relation), "=")
+    return (
+        f"`{constraint.key} {other} …` takes the other side",
+        f"`{constraint.key} {constraint.relation} _;` in an earlier step ends it",
     )
 
 
