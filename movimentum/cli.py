@@ -107,7 +107,7 @@ ACCURACY = click.option(
     type=click.Choice(["draft", "standard", "high", "exact"]),
     default="standard",
     show_default=True,
-    help="How exactly the equations are solved.",
+    help="How exactly the equations are solved (only standard is there yet).",
 )
 ON_FAILURE = click.option(
     "--on-failure",

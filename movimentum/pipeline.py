@@ -135,6 +135,12 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
     from movimentum.plan.compile import CyclicRateError
     from movimentum.solve.solver import SolveOptions, solve
 
+    if choices.accuracy != "standard":
+        raise _usage(
+            "usage/accuracy",
+            f"accuracy `{choices.accuracy}` is not there yet; `standard` solves every frame to its constraints",
+            "--accuracy standard",
+        )
     before = timeline.scene.diagnostics
     try:
         motion = solve(timeline, SolveOptions(accuracy=choices.accuracy))

@@ -90,6 +90,8 @@ def test_shell_completion(shell: str) -> None:
         ["run", "crank.mov", "--show", "everything"],
         ["run", "crank.mov", "--background", "no such colour"],
         ["run", "crank.mov", "--accuracy", "wild"],
+        ["run", "crank.mov", "--accuracy", "exact"],
+        ["solve", "crank.mov", "-o", "-", "--accuracy", "draft"],
         ["run", "crank.mov", "--quality", "best"],
         ["run", "crank.mov", "--loop", "-1"],
         ["run", "crank.mov", "--on-failure", "pray"],
