@@ -18,6 +18,7 @@ from movimentum.solve.motion import Motion
 from movimentum.solve.stretches import Beginning, Dead, Stretch
 from movimentum.source import Span
 
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Examination:
     """``diagnostics``: in order of time; ``steps``: a report for each segment.

@@ -79,5 +79,7 @@ def _of_stretch(motion: Motion, stretch: Stretch, low: int, high: int) -> Shortf
         offs = [float(abs(np.broadcast_to(value, len(worst))[place])) for value in values]
         chosen = int(np.argmax(offs)) if offs else None
         constraint = rows[chosen].constraint if chosen is not None else None
-        return Shortfall(low + place, stretch, constraint=constraint, amount=offs[chosen] if chosen is not None else 0.0)
+        return Shortfall(
+            low + place, stretch, constraint=constraint, amount=offs[chosen] if chosen is not None else 0.0
+        )
     return None

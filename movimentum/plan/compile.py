@@ -91,7 +91,9 @@ def _with_needed_rates(
                 if order >= HIGHEST_RATE:
                     raise CyclicRateError(_first_stated(system))
                 wanted.setdefault(order, set()).add(unknown.payload.of)
-        for _, unknowns in sorted(wanted.items()):  # the first rates must be complete before they are differentiated again
+        for _, unknowns in sorted(
+            wanted.items()
+        ):  # the first rates must be complete before they are differentiated again
             fresh = [
                 e
                 for group in decomposition.groups

@@ -247,6 +247,8 @@ class _Builder:
         thing: int | None = None,
         original: Expr | None = None,
     ) -> None:
+        if form is not None and poly.occurring(form) != symbols(residual):
+            original, residual = original or residual, poly.to_expression(form)  # something cancelled
         unknowns = poly.occurring(form) if form is not None else set(symbols(residual))
         self.equations.append(
             Equation(
@@ -270,9 +272,13 @@ class _Builder:
                 for left, right in pairs:
                     self._equate(left, right, constraint.number)
             case Relation.BELOW:
-                self.selectors.append(Selector(sub(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict))
+                self.selectors.append(
+                    Selector(sub(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
+                )
             case Relation.ABOVE:
-                self.selectors.append(Selector(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict))
+                self.selectors.append(
+                    Selector(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
+                )
             case Relation.WISH:
                 self.wishes.append(Wish(tuple(sub(a, b) for a, b in pairs), constraint.number))
         self.constraint = None
@@ -319,27 +325,30 @@ def _angle_rows(left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
     return sub(mul(y, c), mul(x, s)), add(mul(x, c), mul(y, s))
 
 
+_ROOT, _OTHER_ROOT = -1, -2  # stand for lengths, where the numbers of unknowns are expected
+
+
 def _squared(residual: Expr) -> tuple[Expr, Expr] | None:
     """A row a*sqrt(p) + rest = 0 as a^2 p = rest^2 where -rest/a >= 0 (a length is never negative)."""
     roots = [node for node in walk(residual) if node.op == "sqrt" and symbols(node)]
     if not 1 <= len(roots) <= 2:
         return None
     if len(roots) == 1:
-        mark = symbol("root")
+        mark = symbol(_ROOT)
         form = poly.from_expression(substitute_node(residual, roots[0], mark))
-        if form is None or poly.degree(form, {"root"}) != 1:  # type: ignore[arg-type]
+        if form is None or poly.degree(form, {_ROOT}) != 1:
             return None
-        split = poly.relative_to(form, {"root"})  # type: ignore[arg-type]
-        a, rest = split.get(("root",), ZERO), split.get((), ZERO)  # type: ignore[call-overload]
-        if symbols(a) or set(split) - {(), ("root",)}:
+        split = poly.relative_to(form, {_ROOT})
+        a, rest = split.get((_ROOT,), ZERO), split.get((), ZERO)
+        if symbols(a) or set(split) - {(), (_ROOT,)}:
             return None
         target = neg(div(rest, a))
         return sub(roots[0].args[0], mul(target, target)), target
-    marks = symbol("root0"), symbol("root1")
+    marks = symbol(_ROOT), symbol(_OTHER_ROOT)
     form = poly.from_expression(substitute_node(substitute_node(residual, roots[0], marks[0]), roots[1], marks[1]))
-    if form is None or set(form) != {("root0",), ("root1",)}:
+    if form is None or set(form) != {(_ROOT,), (_OTHER_ROOT,)}:
         return None
-    ratio = neg(div(form[("root1",)], form[("root0",)]))  # type: ignore[index]
+    ratio = neg(div(form[(_OTHER_ROOT,)], form[(_ROOT,)]))
     if ratio.value is None or ratio.value <= 0.0:
         return None
     return sub(roots[0].args[0], mul(mul(ratio, ratio), roots[1].args[0])), ONE

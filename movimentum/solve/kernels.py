@@ -95,7 +95,7 @@ def linear(block: Block, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray,
     values = block.coefficients(u, k)
     m = len(block.core)
     if m == 1:
-        return (np.asarray(values[1] / values[0]),)
+        return (np.divide(values[1], values[0]),)
     shape = np.broadcast_shapes(*(np.shape(value) for value in values))
     matrix = np.stack([np.broadcast_to(value, shape) for value in values[: m * m]], axis=-1).reshape(*shape, m, m)
     right = np.stack([np.broadcast_to(value, shape) for value in values[m * m :]], axis=-1)
@@ -117,4 +117,6 @@ def fill_explicit(block: Block, u: State, k: Sequence[FloatArray]) -> None:
     """Set the eliminated unknowns from the core and the inputs."""
     if block.explicit is not None:
         for n, value in zip(block.targets, block.explicit(u, k), strict=True):
-            u[n] = value
+            u[n] = (
+                np.float64(value) if isinstance(value, float) else value
+            )  # a Python float divides by zero in its own way

@@ -29,7 +29,6 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
-
 @dataclass(frozen=True, slots=True, eq=False)
 class StillTrack:
     """A block that does not depend on time: the values of its unknowns, in order."""
@@ -172,7 +171,7 @@ def solve_block(piece: Piece, block: Block, track: Track, state: State, instants
     k = instants.clocks
     if isinstance(track, StillTrack):
         for n, value in zip(block.unknowns, track.values, strict=True):
-            state[n] = value
+            state[n] = np.float64(value)
         return None
     failed: BoolArray | None = None
     if block.form is Form.WINDING:
