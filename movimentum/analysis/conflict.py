@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from movimentum.plan.blocks import Block, make_block
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.decompose import Group
+from movimentum.plan.equations import Form
 from movimentum.plan.graph import groups
 from movimentum.plan.model import Plan
-from movimentum.plan.system import Form
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Carry
 from movimentum.solve.instants import at_offsets
@@ -144,31 +144,47 @@ class _Part:
         for start in self.plan.clocks:
             clocks.number(start)
         function = compiled([source.original or source.residual], clocks)
-        state: State = [None] * len(self.plan.system.unknowns)
+        state: State = [0.0] * len(self.plan.system.unknowns)  # others cancel, or they would be in this part
         for j, n in enumerate(self.block.core):
             state[n] = x[j]
         value = function(state, at_offsets(clocks.starts, self.plan.system.segment.start, np.array([self.tau])).clocks)
         return float(np.ravel(value[0])[0])
 
 
-def find_conflict(plan: Plan, around: set[int], tau: float, carry: Carry) -> Conflict | None:
-    """The smallest set of contradicting constraints connected to the unknowns ``around`` at offset ``tau``; None if none is found."""
+def _part(plan: Plan, around: set[int], tau: float, carry: Carry) -> _Part | None:
+    """The part of the system that is connected to the unknowns ``around``; None where no equation is."""
     system = plan.system
-    plain = [e for e in system.equations if e.form is Form.PLAIN and e.targets]
+    plain = [e for e in system.equations if e.form is Form.PLAIN and (e.targets or not e.unknowns)]
     links: list[tuple[int, int]] = []
     for equation in plain:
         members = sorted(equation.unknowns)
         links.extend((members[0], other) for other in members[1:])
     unknowns = {n for component in groups(len(system.unknowns), links) if set(component) & around for n in component}
-    equations = tuple(e.number for e in plain if e.unknowns & unknowns)
+    equations = tuple(e.number for e in plain if e.unknowns & unknowns or not e.unknowns)
     if not equations:
         return None
-    part = _Part(plan, tuple(sorted(unknowns)), equations, tau, carry)
+    return _Part(plan, tuple(sorted(unknowns)), equations, tau, carry)
+
+
+def contradicts(plan: Plan, around: set[int], tau: float, carry: Carry) -> bool:
+    """Whether the constraints connected to the unknowns ``around`` cannot all hold at offset ``tau``."""
+    part = _part(plan, around, tau, carry)
+    with np.errstate(all="ignore"):
+        return part is not None and not part.feasible(np.ones(len(part.equations), dtype=np.bool_))
+
+
+def find_conflict(plan: Plan, around: set[int], tau: float, carry: Carry) -> Conflict | None:
+    """The smallest set of contradicting constraints connected to the unknowns ``around`` at offset ``tau``; None if none is found."""
+    part = _part(plan, around, tau, carry)
+    if part is None:
+        return None
+    system = plan.system
+    equations = part.equations
     owner = [system.equations[e].constraint for e in equations]
     thing = [system.equations[e].thing for e in equations]
     every = np.ones(len(equations), dtype=np.bool_)
     all_constraints = sorted({c for c in owner if c is not None})
-    if len(unknowns) > LARGEST_PART:
+    if len(part.block.core) > LARGEST_PART:
         return Conflict(tuple(all_constraints[-3:]), (), {}, {}, len(all_constraints), False)
     with np.errstate(all="ignore"):
         if part.feasible(every):

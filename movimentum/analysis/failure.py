@@ -58,11 +58,13 @@ def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[D
         if selectors:
             return _left_nothing(motion, stretch, trouble, 0.0), 1
         return _undefined(stretch, selection), 3
+    from movimentum.analysis.conflict import contradicts
+
     length = float(stretch.segment.end - stretch.segment.start)
     always = True
     if length > 0.0:
         for k in range(1, SAMPLES):
-            if _conflict(stretch, around, length * (k / SAMPLES), stretch.base) is None:
+            if not contradicts(stretch.plan, around, length * (k / SAMPLES), stretch.base):
                 always = False
                 break
     code = "constraint/conflict" if always else "solve/unreachable"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from movimentum.analysis.freedom import BlockRank
 from movimentum.plan.blocks import Kernel
-from movimentum.plan.system import Form
+from movimentum.plan.equations import Form
 from movimentum.solve.stretches import Stretch
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from movimentum.expressions import symbols
 from movimentum.plan.codegen import Clocks, compiled
-from movimentum.plan.system import Form
+from movimentum.plan.equations import Form
 from movimentum.plan.unknowns import Rate
 from movimentum.solve.moments import evaluated
 from movimentum.solve.motion import Motion

@@ -14,8 +14,8 @@ from movimentum.plan import polynomial as poly
 from movimentum.plan.calculus import with_respect_to
 from movimentum.plan.codegen import Clocks, Compiled, compiled
 from movimentum.plan.decompose import Group
+from movimentum.plan.equations import Form, System
 from movimentum.plan.polynomial import Polynomial
-from movimentum.plan.system import Form, System
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
 
 
@@ -181,7 +181,7 @@ def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) 
     p, q = core
     quadratic = ((p, p), (p, q), (q, q))
     orders = [poly.degree(form) for form in forms]
-    if max(orders) > 2:
+    if max(orders) > 2 or min(orders) == 0:
         return None
     if min(orders) == 1:
         line, conic = sorted(forms, key=poly.degree)

@@ -6,8 +6,9 @@ from movimentum.expressions import ZERO, Expr, add, call, const, mul, symbols
 from movimentum.plan.blocks import Block, make_block
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.decompose import Decomposition, decompose, driven_angles
+from movimentum.plan.equations import Equation, System
 from movimentum.plan.model import Plan
-from movimentum.plan.system import Equation, Form, System, build_system, with_rates, with_rigidity
+from movimentum.plan.system import build_system, with_rates, with_rigidity
 from movimentum.plan.unknowns import Accumulated, Rate
 from movimentum.scene.model import Anonymous, Scene
 from movimentum.timeline.model import Segment

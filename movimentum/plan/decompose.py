@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from movimentum.plan.equations import Equation, Form, System
 from movimentum.plan.graph import groups, maximum_matching, reachable, strong_components
-from movimentum.plan.system import Equation, Form, System
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.scene.model import ThingAngle
 
@@ -123,7 +123,7 @@ def _held_together(
     links: list[tuple[int, int]] = []
     plain = [e for e in equations if e.form is Form.PLAIN]
     for equation in plain:
-        first, *rest = sorted(equation.targets) if equation.targets else [None]
+        first, *rest = sorted(equation.unknowns) if equation.unknowns else [None]
         links.extend((first, other) for other in rest)  # type: ignore[misc]
     links.extend(_pose_links(system, range(len(system.unknowns))))
     held: list[Group] = []

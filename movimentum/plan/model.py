@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from movimentum.plan.blocks import Block
 from movimentum.plan.codegen import Compiled
-from movimentum.plan.system import System
+from movimentum.plan.equations import System
 
 
 @dataclass(frozen=True, slots=True, eq=False)

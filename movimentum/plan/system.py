@@ -8,8 +8,7 @@ Every equation keeps the number of its constraint (or of the rigid thing it belo
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 
 from movimentum.expressions import (
     ONE,
@@ -18,19 +17,18 @@ from movimentum.expressions import (
     add,
     call,
     const,
-    div,
     mul,
-    neg,
     sub,
     substitute,
     symbol,
     symbols,
-    walk,
 )
 from movimentum.plan import polynomial as poly
 from movimentum.plan.calculus import differentiate
+from movimentum.plan.equations import Equation, Form, Selector, System, Wish
 from movimentum.plan.integrals import closed_form
 from movimentum.plan.polynomial import Polynomial
+from movimentum.plan.rewriting import angle_rows, squared
 from movimentum.plan.unknowns import Accumulated, PoseCos, PoseSin, PoseX, PoseY, Rate, Unknown
 from movimentum.scene.model import (
     AnchorCoordinate,
@@ -44,87 +42,6 @@ from movimentum.scene.model import (
     VariableComponent,
 )
 from movimentum.timeline.model import Segment
-
-
-class Form(StrEnum):
-    """How an equation is solved: PLAIN ones by any kernel; a WINDING gives a continuous angle from a direction; an INTEGRAL accumulates."""
-
-    PLAIN = "plain"
-    WINDING = "winding"
-    INTEGRAL = "integral"
-
-
-@dataclass(frozen=True, slots=True)
-class Equation:
-    """``residual`` is zero where the equation holds.
-
-    ``constraint`` is the scene's constraint number, or None for what rigidity and bookkeeping add (then ``thing`` tells whose).
-    ``targets`` are the unknowns that the equation may be used to determine (usually all of its ``unknowns``).
-    ``integrand`` belongs to INTEGRAL equations. ``original`` is the residual as the script states it, where ``residual`` was rewritten:
-    what a solution is verified against.
-    """
-
-    number: int
-    residual: Expr
-    unknowns: frozenset[int]
-    targets: tuple[int, ...]
-    polynomial: Polynomial | None = None
-    constraint: int | None = None
-    thing: int | None = None
-    form: Form = Form.PLAIN
-    integrand: Expr | None = None
-    original: Expr | None = None
-
-    @property
-    def priority(self) -> int:
-        """Which equations to keep when there are too many: linear with constant coefficients first, rigid ones last."""
-        if self.form is not Form.PLAIN:
-            return 0
-        if self.polynomial is None:
-            return 3
-        order = poly.degree(self.polynomial)
-        if order <= 1:
-            return 0 if all(c.value is not None for m, c in self.polynomial.items() if m) else 1
-        return 2 if self.constraint is not None else 4
-
-
-@dataclass(frozen=True, slots=True)
-class Selector:
-    """An inequality: ``value`` (an expression) must not be negative.
-
-    ``constraint`` is None for one that an equation implies (a length's sign, an angle's side); ``equation_of`` is then
-    the constraint whose equation it belongs to. ``strict``: zero does not do either.
-    """
-
-    value: Expr
-    constraint: int | None
-    equation_of: int | None = None
-    strict: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Wish:
-    """A soft goal: all of ``errors`` as near to zero as can be."""
-
-    errors: tuple[Expr, ...]
-    constraint: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class System:
-    """Everything that must hold in one segment, in numbered unknowns.
-
-    ``reference`` maps a thing to the local coordinates of its reference anchor; ``directed`` are the things that have (c, s) unknowns.
-    """
-
-    scene: Scene
-    segment: Segment
-    unknowns: tuple[Unknown, ...]
-    equations: tuple[Equation, ...]
-    selectors: tuple[Selector, ...]
-    wishes: tuple[Wish, ...]
-    reference: dict[int, tuple[float, float]]
-    number_of: dict[Hashable, int]
 
 
 class _Builder:
@@ -287,7 +204,7 @@ class _Builder:
         residual = sub(left, right)
         form = poly.from_expression(residual)
         if form is None:
-            rewritten = _angle_rows(left, right) or _angle_rows(right, left) or _squared(residual)
+            rewritten = angle_rows(left, right) or angle_rows(right, left) or squared(residual)
             if rewritten is not None:
                 row, side = rewritten
                 if symbols(row):
@@ -308,60 +225,6 @@ def _reference_anchors(scene: Scene, active: Iterable[Constraint]) -> dict[int, 
             if len(side) == 2 and isinstance(payload, AnchorCoordinate):
                 chosen.setdefault(payload.thing, payload.anchor)
     return {thing.number: thing.anchors[chosen.get(thing.number, 0)].local for thing in scene.things if thing.anchors}
-
-
-def _angle_rows(left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
-    """``atan2d(y, x) = e`` as a sine row with its side: y cos e - x sin e = 0 where x cos e + y sin e >= 0.
-
-    The sine form keeps its rank at 0 and 180 degrees, where a cosine form loses it. Angles agree modulo 360.
-    """
-    if left.op != "atan2d" or not symbols(left):
-        return None
-    y, x = left.args
-    if right.op == "atan2d":
-        v, u = right.args
-        return sub(mul(y, u), mul(x, v)), add(mul(x, u), mul(y, v))
-    c, s = call("cosd", right), call("sind", right)
-    return sub(mul(y, c), mul(x, s)), add(mul(x, c), mul(y, s))
-
-
-_ROOT, _OTHER_ROOT = -1, -2  # stand for lengths, where the numbers of unknowns are expected
-
-
-def _squared(residual: Expr) -> tuple[Expr, Expr] | None:
-    """A row a*sqrt(p) + rest = 0 as a^2 p = rest^2 where -rest/a >= 0 (a length is never negative)."""
-    roots = [node for node in walk(residual) if node.op == "sqrt" and symbols(node)]
-    if not 1 <= len(roots) <= 2:
-        return None
-    if len(roots) == 1:
-        mark = symbol(_ROOT)
-        form = poly.from_expression(substitute_node(residual, roots[0], mark))
-        if form is None or poly.degree(form, {_ROOT}) != 1:
-            return None
-        split = poly.relative_to(form, {_ROOT})
-        a, rest = split.get((_ROOT,), ZERO), split.get((), ZERO)
-        if symbols(a) or set(split) - {(), (_ROOT,)}:
-            return None
-        target = neg(div(rest, a))
-        return sub(roots[0].args[0], mul(target, target)), target
-    marks = symbol(_ROOT), symbol(_OTHER_ROOT)
-    form = poly.from_expression(substitute_node(substitute_node(residual, roots[0], marks[0]), roots[1], marks[1]))
-    if form is None or set(form) != {(_ROOT,), (_OTHER_ROOT,)}:
-        return None
-    ratio = neg(div(form[(_OTHER_ROOT,)], form[(_ROOT,)]))
-    if ratio.value is None or ratio.value <= 0.0:
-        return None
-    return sub(roots[0].args[0], mul(mul(ratio, ratio), roots[1].args[0])), ONE
-
-
-def substitute_node(root: Expr, old: Expr, new: Expr) -> Expr:
-    """``root`` with the node ``old`` replaced wherever it stands."""
-    from movimentum.expressions import rebuild
-
-    memo: dict[Expr, Expr] = {}
-    for node in walk(root):
-        memo[node] = new if node == old else rebuild(node, tuple(memo[arg] for arg in node.args))
-    return memo[root]
 
 
 def build_system(scene: Scene, segment: Segment) -> System:

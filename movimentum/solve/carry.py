@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 
-from movimentum.plan.system import System
+from movimentum.plan.equations import System
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.scene.model import Scene, ThingAngle
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block, Kernel
+from movimentum.plan.equations import Form
 from movimentum.plan.model import Plan
-from movimentum.plan.system import Form
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve import kernels
 from movimentum.solve.change_points import find_events

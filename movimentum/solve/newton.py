@@ -134,7 +134,7 @@ def null_space(matrix: FloatArray, tolerance: float = RANK_TOLERANCE) -> tuple[i
     m, n = matrix.shape
     if m == 0:
         return 0, np.eye(n), np.zeros((n, 0))
-    left, singular, right = np.linalg.svd(matrix)
+    left, singular, right = np.linalg.svd(np.nan_to_num(matrix, posinf=0.0, neginf=0.0))
     rank = int(np.sum(singular > tolerance * max(singular[0], 1e-300))) if len(singular) else 0
     inverse = (right[:rank].T / singular[:rank]) @ left[:, :rank].T
     return rank, right[rank:].T, inverse

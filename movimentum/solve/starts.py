@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from movimentum.plan.blocks import Block
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
-from movimentum.scene.model import ThingAngle
 from movimentum.solve.carry import Carry
 from movimentum.solve.continuation import projected
 from movimentum.solve.kernels import State

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block, Kernel
+from movimentum.plan.equations import Form
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import atan2d
-from movimentum.plan.system import Form
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.scene.model import ThingAngle
 from movimentum.solve import kernels

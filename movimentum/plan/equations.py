@@ -1,0 +1,98 @@
+"""What a segment demands, as scalar rows over numbered unknowns: equations, inequalities, wishes.
+
+`System` is what the lowering of a segment's constraints (`plan.system`) hands to decomposition and compilation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from movimentum.expressions import Expr
+from movimentum.plan import polynomial as poly
+from movimentum.plan.polynomial import Polynomial
+from movimentum.plan.unknowns import Unknown
+from movimentum.scene.model import Scene
+from movimentum.timeline.model import Segment
+
+
+class Form(StrEnum):
+    """How an equation is solved: PLAIN ones by any kernel; a WINDING gives a continuous angle from a direction; an INTEGRAL accumulates."""
+
+    PLAIN = "plain"
+    WINDING = "winding"
+    INTEGRAL = "integral"
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """``residual`` is zero where the equation holds.
+
+    ``constraint`` is the scene's constraint number, or None for what rigidity and bookkeeping add (then ``thing`` tells whose).
+    ``targets`` are the unknowns that the equation may be used to determine (usually all of its ``unknowns``).
+    ``integrand`` belongs to INTEGRAL equations. ``original`` is the residual as the script states it, where ``residual`` was rewritten:
+    what a solution is verified against.
+    """
+
+    number: int
+    residual: Expr
+    unknowns: frozenset[int]
+    targets: tuple[int, ...]
+    polynomial: Polynomial | None = None
+    constraint: int | None = None
+    thing: int | None = None
+    form: Form = Form.PLAIN
+    integrand: Expr | None = None
+    original: Expr | None = None
+
+    @property
+    def priority(self) -> int:
+        """Which equations to keep when there are too many: linear with constant coefficients first, rigid ones last."""
+        if self.form is not Form.PLAIN:
+            return 0
+        if self.polynomial is None:
+            return 3
+        order = poly.degree(self.polynomial)
+        if order <= 1:
+            return 0 if all(c.value is not None for m, c in self.polynomial.items() if m) else 1
+        return 2 if self.constraint is not None else 4
+
+
+@dataclass(frozen=True, slots=True)
+class Selector:
+    """An inequality: ``value`` (an expression) must not be negative.
+
+    ``constraint`` is None for one that an equation implies (a length's sign, an angle's side); ``equation_of`` is then
+    the constraint whose equation it belongs to. ``strict``: zero does not do either.
+    """
+
+    value: Expr
+    constraint: int | None
+    equation_of: int | None = None
+    strict: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """A soft goal: all of ``errors`` as near to zero as can be."""
+
+    errors: tuple[Expr, ...]
+    constraint: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class System:
+    """Everything that must hold in one segment, in numbered unknowns.
+
+    ``reference`` maps a thing to the local coordinates of its reference anchor; ``directed`` are the things that have (c, s) unknowns.
+    """
+
+    scene: Scene
+    segment: Segment
+    unknowns: tuple[Unknown, ...]
+    equations: tuple[Equation, ...]
+    selectors: tuple[Selector, ...]
+    wishes: tuple[Wish, ...]
+    reference: dict[int, tuple[float, float]]
+    number_of: dict[Hashable, int]
