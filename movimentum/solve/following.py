@@ -14,9 +14,11 @@ from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve import kernels
 from movimentum.solve.change_points import find_events
-from movimentum.solve.continuation import Probe, drift, flow, trace
+from movimentum.solve.continuation import trace
 from movimentum.solve.instants import Instants
+from movimentum.solve.integration import drift, flow
 from movimentum.solve.kernels import State
+from movimentum.solve.local import Probe
 from movimentum.solve.newton import jacobian_of, null_space, scaled
 from movimentum.solve.tracks import (
     AngleTrack,

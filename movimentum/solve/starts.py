@@ -11,8 +11,8 @@ from movimentum.plan.blocks import Block
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Carry
-from movimentum.solve.continuation import projected
 from movimentum.solve.kernels import State
+from movimentum.solve.local import projected
 from movimentum.solve.newton import jacobian_of, newton, null_space, residual_of, scaled
 
 FloatArray = NDArray[np.float64]

@@ -73,6 +73,11 @@ class NodeTrack:
         return (2 * w3 - 3 * w2 + 1) * a + (w3 - 2 * w2 + w) * da + (3 * w2 - 2 * w3) * b + (w3 - w2) * db
 
 
+def node_track(times: list[float], values: list[FloatArray], rates: list[FloatArray], until: float) -> NodeTrack:
+    """A track from lists of K times, values (n,) and rates (n,)."""
+    return NodeTrack(np.array(times), np.array(values), np.array(rates), until)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class AngleTrack:
     """A winding: the continuous angle (degrees) at nodes close enough to count turns between them."""

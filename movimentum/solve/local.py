@@ -1,0 +1,94 @@
+"""One Newton block at one instant of its path: its velocity there, and the way back onto its equations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.plan.blocks import Block
+from movimentum.solve.kernels import State
+from movimentum.solve.newton import jacobian_of, newton, null_space, relative_error, residual_of, scaled
+
+FloatArray = NDArray[np.float64]
+
+Probe = Callable[[FloatArray], tuple[State, tuple[FloatArray, ...]]]
+"""Upstream state and clocks at given offsets."""
+
+SMALLEST_STEP = 1e-9
+"""Of the stretch to be followed: where even that fails, the path ends."""
+
+
+@dataclass(slots=True, eq=False)
+class Local:
+    """A block at one instant: Jacobian-related quantities from finite time differences of its inputs."""
+
+    block: Block
+    probe: Probe
+    delta: float
+    low: float
+    high: float
+
+    def around(self, tau: float) -> tuple[State, tuple[FloatArray, ...], float]:
+        """State and clocks at [tau, later, earlier] and the time between the latter two; inside [low, high] where possible."""
+        later = min(tau + self.delta, max(self.high, tau))
+        earlier = max(tau - self.delta, min(self.low, tau))
+        if later - earlier < self.delta:
+            later, earlier = tau + self.delta, tau
+        points = np.array([tau, later, earlier])
+        state, clocks = self.probe(points)
+        return state, clocks, later - earlier
+
+    def rate(self, tau: float, x: FloatArray, scale: FloatArray, metric: FloatArray | None) -> tuple[FloatArray, float]:
+        """The velocity of the core unknowns (least in ``metric`` where free) and the relative smallest singular value."""
+        state, clocks, span = self.around(tau)
+        repeated = np.repeat(x[None, :], 3, axis=0)
+        residual = residual_of(self.block, state, clocks, repeated)
+        drift = (residual[1] - residual[2]) / span
+        jacobian = jacobian_of(self.block, state, clocks, repeated)[:1]
+        rows, lengths = scaled(jacobian, scale)
+        right = -drift / lengths[0]
+        if metric is None:
+            left, singular, turned = np.linalg.svd(rows[0], full_matrices=False)
+            smallest = float(singular[-1] / singular[0]) if len(singular) and singular[0] > 0 else 0.0
+            keep = singular > 1e-11 * singular[0]
+            y = turned[keep].T @ ((left[:, keep].T @ right) / singular[keep])
+            return y * scale, smallest
+        factor = np.linalg.cholesky(metric)
+        whitened, lengths = scaled(np.linalg.solve(factor, jacobian[0].T).T[None], np.ones(len(scale)))
+        _, free, inverse = null_space(whitened[0])
+        y = inverse @ (-drift / lengths[0])
+        if self.block.coupled:
+            carried = np.array(
+                [(np.broadcast_to(state[n], 3)[1] - np.broadcast_to(state[n], 3)[2]) / span for n in self.block.coupled]
+            )
+            y = y - free @ (free.T @ np.linalg.solve(factor, self.block.coupling @ carried))
+        return np.linalg.solve(factor.T, y), 1.0
+
+    def corrected(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, bool]:
+        """Newton from ``x`` at one instant."""
+        state, clocks = self.probe(np.array([tau]))
+        outcome = newton(self.block, state, clocks, x[None, :], scale, iterations=8)
+        return outcome.x[0], bool(outcome.converged[0])
+
+
+def projected(block: Block, probe: Probe, tau: float, x: FloatArray, factor: FloatArray) -> tuple[FloatArray, bool]:
+    """The nearest point that satisfies the block's equations, near enough to ``x`` for Newton steps least in the metric."""
+    state, clocks = probe(np.array([tau]))
+    ones = np.ones(len(x))
+    for _ in range(10):
+        residual = residual_of(block, state, clocks, x[None])
+        jacobian = jacobian_of(block, state, clocks, x[None])
+        if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
+            return x, False
+        whitened, lengths = scaled(np.linalg.solve(factor, jacobian[0].T).T[None], ones)
+        _, _, inverse = null_space(whitened[0])
+        step = np.linalg.solve(factor.T, inverse @ (residual[0] / lengths[0]))
+        x = x - step
+        if np.max(np.abs(step), initial=0.0) <= 1e-14 * (1.0 + np.max(np.abs(x), initial=0.0)):
+            break
+    residual = residual_of(block, state, clocks, x[None])
+    jacobian = jacobian_of(block, state, clocks, x[None])
+    return x, bool(relative_error(residual, jacobian, ones)[0] <= 1e-8)
