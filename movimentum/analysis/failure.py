@@ -10,10 +10,10 @@ from movimentum.analysis.words import counted, number, time_text
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.expressions import symbols
 from movimentum.scene.model import Constraint, Scene
+from movimentum.solve.candidates import Rejection, Selection
 from movimentum.solve.carry import Carry
 from movimentum.solve.moments import carry_at
 from movimentum.solve.motion import Motion
-from movimentum.solve.selection import Rejection, Selection
 from movimentum.solve.stretches import Stretch, Trouble
 from movimentum.solve.tracks import Piece
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import atan2d
 from movimentum.scene.model import Scene, ThingAngle, VariableComponent
+from movimentum.solve.candidates import Candidate, Part, Selection
 from movimentum.solve.following import follow
 from movimentum.solve.moments import placements
-from movimentum.solve.selection import Candidate, Part, Selection
 from movimentum.solve.stretches import Beginning, Stretch
 
 FloatArray = NDArray[np.float64]

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
@@ -22,14 +21,16 @@ from movimentum.plan.equations import Form
 from movimentum.plan.graph import groups
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import atan2d
-from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solve import kernels
+from movimentum.solve.candidates import Candidate, Part, Rejection, Selection
 from movimentum.solve.carry import Carry
 from movimentum.solve.change_points import MARGIN_TOLERANCE
 from movimentum.solve.following import Choice
 from movimentum.solve.instants import Instants, at_offsets
 from movimentum.solve.kernels import State
+from movimentum.solve.measures import SAME, Measures
 from movimentum.solve.starts import free_start, newton_starts
 from movimentum.solve.tracks import track_scale, wound
 
@@ -37,61 +38,9 @@ FloatArray = NDArray[np.float64]
 
 LEAVES = 256
 VISITS = 4000
-SAME = 1e-7
-"""Two values of an unknown of size one are the same solution."""
 CHECK_TOLERANCE = 1e-8
 """Relative residual above which a redundant equation contradicts."""
 SELECTOR_TOLERANCE = 1e-9
-
-
-@dataclass(frozen=True, slots=True)
-class Rejection:
-    """Why a candidate was turned down: ``selector`` (number in `System.selectors`) or ``check`` (equation number) with the
-    amount by which it failed, or the block that has no real solution.
-    """
-
-    amount: float
-    selector: int | None = None
-    check: int | None = None
-    block: int | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
-    """A complete solution for one independent part of the scene.
-
-    ``values``: unknown number -> its value at the beginning. ``choices``: block number -> `Choice`. ``cost`` orders candidates:
-    (breaks of continuity, distance from wishes, distance from the pose carried over, turn from as drawn, displacement).
-    """
-
-    choices: dict[int, Choice]
-    values: dict[int, float]
-    later: dict[int, float]
-    cost: tuple[float, float, float, float, float]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Part:
-    """The candidates of one independent part, best first. ``complete``: all solutions were enumerated.
-
-    ``decided_by``: what told the best from the next best: "only", "continuity", "wish", "carried" or "drawn".
-    """
-
-    blocks: tuple[int, ...]
-    candidates: tuple[Candidate, ...]
-    rejections: tuple[Rejection, ...]
-    complete: bool
-    decided_by: str
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Selection:
-    """``choices`` for every block, or None where some part has no candidate; ``decisive``: selectors that turned something down."""
-
-    choices: list[Choice] | None
-    parts: tuple[Part, ...]
-    decisive: frozenset[int] = frozenset()
-    rejections: tuple[Rejection, ...] = field(default=())
 
 
 def select(
@@ -115,7 +64,7 @@ class _Search:
         self.totals = totals
         self.state: State = [None] * len(plan.system.unknowns)
         self.decisive: set[int] = set()
-        self.carried = np.array([self._is_carried(n) for n in range(len(self.state))], dtype=np.bool_)
+        self.measures = Measures(plan, carry, ahead)
         # which selector and check can be judged after which block
         place = {n: block.number for block in plan.blocks for n in block.unknowns}
         self.selectors_after: dict[int, list[int]] = {}
@@ -139,13 +88,6 @@ class _Search:
         blocks = sorted({place[n] for n in unknowns if n in place})
         table.setdefault(blocks[-1] if blocks else -1, []).append(item)
         self.links.extend((blocks[0], other) for other in blocks[1:])
-
-    def _is_carried(self, unknown: int) -> bool:
-        payload = self.plan.system.unknowns[unknown].payload
-        thing = getattr(payload, "thing", None)
-        if thing is not None:
-            return thing in self.carry.now.known
-        return payload in self.carry.now.others
 
     # --- independent parts
 
@@ -373,7 +315,9 @@ class _Search:
                 carried = [self.carry.rate(self.plan.system, n) for n in block.core]
                 rates = None if any(r is None for r in carried) else tuple(float(r or 0.0) for r in carried)
             kept = Choice(choice.sign, choice.values if block.moving else tuple(values), rates)
-            options.append(((self._break_of(block), *self._measure(block.unknowns)), kept))
+            options.append(
+                ((self.measures.break_of(block, state), *self.measures.distances(block.unknowns, state)), kept)
+            )
         options.sort(key=lambda item: item[0])
         return [choice for _, choice in options]
 
@@ -402,55 +346,11 @@ class _Search:
         weight = float(np.broadcast_to(size, 2)[0])
         return first / max(weight, 1e-300) if math.isfinite(first) else math.inf
 
-    # --- measures
-
-    def _break_of(self, block: Block) -> float:
-        """0 where the block's state continues the motion so far in place (and velocity), 1 where it does not."""
-        if not any(self.carried[n] for n in block.unknowns):
-            return 0.0
-        system = self.plan.system
-        slower = 0.0
-        for n in block.unknowns:
-            before = self.carry.now.value(system, n) if self.carried[n] else None
-            if before is None or isinstance(system.unknowns[n].payload, ThingAngle):
-                continue
-            scale = 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else self.plan.size
-            now = np.broadcast_to(self.state[n], 2)
-            if not abs(float(now[0]) - before) <= SAME * scale:
-                return 1.0
-            rate = self.carry.rate(system, n)
-            if rate is not None and self.ahead > 0.0:
-                slower = max(slower, abs((float(now[1]) - float(now[0])) / self.ahead - rate) * self.ahead / scale)
-        return min(0.5, slower)
-
-    def _measure(self, unknowns: Sequence[int]) -> tuple[float, float, float]:
-        """(squared distance from the pose carried over, squared turn, squared displacement from as drawn), of what is in ``unknowns``."""
-        system = self.plan.system
-        carried = turned = moved = 0.0
-        for n in unknowns:
-            payload = system.unknowns[n].payload
-            if isinstance(payload, Anonymous | ThingAngle):
-                continue
-            now = np.broadcast_to(self.state[n], 2)
-            value = float(now[0])
-            before = self.carry.now.value(system, n)
-            if before is None:
-                continue
-            if self.carried[n]:
-                scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else self.plan.size
-                carried += ((value - before) / scale) ** 2
-            elif isinstance(payload, PoseCos):
-                angle = math.acos(min(1.0, max(-1.0, float(now[1]))))
-                turned += angle * angle
-            elif isinstance(payload, PoseX | PoseY):
-                moved += ((value - before) / self.plan.size) ** 2
-        return carried, turned, moved
-
     def _leaf(self, numbers: list[int], taken: list[Choice]) -> Candidate:
         unknowns = [n for number in numbers for n in self.plan.blocks[number].unknowns]
         values = {n: float(np.broadcast_to(self.state[n], 2)[0]) for n in unknowns}
         later = {n: float(np.broadcast_to(self.state[n], 2)[1]) for n in unknowns}
-        breaks = sum(self._break_of(self.plan.blocks[number]) for number in numbers)
+        breaks = sum(self.measures.break_of(self.plan.blocks[number], self.state) for number in numbers)
         inside = set(unknowns)
         wished = 0.0
         for i, wish in enumerate(self.plan.system.wishes):
@@ -458,7 +358,7 @@ class _Search:
                 for function, owner in zip(self.plan.wishes, self.plan.wish_of, strict=True):
                     if owner == i:
                         wished += float(np.broadcast_to(function(self.state, self.instants.clocks)[0], 2)[0]) ** 2
-        carried, turned, moved = self._measure(unknowns)
+        carried, turned, moved = self.measures.distances(unknowns, self.state)
         return Candidate(
             choices=dict(zip(numbers, taken, strict=True)),
             values=values,

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from movimentum.plan.compile import compile_segment
 from movimentum.plan.model import Plan
 from movimentum.scene.model import Scene
+from movimentum.solve.candidates import Selection
 from movimentum.solve.carry import Carry, as_drawn
 from movimentum.solve.change_points import find_events
 from movimentum.solve.following import Choice, Gap, follow
 from movimentum.solve.moments import carry_at, held
 from movimentum.solve.motion import Motion
-from movimentum.solve.selection import SELECTOR_TOLERANCE, Selection, select
+from movimentum.solve.selection import SELECTOR_TOLERANCE, select
 from movimentum.solve.stretches import Beginning, Dead, Stretch, Trouble
 from movimentum.solve.tracks import Piece
 from movimentum.timeline.model import Segment, Timeline

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from movimentum.plan.model import Plan
+from movimentum.solve.candidates import Selection
 from movimentum.solve.carry import Carry
-from movimentum.solve.selection import Selection
 from movimentum.solve.tracks import Piece
 from movimentum.timeline.model import Segment
 

@@ -1,0 +1,77 @@
+"""How a solution compares with the motion so far and with how things were drawn: what orders the candidates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.plan.blocks import Block
+from movimentum.plan.model import Plan
+from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.scene.model import Anonymous, ThingAngle
+from movimentum.solve.carry import Carry
+from movimentum.solve.kernels import State
+
+SAME = 1e-7
+"""Two values of an unknown of size one are the same solution."""
+
+
+class Measures:
+    """Compares states (at two instants, ``ahead`` apart) with what is carried over."""
+
+    def __init__(self, plan: Plan, carry: Carry, ahead: float) -> None:
+        self.plan = plan
+        self.carry = carry
+        self.ahead = ahead
+        self.carried = tuple(self._is_carried(n) for n in range(len(plan.system.unknowns)))
+
+    def _is_carried(self, unknown: int) -> bool:
+        payload = self.plan.system.unknowns[unknown].payload
+        thing = getattr(payload, "thing", None)
+        if thing is not None:
+            return thing in self.carry.now.known
+        return payload in self.carry.now.others
+
+    def break_of(self, block: Block, state: State) -> float:
+        """0 where the block's state continues the motion so far in place (and velocity), 1 where it does not."""
+        if not any(self.carried[n] for n in block.unknowns):
+            return 0.0
+        system = self.plan.system
+        slower = 0.0
+        for n in block.unknowns:
+            before = self.carry.now.value(system, n) if self.carried[n] else None
+            if before is None or isinstance(system.unknowns[n].payload, ThingAngle):
+                continue
+            scale = 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else self.plan.size
+            now = np.broadcast_to(state[n], 2)
+            if not abs(float(now[0]) - before) <= SAME * scale:
+                return 1.0
+            rate = self.carry.rate(system, n)
+            if rate is not None and self.ahead > 0.0:
+                slower = max(slower, abs((float(now[1]) - float(now[0])) / self.ahead - rate) * self.ahead / scale)
+        return min(0.5, slower)
+
+    def distances(self, unknowns: Sequence[int], state: State) -> tuple[float, float, float]:
+        """(squared distance from the pose carried over, squared turn, squared displacement from as drawn), of what is in ``unknowns``."""
+        system = self.plan.system
+        carried = turned = moved = 0.0
+        for n in unknowns:
+            payload = system.unknowns[n].payload
+            if isinstance(payload, Anonymous | ThingAngle):
+                continue
+            now = np.broadcast_to(state[n], 2)
+            value = float(now[0])
+            before = self.carry.now.value(system, n)
+            if before is None:
+                continue
+            if self.carried[n]:
+                scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else self.plan.size
+                carried += ((value - before) / scale) ** 2
+            elif isinstance(payload, PoseCos):
+                angle = math.acos(min(1.0, max(-1.0, float(now[1]))))
+                turned += angle * angle
+            elif isinstance(payload, PoseX | PoseY):
+                moved += ((value - before) / self.plan.size) ** 2
+        return carried, turned, moved
