@@ -31,6 +31,7 @@ derivative     of its argument with respect to time
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Hashable, Iterator
 from fractions import Fraction
 
@@ -74,7 +75,21 @@ class Expr:
     @property
     def value(self) -> float | None:
         """The number of a ``const``, else None."""
-        return self.payload if self.op == "const" else None  # type: ignore[return-value]
+        return self.payload if self.op == "const" and isinstance(self.payload, float) else None
+
+    @property
+    def exponent(self) -> float:
+        """The constant exponent of a ``pow``; TypeError for any other node."""
+        if self.op != "pow" or not isinstance(self.payload, float):
+            raise TypeError(self)
+        return self.payload
+
+    @property
+    def start(self) -> Fraction:
+        """The instant from which a ``clock`` or an ``integral`` counts; TypeError for any other node."""
+        if not isinstance(self.payload, Fraction):
+            raise TypeError(self)
+        return self.payload
 
 
 ZERO = Expr("const", (), 0.0)
@@ -226,28 +241,56 @@ def _mod(a: float, b: float) -> float:
     return a - b * math.floor(a / b)
 
 
+def _tand(degrees: float) -> float:
+    return sind(degrees) / cosd(degrees)
+
+
+def _asind(value: float) -> float:
+    return math.asin(value) / RADIANS
+
+
+def _acosd(value: float) -> float:
+    return math.acos(value) / RADIANS
+
+
+def _atand(value: float) -> float:
+    return math.atan(value) / RADIANS
+
+
+def _least(a: float, b: float) -> float:
+    return min(a, b)
+
+
+def _largest(a: float, b: float) -> float:
+    return max(a, b)
+
+
+def _le(e: float, b: float, v: float, w: float) -> float:
+    return v if e <= b else w
+
+
 _NUMERIC: dict[str, Callable[..., float]] = {
-    "add": lambda a, b: a + b,
-    "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
-    "neg": lambda a: -a,
+    "add": operator.add,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "neg": operator.neg,
     "sqrt": math.sqrt,
     "sind": sind,
     "cosd": cosd,
-    "tand": lambda a: sind(a) / cosd(a),
-    "asind": lambda a: math.asin(a) / RADIANS,
-    "acosd": lambda a: math.acos(a) / RADIANS,
-    "atand": lambda a: math.atan(a) / RADIANS,
+    "tand": _tand,
+    "asind": _asind,
+    "acosd": _acosd,
+    "atand": _atand,
     "atan2d": atan2d,
-    "abs": abs,
-    "min": min,
-    "max": max,
+    "abs": math.fabs,
+    "min": _least,
+    "max": _largest,
     "floor": math.floor,
     "mod": _mod,
     "exp": math.exp,
     "ln": math.log,
     "ease": ease,
-    "le": lambda e, b, v, w: v if e <= b else w,
+    "le": _le,
 }
 
 
@@ -255,7 +298,9 @@ def evaluate_op(op: str, payload: Hashable, values: list[float]) -> float:
     """One operation on floats; nan where it is undefined or overflows."""
     try:
         if op == "pow":
-            value = values[0] ** float(payload)  # type: ignore[arg-type]
+            if not isinstance(payload, float):
+                raise TypeError(payload)
+            value: float | complex = values[0] ** payload
             return math.nan if isinstance(value, complex) else value
         return float(_NUMERIC[op](*values))
     except (ArithmeticError, ValueError):
@@ -301,9 +346,9 @@ def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:
         case "neg":
             return neg(*args)
         case "pow":
-            return power(args[0], float(node.payload))  # type: ignore[arg-type]
+            return power(args[0], node.exponent)
         case "integral":
-            return integral(args[0], node.payload)  # type: ignore[arg-type]
+            return integral(args[0], node.start)
         case "derivative":
             return derivative(args[0])
         case _:

@@ -6,7 +6,7 @@ values. Everything in it broadcasts, so one call serves a single instant or all 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -26,7 +26,7 @@ class Clocks:
 
     def __init__(self) -> None:
         self.starts: list[Fraction] = []
-        self._number: dict[Hashable, int] = {}
+        self._number: dict[Fraction, int] = {}
 
     def number(self, start: Fraction) -> int:
         """The number of the clock that starts at ``start``."""
@@ -43,13 +43,14 @@ def source_of(outputs: Sequence[Expr], clocks: Clocks, name: str = "f") -> str:
     lines = [f"def {name}(u, k):"]
     for node in walk(*outputs):
         if node.op == "const":
-            names[node] = repr(node.payload) if float(node.payload) >= 0.0 else f"({node.payload!r})"  # type: ignore[arg-type]
+            value = node.value or 0.0
+            names[node] = repr(value) if value >= 0.0 else f"({value!r})"
             continue
         if node.op == "symbol":
             names[node] = f"u[{node.payload}]"
             continue
         if node.op == "clock":
-            names[node] = f"k[{clocks.number(node.payload)}]"  # type: ignore[arg-type]
+            names[node] = f"k[{clocks.number(node.start)}]"
             continue
         a = [names[arg] for arg in node.args]
         target = f"t{len(names)}"
@@ -87,6 +88,6 @@ def source_of(outputs: Sequence[Expr], clocks: Clocks, name: str = "f") -> str:
 
 def compiled(outputs: Sequence[Expr], clocks: Clocks) -> Compiled:
     """The generated function, over float64 arrays that broadcast."""
-    scope = dict(NAMESPACE)
-    exec(compile(source_of(outputs, clocks), "<plan>", "exec"), scope)  # noqa: S102 -- our own text, from numbers and operators only
-    return scope["f"]  # type: ignore[return-value]
+    scope: dict[str, Any] = dict(NAMESPACE)
+    exec(compile(source_of(outputs, clocks), "<plan>", "exec"), scope)  # our own text, from numbers and operators only
+    return scope["f"]

@@ -1,7 +1,7 @@
 """Closed forms of integrals over time, for the integrands that scripts are full of.
 
 Sums of terms  k * p^n,  k * sin(p),  k * cos(p),  k * exp(p)  with p linear in a clock, and polynomials in clocks: what
-constant speeds, accelerations and oscillations need. Whatever else comes is integrated numerically (`solve.quadrature`).
+constant speeds, accelerations and oscillations need. Whatever else comes is integrated numerically (`solve.tracks.gauss_integral`).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from movimentum.expressions import (
     mul,
     neg,
     power,
+    rebuild,
     sub,
     substitute,
     walk,
@@ -27,7 +28,8 @@ from movimentum.expressions import (
 from movimentum.plan import polynomial as poly
 from movimentum.plan.polynomial import Polynomial
 
-_TIME = "time"
+_TIME = -1
+"""Stands for time where the numbers of unknowns are expected; the numbers below it for functions of time."""
 
 
 def closed_form(integrand: Expr, start: Fraction) -> Expr | None:
@@ -49,7 +51,7 @@ def closed_form(integrand: Expr, start: Fraction) -> Expr | None:
 def _shifted(node: Expr, start: Fraction) -> Expr | None:
     """A clock as (time since ``start``) + constant."""
     if node.op == "clock":
-        offset = start - node.payload  # type: ignore[operator]
+        offset = start - node.start
         return add(Expr("symbol", (), _TIME), const(float(offset)))
     return None
 
@@ -59,20 +61,20 @@ def _linear(expr: Expr) -> tuple[float, float] | None:
     form = poly.from_expression(expr)
     if form is None or any(len(m) > 1 or c.value is None for m, c in form.items()):
         return None
-    return form.get((), ZERO).value or 0.0, form.get((_TIME,), ZERO).value or 0.0  # type: ignore[call-overload]
+    return form.get((), ZERO).value or 0.0, form.get((_TIME,), ZERO).value or 0.0
 
 
 def _antiderivative(expr: Expr) -> Expr | None:
-    marked: dict[Expr, str] = {}
+    marked: dict[Expr, int] = {}
     for node in walk(expr):  # outermost functions of time become atoms of a polynomial
         if node.op in ("sind", "cosd", "exp"):
-            marked[node] = f"atom{len(marked)}"
+            marked[node] = _TIME - 1 - len(marked)
     memo: dict[Expr, Expr] = {}
     for node in walk(expr):
         if node in marked:
             memo[node] = Expr("symbol", (), marked[node])
         else:
-            memo[node] = node if not node.args else _rebuilt(node, memo)
+            memo[node] = rebuild(node, tuple(memo[arg] for arg in node.args))
     form = poly.from_expression(memo[expr])
     if form is None or not _constant(form):
         return None
@@ -81,17 +83,11 @@ def _antiderivative(expr: Expr) -> Expr | None:
     for monomial, coefficient in form.items():
         factors = [name for name in monomial if name != _TIME]
         n = len(monomial) - len(factors)
-        term = _power_term(n) if not factors else _atom_term(atoms[factors[0]], n) if len(factors) == 1 else None  # type: ignore[index]
+        term = _power_term(n) if not factors else _atom_term(atoms[factors[0]], n) if len(factors) == 1 else None
         if term is None:
             return None
         total = add(total, mul(coefficient, term))
     return total
-
-
-def _rebuilt(node: Expr, memo: dict[Expr, Expr]) -> Expr:
-    from movimentum.expressions import rebuild
-
-    return rebuild(node, tuple(memo[arg] for arg in node.args))
 
 
 def _constant(form: Polynomial) -> bool:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from movimentum.expressions import ONE, ZERO, Expr, add, div, mul, neg, symbols, walk
+from movimentum.expressions import ONE, ZERO, Expr, add, div, mul, neg, walk
+from movimentum.plan.unknowns import unknown_number
 
 Monomial = tuple[int, ...]
 Polynomial = dict[Monomial, Expr]
@@ -76,24 +77,25 @@ def from_expression(root: Expr) -> Polynomial | None:
         if known[node]:
             forms[node] = {} if node.value == 0.0 else {(): node}
             continue
-        parts = [forms[arg] for arg in node.args]
-        form: Polynomial | None = None
         if node.op == "symbol":
-            form = {(node.payload,): ONE}  # type: ignore[dict-item]
-        elif any(part is None for part in parts):
+            forms[node] = {(unknown_number(node.payload),): ONE}
+            continue
+        parts = [form for arg in node.args if (form := forms[arg]) is not None]
+        form: Polynomial | None = None
+        if len(parts) < len(node.args):
             form = None
         elif node.op == "add":
-            form = plus(parts[0], parts[1])  # type: ignore[arg-type]
+            form = plus(parts[0], parts[1])
         elif node.op == "neg":
-            form = {monomial: neg(coefficient) for monomial, coefficient in parts[0].items()}  # type: ignore[union-attr]
+            form = {monomial: neg(coefficient) for monomial, coefficient in parts[0].items()}
         elif node.op == "mul":
-            form = times(parts[0], parts[1])  # type: ignore[arg-type]
+            form = times(parts[0], parts[1])
         elif node.op == "div" and known[node.args[1]]:
-            form = scaled(parts[0], div(ONE, node.args[1]))  # type: ignore[arg-type]
-        elif node.op == "pow" and node.payload in (2.0, 3.0, 4.0):
+            form = scaled(parts[0], div(ONE, node.args[1]))
+        elif node.op == "pow" and node.exponent in (2.0, 3.0, 4.0):
             form = parts[0]
-            for _ in range(int(node.payload) - 1):  # type: ignore[arg-type]
-                form = None if form is None else times(form, parts[0])  # type: ignore[arg-type]
+            for _ in range(int(node.exponent) - 1):
+                form = None if form is None else times(form, parts[0])
         forms[node] = form
     return forms[root]
 
@@ -146,7 +148,3 @@ def occurring(p: Polynomial) -> set[int]:
     """The unknowns that occur as unknowns of ``p``."""
     return {index for monomial in p for index in monomial}
 
-
-def coefficient_symbols(p: Polynomial) -> set[int]:
-    """The unknowns that occur in coefficients."""
-    return {index for coefficient in p.values() for index in symbols(coefficient)}  # type: ignore[misc]

@@ -10,6 +10,9 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass
 
+from movimentum.expressions import Expr, symbols
+from movimentum.scene.model import ThingAngle, ThingProperty
+
 
 @dataclass(frozen=True, slots=True)
 class PoseX:
@@ -39,6 +42,9 @@ class PoseSin:
     thing: int
 
 
+PosePart = PoseX | PoseY | PoseCos | PoseSin
+
+
 @dataclass(frozen=True, slots=True)
 class Rate:
     """The time derivative of unknown number ``of``."""
@@ -62,3 +68,21 @@ class Unknown:
     number: int
     payload: Hashable
     name: str
+
+    @property
+    def thing(self) -> int | None:
+        """The number of the thing that this is a part of the pose or a property of; None for anything else."""
+        payload = self.payload
+        return payload.thing if isinstance(payload, PosePart | ThingAngle | ThingProperty) else None
+
+
+def unknown_number(symbol: Hashable) -> int:
+    """The unknown that a symbol of a lowered expression stands for (given its payload); TypeError where it is not lowered."""
+    if not isinstance(symbol, int):
+        raise TypeError(symbol)
+    return symbol
+
+
+def symbol_numbers(*roots: Expr) -> set[int]:
+    """The numbers of all unknowns below ``roots``, which are lowered."""
+    return {unknown_number(name) for name in symbols(*roots)}
