@@ -241,6 +241,10 @@ def _mod(a: float, b: float) -> float:
     return a - b * math.floor(a / b)
 
 
+def _neg(a: float) -> float:
+    return -a
+
+
 def _tand(degrees: float) -> float:
     return sind(degrees) / cosd(degrees)
 
@@ -273,7 +277,7 @@ _NUMERIC: dict[str, Callable[..., float]] = {
     "add": operator.add,
     "mul": operator.mul,
     "div": operator.truediv,
-    "neg": operator.neg,
+    "neg": _neg,
     "sqrt": math.sqrt,
     "sind": sind,
     "cosd": cosd,

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, substitute, symbols, walk
+from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, substitute, symbol, symbols, walk
 from movimentum.plan import polynomial as poly
 from movimentum.plan.calculus import with_respect_to
 from movimentum.plan.codegen import Clocks, Compiled, compiled
 from movimentum.plan.decompose import Group
 from movimentum.plan.equations import Form, System
 from movimentum.plan.polynomial import Polynomial
-from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
 
 
 class Kernel(StrEnum):
@@ -158,7 +158,7 @@ def _back_substituted(eliminated: list[tuple[int, Polynomial]]) -> list[tuple[in
             poly.to_expression(given), lambda node: values.get(node.payload) if node.op == "symbol" else None, memo
         )
         values[unknown] = expr
-        memo[Expr("symbol", (), unknown)] = expr
+        memo[symbol(unknown)] = expr
         result.append((unknown, expr))
     return result
 
@@ -249,16 +249,18 @@ def _newton_block(
                     entries.append((i, j))
                     slopes.append(slope)
     block = _block(number, Kernel.NEWTON, system, group, clocks, moving, core, explicit, residuals)
-    object.__setattr__(block, "jacobian", compiled(slopes, clocks))
-    object.__setattr__(block, "entries", tuple(entries))
-    if group.free:
-        metric, coupling, coupled = anchor_metric(system, core)
-        object.__setattr__(block, "metric", metric)
-        object.__setattr__(block, "coupling", coupling)
-        object.__setattr__(block, "coupled", coupled)
-        object.__setattr__(block, "inputs", block.inputs | set(coupled))
-        object.__setattr__(block, "moving", block.moving or bool(moving & set(coupled)))
-    return block
+    block = replace(block, jacobian=compiled(slopes, clocks), entries=tuple(entries))
+    if not group.free:
+        return block
+    metric, coupling, coupled = anchor_metric(system, core)
+    return replace(
+        block,
+        metric=metric,
+        coupling=coupling,
+        coupled=coupled,
+        inputs=block.inputs | set(coupled),
+        moving=block.moving or bool(moving & set(coupled)),
+    )
 
 
 def _special_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
@@ -269,10 +271,7 @@ def _special_block(number: int, system: System, group: Group, clocks: Clocks, mo
         assert equation.integrand is not None
         outputs = [equation.integrand]
     block = _block(number, Kernel.ASSIGN, system, group, clocks, moving, group.unknowns, [], outputs)
-    object.__setattr__(block, "form", equation.form)
-    if equation.form is Form.INTEGRAL:
-        object.__setattr__(block, "moving", True)
-    return block
+    return replace(block, form=equation.form, moving=block.moving or equation.form is Form.INTEGRAL)
 
 
 def _flow_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
@@ -286,14 +285,15 @@ def _flow_block(number: int, system: System, group: Group, clocks: Clocks, movin
     )
     block = _newton_block(number, system, inner, clocks, moving, [], None)
     integrands = [equation.integrand for equation in integrals if equation.integrand is not None]
-    inputs = {int(n) for n in symbols(*integrands)} | block.inputs  # type: ignore[call-overload]
-    object.__setattr__(block, "unknowns", (*inner.unknowns, *states))
-    object.__setattr__(block, "equations", group.equations)
-    object.__setattr__(block, "inputs", frozenset(inputs - set(group.unknowns)))
-    object.__setattr__(block, "states", states)
-    object.__setattr__(block, "integrands", compiled(integrands, clocks))
-    object.__setattr__(block, "moving", True)
-    return block
+    return replace(
+        block,
+        unknowns=(*inner.unknowns, *states),
+        equations=group.equations,
+        inputs=(block.inputs | symbol_numbers(*integrands)) - set(group.unknowns),
+        states=states,
+        integrands=compiled(integrands, clocks),
+        moving=True,
+    )
 
 
 def _block(
@@ -308,7 +308,7 @@ def _block(
     outputs: list[Expr],
 ) -> Block:
     roots = [expr for _, expr in explicit] + outputs
-    inputs = {int(n) for n in symbols(*roots)} - set(group.unknowns)  # type: ignore[call-overload]
+    inputs = symbol_numbers(*roots) - set(group.unknowns)
     timed = any(node.op == "clock" for node in walk(*roots))
     phases = {node.args[0] for node in walk(*roots) if node.op in ("sind", "cosd", "tand")}
     return Block(

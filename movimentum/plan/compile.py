@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from movimentum.expressions import ZERO, Expr, add, call, const, mul, symbols
+from movimentum.expressions import ZERO, Expr, add, call, const, mul, symbol
 from movimentum.plan.blocks import Block, make_block
 from movimentum.plan.codegen import Clocks, compiled
-from movimentum.plan.decompose import Decomposition, decompose, driven_angles
+from movimentum.plan.decompose import Decomposition, Group, decompose, driven_angles
 from movimentum.plan.equations import Equation, System
 from movimentum.plan.model import Plan
 from movimentum.plan.system import build_system, with_rates, with_rigidity
-from movimentum.plan.unknowns import Accumulated, Rate
+from movimentum.plan.unknowns import Accumulated, Rate, symbol_numbers
 from movimentum.scene.model import Anonymous, Scene
 from movimentum.timeline.model import Segment
 
@@ -69,7 +69,7 @@ def _size_of_terms(equation: Equation, size: float) -> Expr:
     for monomial, coefficient in equation.polynomial.items():
         term = coefficient
         for n in monomial:
-            term = mul(term, Expr("symbol", (), n))
+            term = mul(term, symbol(n))
         total = add(total, call("abs", term))
     return total
 
@@ -128,14 +128,13 @@ def _first_stated(system: System) -> int | None:
     )
 
 
-def _needed(system: System, decomposition: Decomposition) -> list:  # type: ignore[type-arg]
+def _needed(system: System, decomposition: Decomposition) -> list[Group]:
     """The groups without those that find only ``_``s and the like that nothing else depends on."""
-    used: set[int] = set()
     roots: list[Expr] = [selector.value for selector in system.selectors]
     roots += [error for wish in system.wishes for error in wish.errors]
     roots += [system.equations[n].residual for n in decomposition.checks]
-    used |= {int(n) for n in symbols(*roots)}  # type: ignore[call-overload]
-    kept = []
+    used = symbol_numbers(*roots)
+    kept: list[Group] = []
     for group in reversed(decomposition.groups):
         idle = all(isinstance(system.unknowns[n].payload, Anonymous | Rate | Accumulated) for n in group.unknowns)
         if idle and not used & set(group.unknowns):

@@ -8,12 +8,12 @@ Structure is a plan, not a verdict: whether a block really has full rank is seen
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from movimentum.plan.equations import Equation, Form, System
 from movimentum.plan.graph import groups, maximum_matching, reachable, strong_components
-from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin
 from movimentum.scene.model import ThingAngle
 
 
@@ -97,7 +97,7 @@ def _hanging(system: System, equations: list[Equation], of_column: list[int], co
     while progress:
         progress = False
         for n in sorted(left):
-            if of_column[n] >= 0 and not type(system.unknowns[n].payload).__name__.startswith("Pose"):
+            if of_column[n] >= 0 and not isinstance(system.unknowns[n].payload, PosePart):
                 row = equations[of_column[n]]
                 if row.targets == (n,) or (users[n] & left) <= {n} and _linear_in(row, n):
                     left.discard(n)
@@ -123,8 +123,8 @@ def _held_together(
     links: list[tuple[int, int]] = []
     plain = [e for e in equations if e.form is Form.PLAIN]
     for equation in plain:
-        first, *rest = sorted(equation.unknowns) if equation.unknowns else [None]
-        links.extend((first, other) for other in rest)  # type: ignore[misc]
+        members = sorted(equation.unknowns)
+        links.extend((members[0], other) for other in members[1:])
     links.extend(_pose_links(system, range(len(system.unknowns))))
     held: list[Group] = []
     gone: set[int] = set()
@@ -159,12 +159,12 @@ def _pose_links(system: System, unknowns: Iterable[int]) -> list[tuple[int, int]
     links: list[tuple[int, int]] = []
     for n in unknowns:
         payload = system.unknowns[n].payload
-        if isinstance(payload, PoseX | PoseY | PoseCos | PoseSin):
+        if isinstance(payload, PosePart):
             links.append((first.setdefault(payload.thing, n), n))
     return links
 
 
-def driven_angles(system: System, with_rigidity: object) -> frozenset[int]:
+def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int]], System]) -> frozenset[int]:
     """The things whose direction follows from their angle (``Wheel.angle = 90*.t``, gears), rather than the other way round.
 
     An angle is driven where an equation gives it from what is known already. What is known grows in two ways until it no longer does:
@@ -189,7 +189,7 @@ def driven_angles(system: System, with_rigidity: object) -> frozenset[int]:
                     continue
                 (target,) = left
                 payload = system.unknowns[target].payload
-                if type(payload).__name__.startswith("Pose"):
+                if isinstance(payload, PosePart):
                     continue
                 if max(m.count(target) for m in equation.polynomial) > 1:
                     continue
@@ -204,7 +204,7 @@ def driven_angles(system: System, with_rigidity: object) -> frozenset[int]:
         undecided = {t for t in angles if t not in driven and t not in measured}
         if not undecided:
             break
-        full = with_rigidity(system, frozenset(driven))  # type: ignore[operator]
+        full = with_rigidity(system, frozenset(driven))
         blocked = {angles[t] for t in undecided}
         usable = [e for e in full.equations if not (e.unknowns & blocked)]
         of_row, of_column = maximum_matching([list(e.targets) for e in usable], len(full.unknowns))
@@ -218,13 +218,8 @@ def driven_angles(system: System, with_rigidity: object) -> frozenset[int]:
             if n not in loose and n < len(system.unknowns) and n not in known:
                 known.add(n)
                 progress = True
-        names = {payload: number for payload, number in full.number_of.items()}
         for t in sorted(undecided):
-            pose = [
-                number
-                for payload, number in names.items()
-                if type(payload).__name__ in ("PoseCos", "PoseSin") and payload.thing == t
-            ]  # type: ignore[attr-defined]
+            pose = [full.number_of[part] for part in (PoseCos(t), PoseSin(t)) if part in full.number_of]
             if pose and all(n not in loose for n in pose):
                 measured.add(t)
                 known.add(angles[t])

@@ -85,7 +85,7 @@ class Wish:
 class System:
     """Everything that must hold in one segment, in numbered unknowns.
 
-    ``reference`` maps a thing to the local coordinates of its reference anchor; ``directed`` are the things that have (c, s) unknowns.
+    ``reference`` maps a thing to the local coordinates of its reference anchor, ``number_of`` an unknown's payload to its number.
     """
 
     scene: Scene

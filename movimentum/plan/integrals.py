@@ -23,6 +23,7 @@ from movimentum.expressions import (
     rebuild,
     sub,
     substitute,
+    symbol,
     walk,
 )
 from movimentum.plan import polynomial as poly
@@ -52,7 +53,7 @@ def _shifted(node: Expr, start: Fraction) -> Expr | None:
     """A clock as (time since ``start``) + constant."""
     if node.op == "clock":
         offset = start - node.start
-        return add(Expr("symbol", (), _TIME), const(float(offset)))
+        return add(symbol(_TIME), const(float(offset)))
     return None
 
 
@@ -72,7 +73,7 @@ def _antiderivative(expr: Expr) -> Expr | None:
     memo: dict[Expr, Expr] = {}
     for node in walk(expr):
         if node in marked:
-            memo[node] = Expr("symbol", (), marked[node])
+            memo[node] = symbol(marked[node])
         else:
             memo[node] = rebuild(node, tuple(memo[arg] for arg in node.args))
     form = poly.from_expression(memo[expr])
@@ -95,7 +96,7 @@ def _constant(form: Polynomial) -> bool:
 
 
 def _power_term(n: int) -> Expr:
-    return div(power(Expr("symbol", (), _TIME), float(n + 1)), const(float(n + 1)))
+    return div(power(symbol(_TIME), float(n + 1)), const(float(n + 1)))
 
 
 def _atom_term(atom: Expr, n: int) -> Expr | None:
@@ -113,7 +114,7 @@ def _atom_term(atom: Expr, n: int) -> Expr | None:
         whole = div(call("sind", inside), const(rate))
     if n == 0:
         return whole
-    time = Expr("symbol", (), _TIME)
+    time = symbol(_TIME)
     # integral of t^n g = t^n G - n * integral of t^(n-1) G, with G a multiple of another atom
     sign, other = {
         "exp": (1.0 / rate, atom),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from movimentum.expressions import ONE, ZERO, Expr, add, div, mul, neg, walk
+from movimentum.expressions import ONE, ZERO, Expr, add, div, mul, neg, symbol, walk
 from movimentum.plan.unknowns import unknown_number
 
 Monomial = tuple[int, ...]
@@ -106,7 +106,7 @@ def to_expression(p: Polynomial) -> Expr:
     for monomial, coefficient in p.items():
         term = coefficient
         for index in monomial:
-            term = mul(term, Expr("symbol", (), index))
+            term = mul(term, symbol(index))
         total = add(total, term)
     return total
 
@@ -120,7 +120,7 @@ def relative_to(p: Polynomial, unknowns: Collection[int]) -> Polynomial:
             if index in unknowns:
                 inner.append(index)
             else:
-                coefficient = mul(coefficient, Expr("symbol", (), index))
+                coefficient = mul(coefficient, symbol(index))
         _accumulate(result, tuple(inner), coefficient)
     return result
 
@@ -147,4 +147,3 @@ def replaced(p: Polynomial, unknown: int, by: Polynomial) -> Polynomial | None:
 def occurring(p: Polynomial) -> set[int]:
     """The unknowns that occur as unknowns of ``p``."""
     return {index for monomial in p for index in monomial}
-

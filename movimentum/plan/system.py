@@ -29,7 +29,18 @@ from movimentum.plan.equations import Equation, Form, Selector, System, Wish
 from movimentum.plan.integrals import closed_form
 from movimentum.plan.polynomial import Polynomial
 from movimentum.plan.rewriting import angle_rows, squared
-from movimentum.plan.unknowns import Accumulated, PoseCos, PoseSin, PoseX, PoseY, Rate, Unknown
+from movimentum.plan.unknowns import (
+    Accumulated,
+    PoseCos,
+    PosePart,
+    PoseSin,
+    PoseX,
+    PoseY,
+    Rate,
+    Unknown,
+    symbol_numbers,
+    unknown_number,
+)
 from movimentum.scene.model import (
     AnchorCoordinate,
     Anonymous,
@@ -69,7 +80,7 @@ class _Builder:
             self.unknowns.append(Unknown(number, payload, name))
         return number
 
-    def pose(self, thing: int, kind: type[PoseX | PoseY | PoseCos | PoseSin]) -> Expr:
+    def pose(self, thing: int, kind: type[PosePart]) -> Expr:
         suffix = {PoseX: "x", PoseY: "y", PoseCos: "cos", PoseSin: "sin"}[kind]
         return symbol(self.unknown(kind(thing), f"{self.scene.things[thing].name}.{suffix}"))
 
@@ -109,9 +120,9 @@ class _Builder:
 
     def _integral(self, node: Expr) -> Expr:
         integrand = self.memo[node.args[0]]
-        start = node.payload
+        start = node.start
         if not symbols(integrand):
-            closed = closed_form(integrand, start)  # type: ignore[arg-type]
+            closed = closed_form(integrand, start)
             if closed is not None:
                 return closed
         owner = -1 if self.constraint is None else self.constraint.number
@@ -123,7 +134,7 @@ class _Builder:
             Equation(
                 number=len(self.equations),
                 residual=sub(value, Expr("integral", (integrand,), start)),
-                unknowns=frozenset({number, *symbols(integrand)}),  # type: ignore[arg-type]
+                unknowns=frozenset({number, *symbol_numbers(integrand)}),
                 targets=(number,),
                 constraint=None if self.constraint is None else self.constraint.number,
                 form=Form.INTEGRAL,
@@ -147,7 +158,7 @@ class _Builder:
             if node.op == "clock":
                 return ONE
             if node.op == "symbol":
-                return self.rate(node.payload)  # type: ignore[arg-type]
+                return self.rate(unknown_number(node.payload))
             if node.op == "integral":
                 return node.args[0]
             return ZERO
@@ -166,13 +177,13 @@ class _Builder:
     ) -> None:
         if form is not None and poly.occurring(form) != symbols(residual):
             original, residual = original or residual, poly.to_expression(form)  # something cancelled
-        unknowns = poly.occurring(form) if form is not None else set(symbols(residual))
+        unknowns = poly.occurring(form) if form is not None else symbol_numbers(residual)
         self.equations.append(
             Equation(
                 number=len(self.equations),
                 residual=residual,
-                unknowns=frozenset(unknowns),  # type: ignore[arg-type]
-                targets=tuple(sorted(unknowns)),  # type: ignore[type-var]
+                unknowns=frozenset(unknowns),
+                targets=tuple(sorted(unknowns)),
                 polynomial=form,
                 constraint=constraint,
                 thing=thing,
@@ -278,7 +289,7 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
         cosine, sine = builder.pose(t, PoseCos), builder.pose(t, PoseSin)
         if angle is not None and t in driven:
             for direction, op in ((cosine, "cosd"), (sine, "sind")):
-                target = int(direction.payload)  # type: ignore[call-overload]
+                target = unknown_number(direction.payload)
                 builder.equations.append(
                     Equation(
                         number=len(builder.equations),
@@ -296,7 +307,7 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
             Equation(
                 number=len(builder.equations),
                 residual=sub(symbol(angle), call("atan2d", sine, cosine)),
-                unknowns=frozenset({angle, int(cosine.payload), int(sine.payload)}),  # type: ignore[call-overload]
+                unknowns=frozenset({angle, *symbol_numbers(cosine, sine)}),
                 targets=(angle,),
                 thing=t,
                 form=Form.WINDING,
