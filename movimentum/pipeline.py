@@ -20,6 +20,7 @@ from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, Usa
 from movimentum.source import SourceText
 
 if TYPE_CHECKING:
+    from movimentum.analysis.freedom import Way
     from movimentum.analysis.report import StepReport
     from movimentum.render.stream import PoseSource
     from movimentum.scene.model import Scene
@@ -120,13 +121,14 @@ class Solution:
     """A motion, everything that is to be said about it (the scene's warnings first), and a report for each step.
 
     ``fault`` is the exit code that it deserves as it is: 0, 1 (it contradicts itself, or warnings with ``strict``) or 3
-    (no solution at some time).
+    (no solution at some time). ``free``: from when to when a thing can move in a way that nothing determines.
     """
 
     motion: Motion
     diagnostics: tuple[Diagnostic, ...]
     steps: tuple[StepReport, ...]
     fault: int
+    free: tuple[tuple[float, float, Way], ...]
 
 
 def examined(timeline: Timeline, choices: Choices) -> Solution:
@@ -150,7 +152,7 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
         raise ScriptError([*before, cyclic_rate(timeline.scene, error.constraint)]) from error
     examination = examine(motion)
     found, warned = judged((*before, *examination.diagnostics), choices)
-    return Solution(motion, found, examination.steps, examination.fault or (1 if warned else 0))
+    return Solution(motion, found, examination.steps, examination.fault or (1 if warned else 0), examination.free)
 
 
 def solved(timeline: Timeline, choices: Choices) -> Solution:
@@ -255,7 +257,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
     """Render the script to ``target``, whose suffix names the format; a `.png` without ``%d`` is the first frame."""
     from movimentum.encode.write import check_output, write_animation
     from movimentum.files import refuse_unwritable, whole_file
-    from movimentum.render.options import PictureOptions, Quality, Show, trace_anchors
+    from movimentum.render.options import FreeMark, PictureOptions, Quality, Show, trace_anchors
     from movimentum.render.painter import make_painter
 
     kind = check_output(target)
@@ -278,10 +280,12 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
             "usage/at", f"time {picture.at} is outside the animation, from {timeline.start} to {timeline.end}", "--at 0"
         )
     ready = None
-    if scene.config.size is not None and not options.traces:
+    if scene.config.size is not None and not options.traces and Show.FREE not in options.show:
         ready = make_painter(scene, (), options)  # what is too large or cannot be read is refused before the work
     solution = solved(timeline, choices)
     motion, skip = solution.motion, choices.on_failure == "skip"
+    marks = tuple(FreeMark(way.thing, way.local, way.direction, begin, end) for begin, end, way in solution.free)
+    options = replace(options, free=marks)
     if picture.at is not None:
         start = math.ceil((picture.at - timeline.start) * timeline.fps)
         poses: PoseSource = _Take(motion, (picture.at,), skip).held()

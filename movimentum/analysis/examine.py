@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from movimentum.analysis.freedom import BlockRank, block_ranks
+from movimentum.analysis.freedom import BlockRank, Way, block_ranks
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.analysis.verify import first_shortfall
 from movimentum.analysis.words import listed, number, time_text
@@ -23,23 +23,28 @@ from movimentum.source import Span
 class Examination:
     """``diagnostics``: in order of time; ``steps``: a report for each segment.
 
+    ``free``: from when to when (absolute times) a thing can move in a way that nothing determines.
     ``fault``: 0, 1 (the script contradicts itself) or 3 (no solution at some time): the exit code that failing deserves.
     """
 
     diagnostics: tuple[Diagnostic, ...]
     steps: tuple[StepReport, ...]
     fault: int
+    free: tuple[tuple[float, float, Way], ...] = ()
 
 
 def examine(motion: Motion) -> Examination:
     """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds."""
     found: list[Diagnostic] = []
     steps: list[StepReport] = []
+    free: list[tuple[float, float, Way]] = []
     fault = 0
     told: set[object] = set()
     for index, stretch in enumerate(motion.stretches):
         ranks = block_ranks(stretch)
         steps.append(step_report(stretch, ranks))
+        begin, end = float(stretch.segment.start), float(stretch.segment.end)
+        free += [(begin, end, way) for rank in ranks for item in rank.motions for way in item.ways]
         if fault == 0 and stretch.troubles:
             from movimentum.analysis.failure import failure_diagnostic
 
@@ -64,7 +69,7 @@ def examine(motion: Motion) -> Examination:
             found.append(missing)
             fault = 3
     order = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.NOTE: 2}
-    return Examination(tuple(sorted(found, key=lambda item: order[item.severity])), tuple(steps), fault)
+    return Examination(tuple(sorted(found, key=lambda item: order[item.severity])), tuple(steps), fault, tuple(free))
 
 
 # --- which solution
@@ -110,12 +115,8 @@ def _ambiguities(stretch: Stretch) -> Iterator[Diagnostic]:
 
 def _things_of(stretch: Stretch, blocks: tuple[int, ...]) -> list[int]:
     system = stretch.plan.system
-    things = {
-        getattr(system.unknowns[n].payload, "thing", None)
-        for number in blocks
-        for n in stretch.plan.blocks[number].unknowns
-    }
-    return sorted(t for t in things if t is not None)
+    unknowns = (n for number in blocks for n in stretch.plan.blocks[number].unknowns)
+    return sorted({t for n in unknowns if (t := system.unknowns[n].thing) is not None})
 
 
 def _span_of_blocks(stretch: Stretch, blocks: tuple[int, ...]) -> Span | None:

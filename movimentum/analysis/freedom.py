@@ -23,13 +23,29 @@ RANK_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
+class Way:
+    """Thing number ``thing`` can turn about its ``local`` point or, with a ``direction``, slide along that unit vector.
+
+    Both in the thing's local frame.
+    """
+
+    thing: int
+    local: tuple[float, float]
+    direction: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class FreeMotion:
-    """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that say it, and a ``remedy`` to type."""
+    """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that say it, and a ``remedy`` to type.
+
+    ``ways``: how each of the things moves, for a picture.
+    """
 
     things: tuple[int, ...]
     variables: tuple[str, ...]
     words: str
     remedy: str
+    ways: tuple[Way, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +122,7 @@ def _told(plan: Plan, block: Block, x: FloatArray, velocity: FloatArray) -> Free
     place = {system.unknowns[n].payload: j for j, n in enumerate(block.core)}
     largest = float(np.max(np.abs(velocity / scale_of(plan, block.core))))
     moving: list[tuple[int, str, str]] = []
+    ways: list[Way] = []
     for thing in system.scene.things:
         t = thing.number
         columns = [place.get(kind(t)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
@@ -120,6 +137,7 @@ def _told(plan: Plan, block: Block, x: FloatArray, velocity: FloatArray) -> Free
             continue
         at = tuple(float(x[j]) if j is not None else None for j in columns[:2])
         moving.append((t, *_way(plan, t, (vx, vy, turn), (c, s), at)))
+        ways.append(_seen(plan, t, (vx, vy, turn), (c, s)))
     things = tuple(t for t, _, _ in moving)
     variables = tuple(
         system.unknowns[n].name
@@ -143,7 +161,20 @@ def _told(plan: Plan, block: Block, x: FloatArray, velocity: FloatArray) -> Free
     else:
         others = ", ".join(names[1:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
         words = f"{names[0]} can still {first}, and {others} with it"
-    return FreeMotion(things, variables, words, remedy)
+    return FreeMotion(things, variables, words, remedy, tuple(ways))
+
+
+def _seen(plan: Plan, thing: int, velocity: tuple[float, float, float], direction: tuple[float, float]) -> Way:
+    """Where to draw how one thing moves: the point that it turns about, unless that is far away: then it slides."""
+    vx, vy, turn = velocity
+    c, s = direction
+    rx, ry = plan.system.reference[thing]
+    speed = float(np.hypot(vx, vy))
+    if abs(turn) * 4.0 * plan.size > speed:
+        # the point at w from the reference has the velocity v + turn * perp(w), which is 0 at the pivot
+        wx, wy = -vy / turn, vx / turn
+        return Way(thing, (rx + c * wx + s * wy, ry - s * wx + c * wy))
+    return Way(thing, (rx, ry), ((c * vx + s * vy) / speed, (-s * vx + c * vy) / speed))
 
 
 def _way(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -39,6 +40,8 @@ class FreeMark:
     thing: int
     local: tuple[float, float]
     direction: tuple[float, float] | None = None
+    begin: float = -math.inf
+    end: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,7 +67,11 @@ class FreeArrow:
     def state(self, poses: Poses) -> Floats:
         """Where the point is, which way it is turned, and whether it is shown."""
         thing = self.mark.thing
-        return np.concatenate([_point_state(thing, self.mark.local, poses), poses.direction[thing]], axis=1)
+        now = self._now(poses)[:, None].astype(np.float64)
+        return np.concatenate([_point_state(thing, self.mark.local, poses), poses.direction[thing], now], axis=1)
+
+    def _now(self, poses: Poses) -> NDArray[np.bool_]:
+        return (self.mark.begin <= poses.times) & (poses.times <= self.mark.end)
 
     def bounds(self, poses: Poses) -> Floats:
         """Nowhere: marks do not make a canvas larger."""
@@ -76,7 +80,7 @@ class FreeArrow:
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Draw frame ``i``."""
         mark = self.mark
-        if not poses.visible[mark.thing, i]:
+        if not poses.visible[mark.thing, i] or not self._now(poses)[i]:
             return
         scale = to_image.a
         x, y = to_image.apply(*poses.select(slice(i, i + 1)).world(mark.thing, mark.local)[0].tolist())

@@ -194,6 +194,28 @@ def test_options_of_the_picture_are_heeded(script: Path, tmp_path: Path) -> None
         assert (picture("other", *option) != plain).any(), option
 
 
+def test_what_is_free_is_shown_while_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "free.mov"
+    path.write_text(
+        ".config(10, 120, 80);\nRod : .bar A = [60,40] B = A + [40,0];\n@0 Rod.A = [60,40];\n@1 Rod.angle = 0;\n@2\n"
+    )
+
+    def pixels(at: str, *options: str) -> np.ndarray:
+        done = movimentum("run", path, "--at", at, "-o", tmp_path / "x.png", *options)
+        assert done.returncode == 0, done.stderr
+        with Image.open(tmp_path / "x.png") as image:
+            return np.asarray(image.convert("RGB")).astype(int)
+
+    changed = (pixels("0.5") != pixels("0.5", "--show", "free")).any(axis=2)
+    rows_of, columns_of = np.nonzero(changed)
+    # it can turn about A: a bent arrow of radius 18 about (60, 80 - 40), and nothing elsewhere
+    radii = np.hypot(columns_of + 0.5 - 60, rows_of + 0.5 - 40)
+    assert len(radii) > 50
+    assert radii.max() < 30
+    assert np.median(radii) == pytest.approx(18, abs=2)
+    assert (pixels("1.5") == pixels("1.5", "--show", "free")).all()
+
+
 def test_the_canvas_and_the_traces_do_not_depend_on_which_frames_are_drawn(tmp_path: Path) -> None:
     path = tmp_path / "fit.mov"
     path.write_text(CRANK.replace(".config(10, 120, 80)", ".config(10)"))
