@@ -105,23 +105,23 @@ class _Part:
         k = tuple(np.full(len(x), float(c[0])) for c in self.clock_values)
         damping = np.full(len(x), 1e-2)
         rows, right = self._rows(state, k, x, weights)
-        cost = np.sum(right**2, axis=1)
+        cost: FloatArray = np.sum(right**2, axis=1)
         eye = np.eye(x.shape[1])
         with np.errstate(all="ignore"):
             for _ in range(80):
-                normal = np.einsum("fmi,fmj->fij", rows, rows) + damping[:, None, None] * eye
-                gradient = np.einsum("fmi,fm->fi", rows, right)
+                normal: FloatArray = np.einsum("fmi,fmj->fij", rows, rows) + damping[:, None, None] * eye
+                gradient: FloatArray = np.einsum("fmi,fm->fi", rows, right)
                 step = -np.linalg.solve(normal, gradient[..., None])[..., 0] * self.scale
                 trial = x + step
                 new_rows, new_right = self._rows(state, k, trial, weights)
-                new_cost = np.sum(new_right**2, axis=1)
+                new_cost: FloatArray = np.sum(new_right**2, axis=1)
                 better = new_cost < cost
                 x = np.where(better[:, None], trial, x)
                 rows = np.where(better[:, None, None], new_rows, rows)
                 right = np.where(better[:, None], new_right, right)
                 cost = np.where(better, new_cost, cost)
                 damping = np.clip(np.where(better, damping * 0.2, damping * 5.0), 1e-14, 1e6)
-                if cost.min() < 1e-28 or not better.any() and (damping >= 1e6).all():
+                if cost.min() < 1e-28 or (not better.any() and (damping >= 1e6).all()):
                     break
         return x, cost, k
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from movimentum.analysis.words import counted, number, time_text
 from movimentum.diagnostics import Diagnostic, Label, Severity
-from movimentum.expressions import symbols
+from movimentum.plan.unknowns import symbol_numbers
 from movimentum.scene.model import Constraint, Scene
 from movimentum.solve.candidates import Rejection, Selection
 from movimentum.solve.carry import Carry
@@ -80,7 +80,7 @@ def _unknowns_of(stretch: Stretch, selection: Selection) -> set[int]:
         elif rejection.block is not None:
             found |= set(plan.blocks[rejection.block].unknowns)
         elif rejection.selector is not None:
-            found |= {int(n) for n in symbols(plan.system.selectors[rejection.selector].value)}  # type: ignore[call-overload]
+            found |= symbol_numbers(plan.system.selectors[rejection.selector].value)
     return found
 
 
@@ -119,7 +119,7 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
             else f" at t = {when}: there is no solution"
         )
     )
-    notes = []
+    notes: list[str] = []
     if conflict.minimal:
         notes.append(
             f"smallest conflicting set; {counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
@@ -187,10 +187,8 @@ def _bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic:
         numbers = [plan.system.equations[e].constraint for e in block.equations]
         spans = [c.span for n in numbers if (c := _constraint(stretch, n)) is not None]
         span = spans[-1] if spans else None
-    names = ", ".join(
-        f"`{scene.things[t].name}`"
-        for t in sorted({getattr(plan.system.unknowns[n].payload, "thing", None) for n in block.unknowns} - {None})
-    )  # type: ignore[type-var]
+    things = {t for n in block.unknowns if (t := plan.system.unknowns[n].thing) is not None}
+    names = ", ".join(f"`{scene.things[t].name}`" for t in sorted(things))
     until = "" if trouble.until >= length else f" until t = {_at(stretch, trouble.until)}"
     return Diagnostic(
         code="solve/unreachable",

@@ -16,6 +16,7 @@ from movimentum.plan.numeric import atan2d
 from movimentum.scene.model import Scene, ThingAngle, VariableComponent
 from movimentum.solve.candidates import Candidate, Part, Selection
 from movimentum.solve.following import follow
+from movimentum.solve.kernels import State
 from movimentum.solve.moments import placements
 from movimentum.solve.stretches import Beginning, Stretch
 
@@ -62,10 +63,10 @@ def follow_candidates(stretch: Stretch, beginning: Beginning, part: Part) -> lis
     return result
 
 
-def _followed(plan: Plan, stretch: Stretch, part: Part, state: list, count: int) -> Followed:  # type: ignore[type-arg]
+def _followed(plan: Plan, stretch: Stretch, part: Part, state: State, count: int) -> Followed:
     scene = plan.system.scene
     inside = {n for number in part.blocks for n in plan.blocks[number].unknowns}
-    things = {getattr(plan.system.unknowns[n].payload, "thing", None) for n in inside}
+    things = {plan.system.unknowns[n].thing for n in inside}
     anchors: dict[tuple[int, int], FloatArray] = {}
     for t, placement in enumerate(placements(plan, state, stretch.base.now)):
         if t in things:

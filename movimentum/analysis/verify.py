@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from movimentum.expressions import symbols
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.equations import Form
-from movimentum.plan.unknowns import Rate
+from movimentum.plan.unknowns import Rate, symbol_numbers
 from movimentum.solve.moments import evaluated
 from movimentum.solve.motion import Motion
 from movimentum.solve.stretches import Dead, Stretch
@@ -47,14 +46,14 @@ def _of_stretch(motion: Motion, stretch: Stretch, low: int, high: int) -> Shortf
     rows = [
         e
         for e in system.equations
-        if e.form is Form.PLAIN and not any(isinstance(system.unknowns[int(n)].payload, Rate) for n in e.unknowns)
+        if e.form is Form.PLAIN and not any(isinstance(system.unknowns[n].payload, Rate) for n in e.unknowns)
     ]
     clocks = Clocks()
     for start in plan.clocks:
         clocks.number(start)
     instants = motion.instants(stretch, low, high)
     solved_for = {n for block in plan.blocks for n in block.unknowns}
-    rows = [e for e in rows if {int(n) for n in symbols(e.original or e.residual)} <= solved_for]  # type: ignore[call-overload]
+    rows = [e for e in rows if symbol_numbers(e.original or e.residual) <= solved_for]
     function = compiled([e.original or e.residual for e in rows], clocks)
     for piece in stretch.pieces:
         if isinstance(piece, Dead):

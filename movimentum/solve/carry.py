@@ -9,7 +9,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 from movimentum.plan.equations import System
-from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX
 from movimentum.scene.model import Scene, ThingAngle
 
 
@@ -38,7 +38,7 @@ class Snapshot:
     def value(self, system: System, unknown: int) -> float | None:
         """The value of a system's unknown at this moment, or None where the moment does not know it."""
         payload = system.unknowns[unknown].payload
-        if isinstance(payload, PoseX | PoseY | PoseCos | PoseSin | ThingAngle):
+        if isinstance(payload, PosePart | ThingAngle):
             pose = self.things[payload.thing]
             if isinstance(payload, PoseCos):
                 return pose.c

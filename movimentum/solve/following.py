@@ -19,7 +19,7 @@ from movimentum.solve.instants import Instants
 from movimentum.solve.integration import drift, flow
 from movimentum.solve.kernels import State
 from movimentum.solve.local import Probe
-from movimentum.solve.newton import jacobian_of, null_space, scaled
+from movimentum.solve.newton import freedom_of
 from movimentum.solve.tracks import (
     AngleTrack,
     FlowTrack,
@@ -31,7 +31,6 @@ from movimentum.solve.tracks import (
     Track,
     gauss_integral,
     principal,
-    scale_of,
     solve_block,
     track_scale,
     wound,
@@ -101,7 +100,7 @@ class _Grid:
             return False
         parts = np.clip(np.ceil(np.abs(change[split]) / limit), 2, 64).astype(np.int64)
         starts, widths = self.tau[:-1][split], steps[split]
-        pieces = [
+        pieces: list[FloatArray] = [
             start + width * np.arange(1, part) / part for start, width, part in zip(starts, widths, parts, strict=True)
         ]
         more = np.concatenate(pieces)[: MAXIMAL_NODES - len(self.tau)]
@@ -226,6 +225,7 @@ def _wind(grid: _Grid, block: Block, choice: Choice) -> AngleTrack:
 
 def _accumulate(piece: Piece, grid: _Grid, block: Block, choice: Choice) -> TotalTrack:
     """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves."""
+    total = np.zeros(len(grid.tau))
     for _ in range(16):
         low, high = grid.tau[:-1], grid.tau[1:]
         with np.errstate(all="ignore"):
@@ -237,7 +237,7 @@ def _accumulate(piece: Piece, grid: _Grid, block: Block, choice: Choice) -> Tota
         total = float(choice.values[0]) + np.concatenate([[0.0], np.cumsum(np.nan_to_num(halves))])
         if not grid.refine(np.where(np.isfinite(wrong), np.where(wrong > 1.0, 2.0, 0.0), 0.0), 1.0):
             break
-    return TotalTrack(grid.tau, total)  # type: ignore[possibly-undefined]
+    return TotalTrack(grid.tau, total)
 
 
 def _signs(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[Gap]) -> SignTrack:
@@ -272,7 +272,7 @@ def _nodes(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[G
             gaps.append(Gap(tracks[0].until, piece.end, block.number))
         return FlowTrack(*tracks)
     with np.errstate(all="ignore"):
-        if block.free and freedom_of(block, probe, piece.begin, x, scale) > 0:
+        if block.free and freedom_of(block, *probe(np.array([piece.begin])), x, scale) > 0:
             track = drift(block, probe, x, scale, grid.tau, until)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)
@@ -288,14 +288,3 @@ def _probe(piece: Piece, block: Block) -> Probe:
         return piece.before(block.number, instants), instants.clocks
 
     return probe
-
-
-def freedom_of(block: Block, probe: Probe, tau: float, x: FloatArray, scale: FloatArray) -> int:
-    """Unknowns minus rank at a pose."""
-    state, clocks = probe(np.array([tau]))
-    rows, _ = scaled(jacobian_of(block, state, clocks, x[None]), scale)
-    rank, _, _ = null_space(rows[0], 1e-7)
-    return len(x) - rank
-
-
-__all__ = ["Choice", "Gap", "follow", "freedom_of", "scale_of"]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
-from movimentum.solve.local import SMALLEST_STEP, Local, Probe, projected
+from movimentum.solve.local import SMALLEST_STEP, Local, Probe, projected, triangle
 from movimentum.solve.newton import newton
 from movimentum.solve.tracks import NodeTrack, node_track
 
@@ -46,7 +46,7 @@ def drift(
     low, high = float(nodes[0]), float(nodes[-1])
     total = high - low
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), low, high)
-    factor = np.linalg.cholesky(block.metric)
+    factor = triangle(block.metric)
 
     def velocity(tau: float, y: FloatArray) -> FloatArray:
         return local.rate(tau, y, scale, block.metric)[0]
@@ -61,11 +61,12 @@ def drift(
                 return node_track(times, values, rates, until)
             length = min(length, target - tau)
             slopes = [slope]
+            y = x
             for c, row in zip(_C[1:], _A[1:], strict=True):
                 y = x + length * sum((a * s for a, s in zip(row, slopes, strict=True) if a), np.zeros_like(x))
                 slopes.append(velocity(tau + c * length, y))
-            error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, slopes, strict=True))) / scale))  # type: ignore[arg-type]
-            new_x, converged = projected(block, local.probe, tau + length, y, factor)  # type: ignore[possibly-undefined]
+            error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, slopes, strict=True))) / scale))
+            new_x, converged = projected(block, local.probe, tau + length, y, factor)
             # the cubic between the nodes, which later evaluations use, against the motion itself where its slope is most wrong
             cubic = (27 * x + 5 * y) / 32 + length * (9 * slope - 3 * slopes[-1]) / 64
             cubic_slope = 1.125 * (y - x) / length + (3 * slope - 5 * slopes[-1]) / 16
@@ -132,7 +133,7 @@ def flow(
             y = z + length * sum((a * s for a, s in zip(row, stages, strict=True) if a), np.zeros_like(z))
             stages.append(solved(tau + c * length, y)[1])
         size = np.maximum(np.maximum(np.abs(z), np.abs(y)), 1e-12)
-        error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, stages, strict=True))) / size))  # type: ignore[arg-type]
+        error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, stages, strict=True))) / size))
         # the cubic through both ends against the equation itself, where its slope is most wrong
         cubic = (27 * z + 5 * y) / 32 + length * (9 * slope - 3 * stages[-1]) / 64
         cubic_slope = 1.125 * (y - z) / length + (3 * slope - 5 * stages[-1]) / 16

@@ -56,22 +56,34 @@ class Local:
             keep = singular > 1e-11 * singular[0]
             y = turned[keep].T @ ((left[:, keep].T @ right) / singular[keep])
             return y * scale, smallest
-        factor = np.linalg.cholesky(metric)
-        whitened, lengths = scaled(np.linalg.solve(factor, jacobian[0].T).T[None], np.ones(len(scale)))
-        _, free, inverse = null_space(whitened[0])
-        y = inverse @ (-drift / lengths[0])
-        if self.block.coupled:
+        factor = triangle(metric)
+        whitened, lengths = _whitened(factor, jacobian[0])
+        _, free, inverse = null_space(whitened)
+        y = inverse @ (-drift / lengths)
+        if self.block.coupling is not None and self.block.coupled:
             carried = np.array(
                 [(np.broadcast_to(state[n], 3)[1] - np.broadcast_to(state[n], 3)[2]) / span for n in self.block.coupled]
             )
             y = y - free @ (free.T @ np.linalg.solve(factor, self.block.coupling @ carried))
-        return np.linalg.solve(factor.T, y), 1.0
+        return np.asarray(np.linalg.solve(factor.T, y), dtype=np.float64), 1.0
 
     def corrected(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, bool]:
         """Newton from ``x`` at one instant."""
         state, clocks = self.probe(np.array([tau]))
         outcome = newton(self.block, state, clocks, x[None, :], scale, iterations=8)
         return outcome.x[0], bool(outcome.converged[0])
+
+
+def triangle(metric: FloatArray) -> FloatArray:
+    """The lower triangular L with L L' = ``metric``: with v = L'^-1 w, the metric's v' M v is w' w."""
+    return np.asarray(np.linalg.cholesky(metric), dtype=np.float64)
+
+
+def _whitened(factor: FloatArray, jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The rows of a Jacobian (m, n) in the unknowns w (see `triangle`), scaled to length one, and their lengths (m,)."""
+    rows = np.asarray(np.linalg.solve(factor, jacobian.T), dtype=np.float64)
+    whitened, lengths = scaled(rows.T[None], np.ones(len(factor)))
+    return whitened[0], lengths[0]
 
 
 def projected(block: Block, probe: Probe, tau: float, x: FloatArray, factor: FloatArray) -> tuple[FloatArray, bool]:
@@ -83,9 +95,9 @@ def projected(block: Block, probe: Probe, tau: float, x: FloatArray, factor: Flo
         jacobian = jacobian_of(block, state, clocks, x[None])
         if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             return x, False
-        whitened, lengths = scaled(np.linalg.solve(factor, jacobian[0].T).T[None], ones)
-        _, _, inverse = null_space(whitened[0])
-        step = np.linalg.solve(factor.T, inverse @ (residual[0] / lengths[0]))
+        whitened, lengths = _whitened(factor, jacobian[0])
+        _, _, inverse = null_space(whitened)
+        step = np.asarray(np.linalg.solve(factor.T, inverse @ (residual[0] / lengths)), dtype=np.float64)
         x = x - step
         if np.max(np.abs(step), initial=0.0) <= 1e-14 * (1.0 + np.max(np.abs(x), initial=0.0)):
             break

@@ -28,11 +28,8 @@ class Measures:
         self.carried = tuple(self._is_carried(n) for n in range(len(plan.system.unknowns)))
 
     def _is_carried(self, unknown: int) -> bool:
-        payload = self.plan.system.unknowns[unknown].payload
-        thing = getattr(payload, "thing", None)
-        if thing is not None:
-            return thing in self.carry.now.known
-        return payload in self.carry.now.others
+        known = self.plan.system.unknowns[unknown]
+        return known.payload in self.carry.now.others if known.thing is None else known.thing in self.carry.now.known
 
     def break_of(self, block: Block, state: State) -> float:
         """0 where the block's state continues the motion so far in place (and velocity), 1 where it does not."""

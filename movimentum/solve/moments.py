@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from movimentum.expressions import walk
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import sincosd
-from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY, Rate
+from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
 from movimentum.scene.model import Thing, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solve.carry import Carry, Snapshot, ThingPose
 from movimentum.solve.instants import Instants
@@ -22,17 +22,18 @@ from movimentum.solve.tracks import Piece, scale_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+Values = FloatArray | np.float64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placement:
     """One thing over F instants: local origin (x, y), direction (c, s), turn (degrees); each (F,) or a scalar."""
 
-    x: FloatArray
-    y: FloatArray
-    c: FloatArray
-    s: FloatArray
-    angle: FloatArray
+    x: Values
+    y: Values
+    c: Values
+    s: Values
+    angle: Values
 
 
 def placements(plan: Plan, state: State, base: Snapshot) -> list[Placement]:
@@ -43,7 +44,7 @@ def placements(plan: Plan, state: State, base: Snapshot) -> list[Placement]:
         t = thing.number
         before = base.things[t]
 
-        def value(payload: Hashable) -> FloatArray | None:
+        def value(payload: Hashable) -> Values | None:
             n = number_of.get(payload)
             return None if n is None else state[n]
 
@@ -53,23 +54,23 @@ def placements(plan: Plan, state: State, base: Snapshot) -> list[Placement]:
             if angle is not None:
                 s, c = sincosd(np.asarray(angle))
             else:
-                c, s = np.float64(before.c), np.float64(before.s)  # type: ignore[assignment]
+                c, s = np.float64(before.c), np.float64(before.s)
         if angle is None:
-            angle = np.float64(before.angle)  # type: ignore[assignment]
+            angle = np.float64(before.angle)
         rx, ry = plan.system.reference.get(t, (0.0, 0.0))
         x, y = value(PoseX(t)), value(PoseY(t))
         if x is None:
-            x = np.float64(before.x + (before.c * rx - before.s * ry))  # type: ignore[assignment]
+            x = np.float64(before.x + (before.c * rx - before.s * ry))
         if y is None:
-            y = np.float64(before.y + (before.s * rx + before.c * ry))  # type: ignore[assignment]
-        result.append(Placement(x - (c * rx - s * ry), y - (s * rx + c * ry), c, s, angle))  # type: ignore[operator,arg-type]
+            y = np.float64(before.y + (before.s * rx + before.c * ry))
+        result.append(Placement(x - (c * rx - s * ry), y - (s * rx + c * ry), c, s, angle))
     return result
 
 
 def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
     """The moment number ``index`` of ``state``."""
 
-    def pick(value: FloatArray) -> float:
+    def pick(value: Values) -> float:
         array = np.ravel(value)
         return float(array[index] if len(array) > 1 else array[0])
 
@@ -79,9 +80,8 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
     others = dict(base.others)
     known = set(base.known)
     for unknown in plan.system.unknowns:
-        thing = getattr(unknown.payload, "thing", None)
-        if isinstance(unknown.payload, PoseX | PoseY | PoseCos | PoseSin | ThingAngle):
-            known.add(int(thing))  # type: ignore[arg-type]
+        if isinstance(unknown.payload, PosePart | ThingAngle):
+            known.add(unknown.payload.thing)
         elif not isinstance(unknown.payload, Rate) and state[unknown.number] is not None:
             others[unknown.payload] = pick(state[unknown.number])
     return Snapshot(things, others, frozenset(known))

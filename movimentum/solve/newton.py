@@ -117,7 +117,7 @@ def newton(
             size = np.max(np.abs(step) / scale, axis=1, initial=0.0)
             if limit is not None:
                 step = step * np.minimum(1.0, limit / np.maximum(size, 1e-300))[:, None]
-            moved = np.isfinite(step).all(axis=1)
+            moved = np.asarray(np.isfinite(step).all(axis=1))
             x = np.where(moved[:, None], x + np.where(moved[:, None], step, 0.0), x)
             residual = residual_of(block, u, k, x)
             if (size <= tolerance).all():
@@ -127,6 +127,13 @@ def newton(
             last = size
         error = relative_error(residual, jacobian_of(block, u, k, x), scale)
     return Outcome(x, np.isfinite(error) & (error <= 1e-9), error, done)
+
+
+def freedom_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:
+    """Unknowns minus rank at core values ``x`` (n,) at one instant."""
+    rows, _ = scaled(jacobian_of(block, u, k, x[None]), scale)
+    rank, _, _ = null_space(rows[0], 1e-7)
+    return len(x) - rank
 
 
 def null_space(matrix: FloatArray, tolerance: float = RANK_TOLERANCE) -> tuple[int, FloatArray, FloatArray]:

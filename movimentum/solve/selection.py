@@ -10,7 +10,7 @@ beginning (a mechanism drawn in its dead centre) can still be told apart.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from fractions import Fraction
 
 import numpy as np
@@ -21,7 +21,7 @@ from movimentum.plan.equations import Form
 from movimentum.plan.graph import groups
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import atan2d
-from movimentum.plan.unknowns import PoseCos, PoseSin
+from movimentum.plan.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solve import kernels
 from movimentum.solve.candidates import Candidate, Part, Rejection, Selection
@@ -31,6 +31,7 @@ from movimentum.solve.following import Choice
 from movimentum.solve.instants import Instants, at_offsets
 from movimentum.solve.kernels import State
 from movimentum.solve.measures import SAME, Measures
+from movimentum.solve.newton import newton
 from movimentum.solve.starts import free_start, newton_starts
 from movimentum.solve.tracks import track_scale, wound
 
@@ -71,16 +72,16 @@ class _Search:
         self.checks_after: dict[int, list[int]] = {}
         self.links: list[tuple[int, int]] = []
         for i, selector in enumerate(plan.system.selectors):
-            self._attach(_symbols(selector.value), place, self.selectors_after, i)
+            self._attach(symbol_numbers(selector.value), place, self.selectors_after, i)
         for i, number in enumerate(plan.checks):
             self._attach(plan.system.equations[number].unknowns, place, self.checks_after, i)
         for wish in plan.system.wishes:
-            blocks = sorted({place[n] for error in wish.errors for n in _symbols(error) if n in place})
+            blocks = sorted({place[n] for n in symbol_numbers(*wish.errors) if n in place})
             self.links.extend((blocks[0], other) for other in blocks[1:])
 
     def _attach(
         self,
-        unknowns: Sequence[int] | frozenset[int] | set[int],
+        unknowns: Iterable[int],
         place: dict[int, int],
         table: dict[int, list[int]],
         item: int,
@@ -252,8 +253,6 @@ class _Search:
             state[n] = state[n] * two
 
     def _newton_ahead(self, block: Block, start: FloatArray) -> None:
-        from movimentum.solve.newton import newton
-
         scale = track_scale(self.plan, block)
         later = newton(block, self.state, self.instants.clocks, start, scale, limit=0.05)
         x = np.array([start[0], later.x[1] if later.converged[1] else start[0]])
@@ -354,7 +353,7 @@ class _Search:
         inside = set(unknowns)
         wished = 0.0
         for i, wish in enumerate(self.plan.system.wishes):
-            if inside & {n for error in wish.errors for n in _symbols(error)}:
+            if inside & symbol_numbers(*wish.errors):
                 for function, owner in zip(self.plan.wishes, self.plan.wish_of, strict=True):
                     if owner == i:
                         wished += float(np.broadcast_to(function(self.state, self.instants.clocks)[0], 2)[0]) ** 2
@@ -365,9 +364,3 @@ class _Search:
             later=later,
             cost=(round(breaks, 6), wished / self.plan.size**2, carried, turned, moved),
         )
-
-
-def _symbols(expr: object) -> set[int]:
-    from movimentum.expressions import symbols
-
-    return {int(n) for n in symbols(expr)}  # type: ignore[arg-type,call-overload]

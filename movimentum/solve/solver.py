@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.plan.codegen import Compiled
 from movimentum.plan.compile import compile_segment
 from movimentum.plan.model import Plan
 from movimentum.scene.model import Scene
@@ -167,7 +168,7 @@ def _first_violation(piece: Piece, gaps: list[Gap]) -> tuple[int, float] | None:
         state, _ = piece.evaluate(instants)
         for i, function in enumerate(plan.selectors):
 
-            def slack(tau: FloatArray, function=function) -> FloatArray:  # type: ignore[no-untyped-def]  # noqa: ANN001
+            def slack(tau: FloatArray, function: Compiled = function) -> FloatArray:
                 moments = piece.instants(tau)
                 values = function(piece.evaluate(moments)[0], moments.clocks)[0]
                 return np.broadcast_to(values, len(tau)) / plan.size + SELECTOR_TOLERANCE

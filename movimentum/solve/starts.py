@@ -12,8 +12,8 @@ from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Carry
 from movimentum.solve.kernels import State
-from movimentum.solve.local import projected
-from movimentum.solve.newton import jacobian_of, newton, null_space, residual_of, scaled
+from movimentum.solve.local import projected, triangle
+from movimentum.solve.newton import freedom_of, jacobian_of, newton, null_space, residual_of, scaled
 
 FloatArray = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ def newton_starts(
     Where the carried pose is itself a solution (a later step that leaves this block alone), it is the only one returned.
     """
     first = carried_values(plan, block, carry)
-    if any(getattr(plan.system.unknowns[n].payload, "thing", None) in carry.now.known for n in block.core):
+    if any(plan.system.unknowns[n].thing in carry.now.known for n in block.core):
         one, clocks = _first_instant(state, k, 1)
         outcome = newton(block, one, clocks, first[None], scale, iterations=6)
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
@@ -88,12 +88,11 @@ def free_start(
     begins = [origin, *newton_starts(plan, block, state, k, carry, scale)]
     known = carry.now.known
     unknowns = plan.system.unknowns
+    place = {unknowns[n].payload: j for j, n in enumerate(block.core)}
     fresh = [
-        (j, i)
-        for j, n in enumerate(block.core)
-        if isinstance(unknowns[n].payload, PoseCos) and unknowns[n].payload.thing not in known
-        for i, m in enumerate(block.core)
-        if isinstance(unknowns[m].payload, PoseSin) and unknowns[m].payload.thing == unknowns[n].payload.thing
+        (j, place[PoseSin(payload.thing)])
+        for payload, j in place.items()
+        if isinstance(payload, PoseCos) and payload.thing not in known and PoseSin(payload.thing) in place
     ]
     results: list[tuple[float, float, FloatArray]] = []
     for begin in begins:
@@ -106,14 +105,14 @@ def free_start(
         if x is not None:
             y = _least(block, one, clocks, x, block.metric, [], held, origin, pull, scale)
             x = y if y is not None else x
-            x, good = projected(block, lambda _: (one, clocks), 0.0, x, np.linalg.cholesky(block.metric))
+            x, good = projected(block, lambda _: (one, clocks), 0.0, x, triangle(block.metric))
             if good:
                 turn = float(sum(np.arctan2(x[js], x[jc]) ** 2 for jc, js in fresh))
                 moved = float((x - origin) @ block.metric @ (x - origin))
                 results.append((round(turn, 9), moved, x))
     if not results:
         return []
-    if _rank_free(block, one, clocks, results[0][2], scale) == 0:
+    if freedom_of(block, one, clocks, results[0][2], scale) == 0:
         distinct: list[FloatArray] = []
         for _, _, x in results:
             if not any(np.max(np.abs(x - other) / scale) < SAME for other in distinct):
@@ -121,12 +120,6 @@ def free_start(
         return distinct
     results.sort(key=lambda item: item[:2])
     return [results[0][2]]
-
-
-def _rank_free(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:
-    rows, _ = scaled(jacobian_of(block, state, k, x[None]), scale)
-    rank, _, _ = null_space(rows[0], 1e-7)
-    return len(x) - rank
 
 
 def _turn_metric(x: FloatArray, fresh: list[tuple[int, int]], metric: FloatArray) -> FloatArray:
@@ -183,9 +176,8 @@ def _least(
             gradient = metric @ (x - origin) + pull
         if free.shape[1]:
             hessian = free.T @ weight @ free
-            y = -np.linalg.solve(
-                hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian)), free.T @ (gradient + weight @ restore)
-            )
+            damped = hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian))
+            y = -np.asarray(np.linalg.solve(damped, free.T @ (gradient + weight @ restore)), dtype=np.float64)
             step = restore + free @ y
         else:
             step = restore

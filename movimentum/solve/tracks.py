@@ -47,7 +47,8 @@ class SignTrack:
         """+1 or -1 at each instant."""
         if len(self.switches) == 0:
             return self.first
-        return self.first * (1.0 - 2.0 * (np.searchsorted(self.switches, tau, side="right") % 2))
+        passed = np.searchsorted(self.switches, tau, side="right") % 2
+        return np.asarray(self.first * (1.0 - 2.0 * passed), dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,9 +117,9 @@ class Piece:
     segment_start: Fraction
     begin: float
     end: float
-    tracks: list[Track] = field(default_factory=list)
+    tracks: list[Track] = field(default_factory=list[Track])
     nodes: FloatArray = field(default_factory=lambda: np.zeros(1))
-    _upstream: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    _upstream: dict[int, tuple[int, ...]] = field(default_factory=dict[int, tuple[int, ...]])
 
     def upstream(self, number: int) -> tuple[int, ...]:
         """The numbers of the blocks that block ``number`` depends on, in order."""
