@@ -1,0 +1,229 @@
+"""What is said about a motion: the right code, the right lines, the right amounts, help that works when typed."""
+
+import re
+
+import numpy as np
+import pytest
+
+from movimentum.analysis.examine import examine
+from movimentum.diagnostics import Severity
+from tests.solve.scenes import motion_of
+
+
+def examined(text):
+    motion = motion_of(text)
+    return motion, examine(motion)
+
+
+def found(text, code):
+    motion, examination = examined(text)
+    return [d for d in examination.diagnostics if d.code == code], motion.timeline.scene.source, examination
+
+
+def places(diagnostic, source):
+    spans = [diagnostic.span, *(label.span for label in diagnostic.labels)]
+    return {" ".join(source.slice(span).split()).rstrip("; ") for span in spans if span is not None}
+
+
+CRANK = "Crank : .bar O=[0,0] P=[50,0];"
+
+
+def test_the_smallest_contradicting_set_is_named_with_its_amount():
+    (conflict,), source, examination = found(
+        """.config(25);
+        Crank : .bar O=[0,0] P=O+[40,0]; Other : .bar O=[0,0] P=O+[30,0]; Third : .disc(3) c=[0,0];
+        @0 Crank.O=[0,0]; Crank.P = Crank.O+[45,0].r(90*.t); Other.O=Crank.P; Other.angle=0; Third.c=[1,2];
+        @2""",
+        "constraint/conflict",
+    )
+    assert examination.fault == 1
+    assert places(conflict, source) == {"Crank.P = Crank.O+[45,0].r(90*.t)", "Crank : .bar O=[0,0] P=O+[40,0]"}
+    assert "off by 5 " in conflict.label + " "
+    assert any("45" in text for text in conflict.helps)
+
+
+def test_the_classic_probe_three_rods_on_one_point():
+    rods = """.config(25);
+    A : .bar a=[0,0] b=[30,40]; B : .bar a=[100,0] b=[70,{by}]; C : .bar a=[50,100] b=[50,{cy}];
+    @0 A.a=[0,0]; B.a=[100,0]; C.a=[50,100]; A.b=P; B.b=P; C.b=P; P ~ [50,30];
+    @1"""
+    # P = (50, y) is on A's circle (radius 50): y = 0; B's length then must be 50, C's 100
+    consistent = rods.format(by=40, cy=0)
+    _, examination = examined(consistent)
+    assert examination.fault == 0
+    # the third rod does not reach the point that the first two agree on
+    (conflict,), source, examination = found(rods.format(by=40, cy=30), "constraint/conflict")
+    assert examination.fault == 1
+    named = places(conflict, source)
+    assert any(text.startswith("C : .bar") for text in named)
+    # two rods that cannot meet: the third has nothing to do with it
+    (conflict,), source, _ = found(
+        """.config(25);
+        A : .bar a=[0,0] b=[40,0]; B : .bar a=[100,0] b=[60,0]; C : .bar a=[50,100] b=[50,40];
+        @0 A.a=[0,0]; B.a=[100,0]; C.a=[50,60]; A.b=P; B.b=P; C.b=P;
+        @1""",
+        "constraint/conflict",
+    )
+    assert not any("C" in text.split(":")[0].split(".")[0] for text in places(conflict, source))
+
+
+def test_the_time_at_which_a_mechanism_binds():
+    # a double rocker: the coupler and the rocker are stretched when the crank's pin is 120 from the rocker's pivot
+    (bind,), source, examination = found(
+        """.config(20);
+        Crank : .bar O=[0,0] P=[0,60]; Rocker : .bar O=[100,0] P=[100,70]; Coupler : .bar A=[0,60] B=[50,60];
+        @0 Crank.O=[0,0]; Crank.angle=30*.t; Rocker.O=[100,0]; Coupler.A=Crank.P; Coupler.B=Rocker.P; Coupler.B.y > 0;
+        @8""",
+        "solve/unreachable",
+    )
+    cosine = (60**2 + 100**2 - 120**2) / (2 * 60 * 100)
+    expected = (np.degrees(np.arccos(cosine)) - 90) / 30
+    told = float(re.search(r"at t = ([0-9.]+)", bind.message).group(1))
+    assert told == pytest.approx(expected, abs=8e-9)
+    assert examination.fault == 3
+    assert "Coupler" in bind.message
+    assert f"frame is {int(np.floor(expected * 20))}" in bind.notes[0]
+    assert any("--on-failure" in text for text in bind.helps)
+
+
+def test_on_failure_hold_keeps_the_last_good_pose_whatever_the_frame_rate():
+    text = """.config({fps});
+    Crank : .bar O=[0,0] P=[0,60]; Rocker : .bar O=[100,0] P=[100,70]; Coupler : .bar A=[0,60] B=[50,60];
+    @0 Crank.O=[0,0]; Crank.angle=30*.t; Rocker.O=[100,0]; Coupler.A=Crank.P; Coupler.B=Rocker.P; Coupler.B.y > 0;
+    @4"""
+    ends = []
+    for fps in (5, 20):
+        motion = motion_of(text.replace("{fps}", str(fps)))
+        poses = motion.poses(0, motion.timeline.frame_count)
+        assert not poses.solved[-1]
+        assert np.isfinite(poses.origin).all()
+        ends.append(poses.origin[:, -1])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("statements", "words"),
+    [
+        ("Rod.A = [10,10];", "`Rod` can still turn about `Rod.A`"),
+        ("Rod.A.y = 10; Rod.angle = 0;", "`Rod` can still move along x"),
+        ("Rod.A = [10,10]; Tail.A = Rod.B; Tail.angle = 0;", "`Rod` can still turn about `Rod.A`, and `Tail` with it"),
+    ],
+)
+def test_free_motions_are_told_in_the_scripts_words(statements, words):
+    warnings, _, examination = found(
+        f""".config(20); Rod : .bar A=[0,0] B=[100,0]; Tail : .bar A=[100,0] B=[150,0];
+        @0 {statements}
+        @1""",
+        "constraint/free-motion",
+    )
+    warnings = [d for d in warnings if d.severity is Severity.WARNING]
+    assert [d.message.split("; it moves")[0] for d in warnings] == [words]
+    assert examination.steps[0].freedom == 1
+    # the remedy, typed, leaves nothing free
+    remedy = re.search(r"`(.+?;)`", warnings[0].helps[0]).group(1)
+    again, _, examination = found(
+        f""".config(20); Rod : .bar A=[0,0] B=[100,0]; Tail : .bar A=[100,0] B=[150,0];
+        @0 {statements} {remedy}
+        @1""",
+        "constraint/free-motion",
+    )
+    assert [d for d in again if d.severity is Severity.WARNING] == []
+    assert examination.steps[0].freedom == 0
+
+
+FOUR_BAR = """.config(24);
+Crank : .bar O=[0,0] P=[35,0]; Coupler : .bar A=[35,0] B=[90,60] C=[50,60]; Rocker : .bar O=[90,0] P=[90,60];
+@0 Crank.O=[0,0]; Crank.angle=90*.t; Rocker.O=[90,0]; Coupler.A=Crank.P; Coupler.B=Rocker.P; {more}
+@4"""
+
+SLIDER = f""".config(24); {CRANK} Rod : .bar A=[50,0] B=[200,0];
+@0 Crank.O=[0,0]; Crank.angle=90*.t; Rod.A=Crank.P; Rod.B=[x,0]; {{more}}
+@4"""
+
+
+@pytest.mark.parametrize("text", [FOUR_BAR, SLIDER])
+def test_an_ambiguity_lists_the_solutions_with_inequalities_that_select_them(text):
+    (warning,), _, _ = found(text.replace("{more}", ""), "constraint/ambiguous")
+    assert warning.severity is Severity.WARNING
+    inequalities = [re.match(r"`(.+?)`", line).group(1) for line in warning.helps]
+    assert len(inequalities) == 2
+    ends = []
+    for inequality in inequalities:
+        motion, examination = examined(text.replace("{more}", inequality))
+        assert examination.fault == 0
+        assert [d for d in examination.diagnostics if d.severity is not Severity.NOTE] == []
+        poses = motion.poses(0, motion.timeline.frame_count)
+        ends.append(np.append(poses.angle[:, 0], [v[0] for v in poses.variables.values()]))
+    plain = motion_of(text.replace("{more}", ""))
+    assert not np.allclose(ends[0], ends[1])
+    first = plain.poses(0, 1)
+    assert np.allclose(ends[0], np.append(first.angle[:, 0], [v[0] for v in first.variables.values()]))
+
+
+def test_an_inequality_that_leaves_nothing_shows_what_it_turned_down():
+    (conflict,), source, examination = found(SLIDER.replace("{more}", "x > 0; x < 120;"), "constraint/conflict")
+    assert examination.fault == 1
+    assert places(conflict, source) <= {"x > 0", "x < 120"}
+    assert any("by 80" in note for note in conflict.notes)
+    assert any("by 100" in note for note in conflict.notes)
+
+
+def test_notes_tell_redundant_and_idle_statements():
+    notes, source, _ = found(
+        SLIDER.replace("{more}", "x > 0; Crank.P.x < 1000; Rod.A.x = Crank.P.x;"), "constraint/idle-selector"
+    )
+    assert [source.slice(d.span).rstrip(";") for d in notes] == ["Crank.P.x < 1000"]
+    notes, source, _ = found(SLIDER.replace("{more}", "x > 0; Rod.A.x = Crank.P.x;"), "constraint/redundant")
+    assert len(notes) == 1
+
+
+def test_a_step_that_makes_things_jump_is_told_and_one_that_does_not_is_not():
+    jumps, source, _ = found(
+        """.config(20); Dot : .disc(3) c=[0,0];
+        @0 Dot.c=[50*.t,0];
+        @1 Dot.c=[50+50*.t,0];
+        @2 Dot.c=[200,0];
+        @3""",
+        "solve/jump",
+    )
+    assert len(jumps) == 1
+    assert source.slice(jumps[0].span).startswith("@2")
+    assert "jumps 100 at t = 2" in jumps[0].message
+
+
+def test_going_over_to_another_solution_is_told():
+    jumps, _, _ = found(
+        f""".config(20); {CRANK} Rod : .bar A=[0,50] B=[33,0];
+        @0 Crank.O=[0,0]; Crank.angle=90 - 90*.t; Rod.A=Crank.P; Rod.B=[x,0]; x < 50;
+        @3""",
+        "solve/jump",
+    )
+    assert len(jumps) == 1
+    assert "Rod" in jumps[0].message
+
+
+@pytest.mark.parametrize(
+    ("statement", "name"), [("y = 1/(.t-1);", "`y`"), ("y = .sqrt(0.5 - .t);", "`y`"), ("y = .exp(1000*.t);", "`y`")]
+)
+def test_values_that_do_not_exist_are_told_with_the_frame(statement, name):
+    (error,), _, examination = found(
+        f""".config(20); Dot : .disc(3) c=[0,0];
+    @0 Dot.c=[y,0]; {statement}
+    @3""",
+        "solve/not-converged",
+    )
+    assert examination.fault == 3
+    assert name in error.message or "Dot.x" in error.message
+
+
+def test_step_reports_count_what_is_left():
+    _, examination = examined(FOUR_BAR.replace("{more}", "Coupler.B.y > 0;"))
+    first = examination.steps[0]
+    assert (first.unknowns, first.equations, first.rank, first.freedom, first.redundant) == (2, 2, 2, 0, 0)
+    kernels = {kernel for _, kernel in first.blocks}
+    assert kernels == {"assign", "dyad"}
+    # an unused anchor, an unused variable and a hundred still things add nothing
+    more = FOUR_BAR.replace("C=[50,60]", "C=[50,60] D=[1,2] E=[3,4]").replace("{more}", "Coupler.B.y > 0; q = 3*.t;")
+    more = more.replace("@0", "".join(f"Z{i} : .disc(2) c=[{i},0]; " for i in range(100)) + "@0", 1)
+    _, examination = examined(more)
+    assert examination.steps[0].unknowns == 2
