@@ -1,4 +1,5 @@
-"""Helpers of the solver's tests: scripts to motions, and an evaluation of the scene's constraints that shares no code with the solver.
+"""Helpers of the solver's tests: scripts to motions, and an evaluation of the scene's constraints that shares no code
+with the solver.
 
 Positions come from `Poses`, expressions are interpreted node by node in extended precision (numpy longdouble).
 """
@@ -56,7 +57,9 @@ def anchor(motion: Motion, poses: Poses, name: str) -> np.ndarray:
 
 
 def residuals(motion: Motion, poses: Poses) -> dict[int, float]:
-    """Constraint number -> largest |left - right| / size over the frames at which it holds (equations that can be read off the poses)."""
+    """Constraint number -> largest |left - right| / size over the frames at which it holds (equations that can be read
+    off the poses).
+    """
     timeline = motion.timeline
     result: dict[int, float] = {}
     for frame in range(len(poses.frames)):

@@ -72,7 +72,9 @@ def test_a_pendulum_is_an_ellipse_integral_away():
     energy = 0.5 * w**2 - k * np.cos(np.radians(a))
     assert np.ptp(energy) < 1e-7 * k
     period = 4 * ellipk(np.sin(np.radians(amplitude / 2)) ** 2) / np.sqrt(k)
-    crossings = poses.times[:-1][(a[:-1] > 0) & (a[1:] <= 0)] + (a[:-1] / (a[:-1] - a[1:]))[(a[:-1] > 0) & (a[1:] <= 0)] / 200
+    crossings = (
+        poses.times[:-1][(a[:-1] > 0) & (a[1:] <= 0)] + (a[:-1] / (a[:-1] - a[1:]))[(a[:-1] > 0) & (a[1:] <= 0)] / 200
+    )
     assert np.diff(crossings) == pytest.approx(period, rel=1e-4)
 
 
@@ -92,11 +94,13 @@ def test_an_angle_between_vectors_is_meant_modulo_a_turn():
 
 
 def test_gears_and_what_hangs_on_them():
-    motion = motion_of(""".config(20);
+    motion = motion_of(
+        """.config(20);
     A : .bar O=[0,0] P=[40,0]; B : .bar O=[60,0] P=[80,0]; R : .bar O=[150,0] P=[150,60]; L : .bar A=[80,0] B=[150,60];
     @0 A.O=[0,0]; A.angle=100*.t; B.O=[60,0]; B.angle=-2*A.angle; R.O=[150,0]; L.A=B.P; L.B=R.P; z=R.angle*2; R.P.y>0;
        C.O=[10,10]; C.angle = R.angle/3;
-    @8""".replace("L : .bar", "C : .bar O=[10,10] P=[20,10]; L : .bar"))
+    @8""".replace("L : .bar", "C : .bar O=[10,10] P=[20,10]; L : .bar")
+    )
     poses = motion.poses(0, motion.timeline.frame_count)
     assert np.max(np.abs(poses.angle[1] + 200 * poses.times)) < 1e-9
     assert np.max(np.abs(poses.variables["z"] - 2 * poses.angle[2])) < 1e-9
@@ -111,7 +115,9 @@ def test_a_rack_turns_its_pinion():
     assert np.max(np.abs(poses.angle[0] + np.degrees(10 * poses.times / 50))) < 1e-9
 
 
-@pytest.mark.parametrize(("statement", "expected"), [("x > 0;", 200.0), ("x < 0;", -100.0), ("x ~ -90;", -100.0), ("x ~ 60;", 200.0)])
+@pytest.mark.parametrize(
+    ("statement", "expected"), [("x > 0;", 200.0), ("x < 0;", -100.0), ("x ~ -90;", -100.0), ("x ~ 60;", 200.0)]
+)
 def test_inequalities_and_wishes_select(statement, expected):
     poses = poses_of(f""".config(20); {CRANK} Rod : .bar A=[50,0] B=[200,0];
     @0 Crank.O=[0,0]; Crank.angle=90*.t; Rod.A=Crank.P; Rod.B=[x,0]; {statement}
