@@ -81,7 +81,8 @@ def kernels(plan):
 
 
 def test_a_four_bar_is_one_dyad_and_a_slider_crank_one_quadratic():
-    four_bar = plan_of("""Crank : .bar O=[0,0] P=[35,0]; Coupler : .bar A=[0,0] B=[80,10]; Rocker : .bar O=[90,0] P=[90,60];
+    four_bar = plan_of("""Crank : .bar O=[0,0] P=[35,0]; Coupler : .bar A=[0,0] B=[80,10];
+    Rocker : .bar O=[90,0] P=[90,60];
     @0 Crank.O=[0,0]; Crank.angle=90*.t; Rocker.O=[90,0]; Coupler.A=Crank.P; Coupler.B=Rocker.P; @1""")
     assert kernels(four_bar) == ["dyad"]
     slider = plan_of("""Crank : .bar O=[0,0] P=[35,0]; Rod : .bar A=[0,0] B=[80,10];
@@ -98,9 +99,7 @@ def test_a_chain_of_loops_is_solved_loop_by_loop():
     count = 12
     things, joints = [], []
     for i in range(count):
-        things.append(
-            f"C{i} : .bar A=[{100 * i},0] B=[{100 * i + 95},0]; R{i} : .bar O=[{100 * i + 100},0] P=[{100 * i + 100},60];"
-        )
+        things.append(f"C{i} : .bar A=[0,0] B=[95,0]; R{i} : .bar O=[{100 * i + 100},0] P=[{100 * i + 100},60];")
         joints.append(f"R{i}.O=[{100 * i + 100},0]; C{i}.B=R{i}.P; C{i}.A={'Crank.P' if i == 0 else f'R{i - 1}.P'};")
     plan = plan_of(
         f"Crank : .bar O=[0,0] P=[20,0]; {' '.join(things)} @0 Crank.O=[0,0]; Crank.angle=90*.t; {' '.join(joints)} @1"

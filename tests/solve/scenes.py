@@ -89,7 +89,7 @@ def rigidity(motion: Motion, poses: Poses) -> float:
     return float(np.max(np.abs(d[..., 0] ** 2 + d[..., 1] ** 2 - 1)))
 
 
-def value(root: Expr, scene: Scene, poses: Poses, frame: int, time: Fraction):  # noqa: ANN201
+def value(root: Expr, scene: Scene, poses: Poses, frame: int, time: Fraction):
     """An expression's value at one frame."""
     memo: dict[Expr, object] = {}
     for node in walk(root):
@@ -98,7 +98,7 @@ def value(root: Expr, scene: Scene, poses: Poses, frame: int, time: Fraction):  
     return memo[root]
 
 
-def _node(node, a, scene, poses, frame, time):  # noqa: ANN001, ANN202
+def _node(node, a, scene, poses, frame, time):
     match node.op:
         case "const":
             return WIDE(node.payload)
@@ -144,7 +144,7 @@ def _node(node, a, scene, poses, frame, time):  # noqa: ANN001, ANN202
             raise NotImplementedError(op)
 
 
-def _symbol(payload, scene, poses, frame):  # noqa: ANN001, ANN202
+def _symbol(payload, scene, poses, frame):
     match payload:
         case AnchorCoordinate(thing, number, axis):
             x, y = (WIDE(v) for v in scene.things[thing].anchors[number].local)

@@ -43,7 +43,8 @@ def test_a_cardan_slider_crank_goes_over_its_dead_centre(fps):
 @pytest.mark.parametrize("delta", [5e-4, -5e-4, 1e-6, -1e-6])
 @pytest.mark.parametrize("fps", [5, 18, 72])
 def test_four_bars_next_to_a_change_point_turn_sharply_and_do_not_cross(delta, fps):
-    # a parallelogram whose coupler is a little too long or short keeps the sign of the joint's angle, or cannot turn fully
+    # a parallelogram whose coupler is a little too long or short
+    # keeps the sign of the joint's angle, or cannot turn fully
     coupler = 100 * (1 + delta)
     text = f""".config(12);
     Crank : .bar O=[0,0] P=[40,0]; Rocker : .bar O=[100,0] P=[100,41]; Coupler : .bar A=[0,0] B=[{coupler},0];
@@ -68,7 +69,8 @@ def test_four_bars_next_to_a_change_point_turn_sharply_and_do_not_cross(delta, f
 SIX_BAR = """.config(24);
 // a triad: a platform on three legs, one of them the crank
 Crank : .bar O=[0,0] P=[15.28,0];
-Leg1 : .bar A=[15.28,0] B=[67.77,55.51];  Leg2 : .bar A=[95.08,1.44] B=[21.88,92.14];  Leg3 : .bar A=[-34.86,-65.84] B=[-4.04,42.42];
+Leg1 : .bar A=[15.28,0] B=[67.77,55.51];  Leg2 : .bar A=[95.08,1.44] B=[21.88,92.14];
+Leg3 : .bar A=[-34.86,-65.84] B=[-4.04,42.42];
 Body : .bar X=[67.77,55.51] Y=[21.88,92.14] Z=[-4.04,42.42];
 @0 Crank.O=[0,0]; Crank.angle=90*.t; Leg1.A=Crank.P; Leg2.A=[95.08,1.44]; Leg3.A=[-34.86,-65.84];
    Leg1.B=Body.X; Leg2.B=Body.Y; Leg3.B=Body.Z;
@@ -129,7 +131,8 @@ def test_a_moved_turned_scaled_scene_moves_alike(turn, factor):
 
     def scene(point, angle):
         return f""".config(24);
-        Crank : .bar O={point(0, 0)} P={point(35, 0)}; Coupler : .bar A={point(35, 0)} B={point(90, 40)} C={point(60, 60)};
+        Crank : .bar O={point(0, 0)} P={point(35, 0)};
+        Coupler : .bar A={point(35, 0)} B={point(90, 40)} C={point(60, 60)};
         Rocker : .bar O={point(90, 0)} P={point(90, 40)};
         @0 Crank.O={point(0, 0)}; Crank.angle=90*.t; Rocker.O={point(90, 0)}; Coupler.A=Crank.P; Coupler.B=Rocker.P;
            Coupler.angle ~ 0;

@@ -138,7 +138,7 @@ def test_where_a_path_comes_to_violate_an_inequality_the_motion_goes_over():
     plus, minus = 50 * np.cos(theta) + root, 50 * np.cos(theta) - root
     gone_over = poses.times > poses.times[np.argmax(plus > 50)] - 1e-9
     assert poses.variables["x"] == pytest.approx(np.where(gone_over, minus, plus), abs=1e-9)
-    assert [b.reason for b in motion.stretches[0].beginnings][0] == "step"
+    assert motion.stretches[0].beginnings[0].reason == "step"
     assert "inequality" in [b.reason for b in motion.stretches[0].beginnings]
 
 
@@ -162,7 +162,9 @@ def test_a_ten_thousand_turn_crank_is_exact():
 
 
 def test_still_things_are_solved_once():
-    motion = motion_of(f""".config(20); {CRANK} Rod : .bar A=[50,0] B=[200,0]; Tri : .bar A=[0,0] B=[90,0]; Leg : .bar A=[0,0] B=[0,70];
+    motion = motion_of(f""".config(20); {CRANK} Rod : .bar A=[50,0] B=[200,0];
+   
+    Tri : .bar A=[0,0] B=[90,0]; Leg : .bar A=[0,0] B=[0,70];
     @0 Crank.O=[0,0]; Crank.angle=90*.t; Rod.A=Crank.P; Rod.B=[x,0]; x>0;
        Tri.A=[300,0]; Leg.A=[380,0]; Tri.B=Leg.B; Leg.B.y>0;
     @4""")
