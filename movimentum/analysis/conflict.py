@@ -40,7 +40,8 @@ class Conflict:
 
     ``off``: constraint number -> how far its sides stay apart (script units) when all others of the set hold.
     ``stretch``: thing number -> the factor by which it would have to be scaled for the others to hold.
-    ``others``: how many constraints of the same part are not involved. ``minimal``: whether the set was made the smallest.
+    ``others``: how many constraints of the same part are not involved. ``minimal``: whether the set was made the
+    smallest.
     """
 
     constraints: tuple[int, ...]
@@ -80,9 +81,11 @@ class _Part:
                 self.starts[1:, j] += self.scale[j] * generator.normal(0, 1, STARTS - 1)
 
     def solve(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Minimise the weighted residuals from all starts: best core values (n,), and residuals (m,) in units of their gradients.
+        """Minimise the weighted residuals from all starts: best core values (n,), and residuals (m,) in units of their
+        gradients.
 
-        Small weights (constraints to be met only as well as the others allow) come down in two stages, or the valley is too narrow.
+        Small weights (constraints to be met only as well as the others allow) come down in two stages, or the valley is
+        too narrow.
         """
         x = self.starts
         if np.any((weights > 0.0) & (weights < 1e-2)):
@@ -174,7 +177,9 @@ def contradicts(plan: Plan, around: set[int], tau: float, carry: Carry) -> bool:
 
 
 def find_conflict(plan: Plan, around: set[int], tau: float, carry: Carry) -> Conflict | None:
-    """The smallest set of contradicting constraints connected to the unknowns ``around`` at offset ``tau``; None if none is found."""
+    """The smallest set of contradicting constraints connected to the unknowns ``around`` at offset ``tau``; None if
+    none is found.
+    """
     part = _part(plan, around, tau, carry)
     if part is None:
         return None

@@ -24,7 +24,8 @@ class Examination:
     """``diagnostics``: in order of time; ``steps``: a report for each segment.
 
     ``free``: from when to when (absolute times) a thing can move in a way that nothing determines.
-    ``fault``: 0, 1 (the script contradicts itself) or 3 (no solution at some time): the exit code that failing deserves.
+    ``fault``: 0, 1 (the script contradicts itself) or 3 (no solution at some time): the exit code that failing
+    deserves.
     """
 
     diagnostics: tuple[Diagnostic, ...]
@@ -312,11 +313,13 @@ def _unsolved_frame(motion: Motion) -> Diagnostic | None:
     if missing.unknown is not None:
         owner = next(block for block in stretch.plan.blocks if missing.unknown in block.unknowns)
         span = _span_of_blocks(stretch, (owner.number,))
-        message = f"`{stretch.plan.system.unknowns[missing.unknown].name}` has no finite value at t = {time} (frame {missing.frame})"
+        name = stretch.plan.system.unknowns[missing.unknown].name
+        message = f"`{name}` has no finite value at t = {time} (frame {missing.frame})"
         note = "a division by zero, the root of a negative number, an overflow, or equations too nearly singular"
     else:
         span = next((c.span for c in stretch.segment.active if c.number == missing.constraint), None)
-        message = f"this is off by {number(missing.amount)} at t = {time} (frame {missing.frame}), which the solver could not mend"
+        message = f"this is off by {number(missing.amount)} at t = {time} (frame {missing.frame}),"
+        message += " which the solver could not mend"
         note = "the equations are too nearly singular there, or contradict each other from there on"
     return Diagnostic(
         code="solve/not-converged",

@@ -25,7 +25,9 @@ SAMPLES = 5
 
 
 def failure_diagnostic(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
-    """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some time)."""
+    """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
+    time).
+    """
     if trouble.kind == "gap":
         return _bind(motion, stretch, trouble), 3
     if trouble.kind == "selector":
@@ -88,9 +90,7 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
     scene = stretch.plan.system.scene
     chosen = [c for c in (_constraint(stretch, n) for n in conflict.constraints) if c is not None]
     when = _at(stretch, tau)
-    labels: list[Label] = []
-    for constraint in chosen[:-1]:
-        labels.append(Label(constraint.span, _off(conflict, constraint.number)))
+    labels = [Label(constraint.span, _off(conflict, constraint.number)) for constraint in chosen[:-1]]
     helps: list[str] = []
     for t in conflict.things:
         thing = scene.things[t]
@@ -102,7 +102,8 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
             if len(thing.anchors) == 2:
                 a, b = (np.array(anchor.local) for anchor in thing.anchors)
                 now = float(np.hypot(*(b - a)))
-                text = f"rigid: |{thing.name}.{thing.anchors[1].name} - {thing.name}.{thing.anchors[0].name}| = {number(now, 6)},"
+                first, second = (f"{thing.name}.{anchor.name}" for anchor in thing.anchors)
+                text = f"rigid: |{second} - {first}| = {number(now, 6)},"
                 text += f" would have to be {number(factor * now, 6)}"
                 helps.append(f"make `{thing.name}` {number(factor * now, 6)} long (it is {number(now, 6)})")
         labels.append(Label(thing.span, text))
@@ -121,9 +122,10 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
     )
     notes: list[str] = []
     if conflict.minimal:
-        notes.append(
-            f"smallest conflicting set; {counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
+        others = (
+            f"{counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
         )
+        notes.append(f"smallest conflicting set; {others}")
     else:
         notes.append("the part is too large to look for the smallest conflicting set")
     return Diagnostic(
@@ -179,7 +181,8 @@ def _bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic:
                 for b in thing.anchors
             )
             gap = (factor - 1.0) * reach
-            where = f"; at t = {_at(stretch, tau)} `{thing.name}` is {number(abs(gap))} too {'short' if gap > 0 else 'long'}"
+            amount = f"{number(abs(gap))} too {'short' if gap > 0 else 'long'}"
+            where = f"; at t = {_at(stretch, tau)} `{thing.name}` is {amount}"
         labels = [Label(c.span, _off(conflict, c.number)) for c in chosen[:-1]]
         labels += [Label(scene.things[t].span, "rigid") for t in conflict.things]
         span = chosen[-1].span if chosen else None
@@ -193,7 +196,8 @@ def _bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic:
     return Diagnostic(
         code="solve/unreachable",
         severity=Severity.ERROR,
-        message=f"{names or 'the scene'} bind{'s' if ',' not in names else ''} at t = {_at(stretch, trouble.begin)}: there is no solution from then on{until}{where}",
+        message=f"{names or 'the scene'} bind{'s' if ',' not in names else ''} at t = {_at(stretch, trouble.begin)}:"
+        f" there is no solution from then on{until}{where}",
         span=span,
         label="binds"
         if conflict is None
@@ -251,14 +255,14 @@ def _undefined(stretch: Stretch, selection: Selection) -> Diagnostic:
         numbers = [plan.system.equations[e].constraint for e in block.equations]
         spans = [c.span for n in numbers if (c := _constraint(stretch, n)) is not None]
         span = spans[-1] if spans else None
+    note = "something has no finite value there (a division by zero, the root of a negative number, an overflow),"
+    note += " or the search did not find what exists"
     return Diagnostic(
         code="solve/not-converged",
         severity=Severity.ERROR,
         message=f"no solution was found at t = {_at(stretch, 0.0)}",
         span=span,
-        notes=(
-            "something has no finite value there (a division by zero, the root of a negative number, an overflow), or the search did not find what exists",
-        ),
+        notes=(note,),
         helps=("give the things coordinates near the solution, so that the search begins there",),
     )
 

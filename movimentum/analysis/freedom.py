@@ -36,7 +36,8 @@ class Way:
 
 @dataclass(frozen=True, slots=True)
 class FreeMotion:
-    """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that say it, and a ``remedy`` to type.
+    """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that say it, and a ``remedy``
+    to type.
 
     ``ways``: how each of the things moves, for a picture.
     """
@@ -69,7 +70,7 @@ def generic_moment(stretch: Stretch) -> tuple[Piece, float] | None:
 
 
 def block_ranks(stretch: Stretch) -> list[BlockRank]:
-    """For each Newton block of a stretch its rank and freedom; the closed-form kernels have full rank by construction."""
+    """Rank and freedom of each Newton block of a stretch; the closed-form kernels have full rank by construction."""
     moment = generic_moment(stretch)
     if moment is None:
         return []
@@ -184,7 +185,9 @@ def _way(
     direction: tuple[float, float],
     at: tuple[float | None, ...],
 ) -> tuple[str, str]:
-    """How one thing moves (turning about one of its anchors or a point, or sliding), and a constraint that would stop it."""
+    """How one thing moves (turning about one of its anchors or a point, or sliding), and a constraint that would stop
+    it.
+    """
     vx, vy, turn = velocity
     c, s = direction
     body = plan.system.scene.things[thing]

@@ -13,9 +13,9 @@ from movimentum.solve.stretches import Stretch
 
 @dataclass(frozen=True, slots=True)
 class StepReport:
-    """One segment. ``unknowns`` and ``equations`` count what is left to solve after reduction (assignments are part of the
-    reduction); ``rank`` and ``freedom`` are numeric, at a generic pose; ``redundant`` counts equations that follow from others.
-    ``blocks``: (names of unknowns, kernel), in the order of solving.
+    """One segment. ``unknowns`` and ``equations`` count what is left to solve after reduction (assignments are part of
+    the reduction); ``rank`` and ``freedom`` are numeric, at a generic pose; ``redundant`` counts equations that follow
+    from others. ``blocks``: (names of unknowns, kernel), in the order of solving.
     """
 
     time: float

@@ -1,12 +1,14 @@
 """Inequalities that select one solution among several, ready to paste.
 
-An inequality is of use only if the motion that it selects never comes to violate it, so each candidate is followed through its segment first,
-and an inequality is offered only if it holds all along, and fails for every other candidate at the beginning.
+An inequality is of use only if the motion that it selects never comes to violate it, so each candidate is followed
+through its segment first, and an inequality is offered only if it holds all along, and fails for every other candidate
+at the beginning.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +39,9 @@ class Followed:
 
 @dataclass(frozen=True, slots=True)
 class _Option:
-    """``text`` > threshold selects where ``values`` (one array (K,) for each candidate) are on its side; ``rank``: preference."""
+    """``text`` > threshold selects where ``values`` (one array (K,) for each candidate) are on its side; ``rank``:
+    preference.
+    """
 
     left: str
     right: str
@@ -85,7 +89,7 @@ def _followed(plan: Plan, stretch: Stretch, part: Part, state: State, count: int
 
 
 def selecting_inequalities(plan: Plan, followed: list[Followed]) -> list[str | None]:
-    """For each followed candidate an inequality (or two) that selects it among the others; None where none was found."""
+    """For each followed candidate an inequality (or two) that selects it among the others; None: none was found."""
     options = _options(plan, followed)
     return [_best(plan, options, index, len(followed)) for index in range(len(followed))]
 
@@ -131,7 +135,9 @@ Key = tuple[int, int]
 
 
 def _dyads(scene: Scene, first: Followed) -> list[tuple[Key, tuple[Key, Key], Key]]:
-    """Pairs of things that share a joint (two anchors at one place all along), each with another anchor: (left, (joint, joint), right)."""
+    """Pairs of things that share a joint (two anchors at one place all along), each with another anchor: (left, (joint,
+    joint), right).
+    """
     keys = sorted(first.anchors)[:40]
     result: list[tuple[Key, tuple[Key, Key], Key]] = []
     for k, a in enumerate(keys):
@@ -151,7 +157,7 @@ def _against_number(text: str, values: list[FloatArray], rank: int) -> list[_Opt
     """Comparisons of a coordinate with a round number between the candidates."""
     begins = sorted(float(v[0]) for v in values)
     options: list[_Option] = []
-    for low, high in zip(begins[:-1], begins[1:], strict=True):
+    for low, high in pairwise(begins):
         if high - low > 1e-9 * (1 + abs(high)):
             number = _round_between(low, high)
             options.append(_Option(text, f"{number:g}", tuple(v - number for v in values), rank))

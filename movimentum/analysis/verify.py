@@ -1,4 +1,4 @@
-"""The last word: every frame's solution against the constraints as the script states them, not as they were compiled."""
+"""The last word: every frame's solution against the constraints as the script states them, not as compiled."""
 
 from __future__ import annotations
 
@@ -15,12 +15,16 @@ from movimentum.solve.stretches import Dead, Stretch
 
 CHUNK = 8192
 TOLERANCE = 1e-7
-"""Relative to the scene's size. Far above what rounding makes of a well-posed frame (1e-14), far below what can be seen."""
+"""Relative to the scene's size. Far above what rounding makes of a well-posed frame (1e-14), far below what can be
+seen.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Shortfall:
-    """The first frame that is not solved: ``unknown`` has no finite value there, or ``constraint`` is off by ``amount``."""
+    """The first frame that is not solved: ``unknown`` has no finite value there, or ``constraint`` is off by
+    ``amount``.
+    """
 
     frame: int
     stretch: Stretch

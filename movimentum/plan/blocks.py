@@ -41,15 +41,18 @@ class Block:
                       DYAD        line l1, l2, l0 (l1 p + l2 q = l0), then A, B, C, D, E, F of
                                   A p^2 + B p q + C q^2 + D p + E q + F = 0
                       NEWTON      the m residuals
-    ``jacobian``      NEWTON: compiled; the entries listed in ``entries`` as (row, column) of the (m, len(core)) Jacobian
+    ``jacobian``      NEWTON: compiled; the entries listed in ``entries`` as (row, column) of the (m, len(core))
+                      Jacobian
     ``metric``        free blocks: (n, n), the quadratic form that sums the squared speeds of all anchors
-    ``coupling``      free blocks: (n, p), its mixed part with the pose unknowns ``coupled`` of the same things that are known already
+    ``coupling``      free blocks: (n, p), its mixed part with the pose unknowns ``coupled`` of the same things that are
+                      known already
     ``inputs``        the unknowns of earlier blocks that it reads
     ``moving``        whether anything in it can change with time
     ``circular``      DYAD: the conic is a circle
     ``phases``        compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
-    ``states``        NEWTON: integrals that depend on the block itself (a differential equation): given to the kernel, and integrated
-                      along the path from ``integrands`` (compiled, one value each); they come last in ``unknowns``
+    ``states``        NEWTON: integrals that depend on the block itself (a differential equation): given to the kernel,
+                      and integrated along the path from ``integrands`` (compiled, one value each); they come last in
+                      ``unknowns``
     ``form``          PLAIN, or a WINDING or an INTEGRAL (then ``coefficients`` gives (sine, cosine) or the integrand)
     """
 
@@ -78,7 +81,9 @@ class Block:
 
 
 def make_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int], size: float) -> Block:
-    """Compile ``group``. ``moving`` are the unknowns of earlier blocks that change with time; ``size`` the scene's size."""
+    """Compile ``group``. ``moving`` are the unknowns of earlier blocks that change with time; ``size`` the scene's
+    size.
+    """
     first = system.equations[group.equations[0]] if group.equations else None
     if first is not None and first.form is not Form.PLAIN and len(group.unknowns) == 1:
         return _special_block(number, system, group, clocks, moving)
@@ -117,7 +122,8 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
 def _eliminate(
     system: System, forms: list[Polynomial], inside: set[int], size: float
 ) -> tuple[list[tuple[int, Polynomial]], list[Polynomial]]:
-    """Gaussian elimination of what is linear with a constant pivot: ``(unknown, polynomial that gives it)`` in order, and the rows left.
+    """Gaussian elimination of what is linear with a constant pivot: ``(unknown, polynomial that gives it)`` in order,
+    and the rows left.
 
     The pivot is the largest coefficient, weighted by the unknown's own size (a cosine is of size 1, a position of the
     scene's size), in the row with the fewest unknowns.
@@ -177,7 +183,10 @@ def _size_of_terms(expr: Expr) -> Expr:
 
 
 def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) -> list[Expr] | None:
-    """Line and conic of two equations in two unknowns: one linear, or two quadratics with proportional quadratic parts."""
+    """Line and conic of two equations in two unknowns.
+
+    One of them is linear, or both are quadratic with proportional quadratic parts; None otherwise.
+    """
     p, q = core
     quadratic = ((p, p), (p, q), (q, q))
     orders = [poly.degree(form) for form in forms]
@@ -209,7 +218,7 @@ def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) 
 
 
 def _general_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
-    """A block with equations that are no polynomials: one unknown that stands alone on a side is assigned, else Newton."""
+    """A block with equations that are no polynomials: an unknown alone on a side is assigned, else Newton."""
     if len(group.unknowns) == 1 and len(group.equations) == 1:
         (unknown,) = group.unknowns
         residual = system.equations[group.equations[0]].residual
@@ -337,10 +346,12 @@ def _block(
 def anchor_metric(
     system: System, core: Sequence[int]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], tuple[int, ...]]:
-    """The sum of squared speeds of all anchors of the things in ``core``, as v' M v + 2 v' C w + (what v does not change).
+    """The sum of squared speeds of all anchors of the things in ``core``, as v' M v + 2 v' C w + (what v does not
+    change).
 
-    v are the speeds of the unknowns ``core``, w those of the same things' other pose unknowns, which are known. Returns M (n, n), C (n, p)
-    and the p numbers of the latter. Unknowns that move no anchor get a tiny weight of their own, so that they too stay where nothing drives them.
+    v are the speeds of the unknowns ``core``, w those of the same things' other pose unknowns, which are known. Returns
+    M (n, n), C (n, p) and the p numbers of the latter. Unknowns that move no anchor get a tiny weight of their own, so
+    that they too stay where nothing drives them.
     """
     place = {system.unknowns[n].payload: k for k, n in enumerate(core)}
     coupled: list[int] = []

@@ -1,7 +1,7 @@
 """Python source for lists of expressions, straight-line code with shared subexpressions computed once.
 
-A generated function ``f(u, k)`` takes ``u``, indexable by unknown number, and ``k``, indexable by clock number, and returns a tuple of
-values. Everything in it broadcasts, so one call serves a single instant or all frames.
+A generated function ``f(u, k)`` takes ``u``, indexable by unknown number, and ``k``, indexable by clock number, and
+returns a tuple of values. Everything in it broadcasts, so one call serves a single instant or all frames.
 """
 
 from __future__ import annotations

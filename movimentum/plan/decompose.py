@@ -37,8 +37,8 @@ class Decomposition:
 def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposition:
     """Group all equations of ``system``.
 
-    Whatever is connected to an unknown in ``merged`` is kept together in one group with all its equations, redundant ones
-    included: the fallback for what is singular by its geometry although its structure looks sound.
+    Whatever is connected to an unknown in ``merged`` is kept together in one group with all its equations, redundant
+    ones included: the fallback for what is singular by its geometry although its structure looks sound.
     """
     equations = sorted(system.equations, key=lambda e: (e.priority, len(e.unknowns), e.number))
     held: list[Group] = []
@@ -99,7 +99,7 @@ def _hanging(system: System, equations: list[Equation], of_column: list[int], co
         for n in sorted(left):
             if of_column[n] >= 0 and not isinstance(system.unknowns[n].payload, PosePart):
                 row = equations[of_column[n]]
-                if row.targets == (n,) or (users[n] & left) <= {n} and _linear_in(row, n):
+                if row.targets == (n,) or ((users[n] & left) <= {n} and _linear_in(row, n)):
                     left.discard(n)
                     hanging.add(n)
                     progress = True
@@ -165,10 +165,11 @@ def _pose_links(system: System, unknowns: Iterable[int]) -> list[tuple[int, int]
 
 
 def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int]], System]) -> frozenset[int]:
-    """The things whose direction follows from their angle (``Wheel.angle = 90*.t``, gears), rather than the other way round.
+    """The things whose direction follows from their angle (``Wheel.angle = 90*.t``, gears), rather than the other way
+    round.
 
-    An angle is driven where an equation gives it from what is known already. What is known grows in two ways until it no longer does:
-    by such assignments, and by decomposing the equations that mention no undecided angle.
+    An angle is driven where an equation gives it from what is known already. What is known grows in two ways until it
+    no longer does: by such assignments, and by decomposing the equations that mention no undecided angle.
     ``with_rigidity`` is `plan.system.with_rigidity`.
     """
     angles = {payload.thing: number for payload, number in system.number_of.items() if isinstance(payload, ThingAngle)}

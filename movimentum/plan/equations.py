@@ -18,7 +18,9 @@ from movimentum.timeline.model import Segment
 
 
 class Form(StrEnum):
-    """How an equation is solved: PLAIN ones by any kernel; a WINDING gives a continuous angle from a direction; an INTEGRAL accumulates."""
+    """How an equation is solved: PLAIN ones by any kernel; a WINDING gives a continuous angle from a direction; an
+    INTEGRAL accumulates.
+    """
 
     PLAIN = "plain"
     WINDING = "winding"
@@ -29,10 +31,10 @@ class Form(StrEnum):
 class Equation:
     """``residual`` is zero where the equation holds.
 
-    ``constraint`` is the scene's constraint number, or None for what rigidity and bookkeeping add (then ``thing`` tells whose).
-    ``targets`` are the unknowns that the equation may be used to determine (usually all of its ``unknowns``).
-    ``integrand`` belongs to INTEGRAL equations. ``original`` is the residual as the script states it, where ``residual`` was rewritten:
-    what a solution is verified against.
+    ``constraint`` is the scene's constraint number, or None for what rigidity and bookkeeping add (then ``thing`` tells
+    whose). ``targets`` are the unknowns that the equation may be used to determine (usually all of its ``unknowns``).
+    ``integrand`` belongs to INTEGRAL equations. ``original`` is the residual as the script states it, where
+    ``residual`` was rewritten: what a solution is verified against.
     """
 
     number: int
@@ -85,7 +87,8 @@ class Wish:
 class System:
     """Everything that must hold in one segment, in numbered unknowns.
 
-    ``reference`` maps a thing to the local coordinates of its reference anchor, ``number_of`` an unknown's payload to its number.
+    ``reference`` maps a thing to the local coordinates of its reference anchor, ``number_of`` an unknown's payload to
+    its number.
     """
 
     scene: Scene

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[int], list[int]]:
     """A maximum matching of rows to columns; ``rows[i]`` lists the columns that row i may take.
 
-    Rows are tried in order, each by an augmenting path (Kuhn's algorithm, without recursion), so the set of matched rows is
-    the lexicographically first one: earlier rows win over later rows (transversal matroid). Returns ``(of_row, of_column)``, -1: unmatched.
+    Rows are tried in order, each by an augmenting path (Kuhn's algorithm, without recursion), so the set of matched
+    rows is the lexicographically first one: earlier rows win over later rows (transversal matroid). Returns ``(of_row,
+    of_column)``, -1: unmatched.
     """
     of_row = [-1] * len(rows)
     of_column = [-1] * columns
@@ -48,7 +49,8 @@ def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[
 
 
 def strong_components(successors: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Strongly connected components, each before every component that has an edge to it (Tarjan 1972, without recursion).
+    """Strongly connected components, each before every component that has an edge to it (Tarjan 1972, without
+    recursion).
 
     With edges from a node to what it depends on, that is the order in which to solve.
     """

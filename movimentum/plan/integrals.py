@@ -1,7 +1,8 @@
 """Closed forms of integrals over time, for the integrands that scripts are full of.
 
 Sums of terms  k * p^n,  k * sin(p),  k * cos(p),  k * exp(p)  with p linear in a clock, and polynomials in clocks: what
-constant speeds, accelerations and oscillations need. Whatever else comes is integrated numerically (`solve.tracks.gauss_integral`).
+constant speeds, accelerations and oscillations need. Whatever else comes is integrated numerically
+(`solve.tracks.gauss_integral`).
 """
 
 from __future__ import annotations

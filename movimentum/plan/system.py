@@ -1,8 +1,8 @@
 """A segment's constraints as equations and selectors over numbered unknowns.
 
 This is the first half of planning: anchors become linear forms in poses, vector constraints become scalar
-rows, lengths and angles become polynomials where that is equivalent, and only what active constraints mention gets unknowns at all.
-Every equation keeps the number of its constraint (or of the rigid thing it belongs to).
+rows, lengths and angles become polynomials where that is equivalent, and only what active constraints mention gets
+unknowns at all. Every equation keeps the number of its constraint (or of the rigid thing it belongs to).
 """
 
 from __future__ import annotations
@@ -226,7 +226,9 @@ class _Builder:
 
 
 def _reference_anchors(scene: Scene, active: Iterable[Constraint]) -> dict[int, tuple[float, float]]:
-    """Each thing's reference anchor: one that an equation names on its own, so that the pose is as sparse as the script."""
+    """Each thing's reference anchor: one that an equation names on its own, so that the pose is as sparse as the
+    script.
+    """
     chosen: dict[int, int] = {}
     for constraint in active:
         if constraint.relation is not Relation.EQUAL:
@@ -273,8 +275,8 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
     """``system`` with each directed thing's rigid equation and the tie between its angle and its direction.
 
     Things in ``driven`` get their direction from their angle (c = cos, s = sin); the others have c^2 + s^2 = 1 and
-    their angle follows the direction continuously. Directed are the things of which a constraint turns an anchor about the reference anchor,
-    and those which could be seen turning about it.
+    their angle follows the direction continuously. Directed are the things of which a constraint turns an anchor about
+    the reference anchor, and those which could be seen turning about it.
     """
     builder = _reopened(system)
     for thing in system.scene.things:

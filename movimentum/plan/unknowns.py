@@ -77,7 +77,9 @@ class Unknown:
 
 
 def unknown_number(symbol: Hashable) -> int:
-    """The unknown that a symbol of a lowered expression stands for (given its payload); TypeError where it is not lowered."""
+    """The unknown that a symbol of a lowered expression stands for (given its payload); TypeError where it is not
+    lowered.
+    """
     if not isinstance(symbol, int):
         raise TypeError(symbol)
     return symbol

@@ -9,8 +9,8 @@ from movimentum.solve.following import Choice
 
 @dataclass(frozen=True, slots=True)
 class Rejection:
-    """Why a candidate was turned down: ``selector`` (number in `System.selectors`) or ``check`` (equation number) with the
-    amount by which it failed, or the block that has no real solution.
+    """Why a candidate was turned down: ``selector`` (number in `System.selectors`) or ``check`` (equation number) with
+    the amount by which it failed, or the block that has no real solution.
     """
 
     amount: float
@@ -23,8 +23,9 @@ class Rejection:
 class Candidate:
     """A complete solution for one independent part of the scene.
 
-    ``values``: unknown number -> its value at the beginning. ``choices``: block number -> `Choice`. ``cost`` orders candidates:
-    (breaks of continuity, distance from wishes, distance from the pose carried over, turn from as drawn, displacement).
+    ``values``: unknown number -> its value at the beginning. ``choices``: block number -> `Choice`. ``cost`` orders
+    candidates: (breaks of continuity, distance from wishes, distance from the pose carried over, turn from as drawn,
+    displacement).
     """
 
     choices: dict[int, Choice]
@@ -49,7 +50,9 @@ class Part:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Selection:
-    """``choices`` for every block, or None where some part has no candidate; ``decisive``: selectors that turned something down."""
+    """``choices`` for every block, or None where some part has no candidate; ``decisive``: selectors that turned
+    something down.
+    """
 
     choices: list[Choice] | None
     parts: tuple[Part, ...]

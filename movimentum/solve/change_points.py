@@ -1,9 +1,11 @@
-"""Where a quadratic's two roots meet: change points, to be passed through, and binds, beyond which there is no solution.
+"""Where a quadratic's two roots meet: change points, to be passed through, and binds, beyond which there is no
+solution.
 
 Along a path the root is u = (-b + h) / 2a with h^2 = D, the discriminant. Where D has a zero of order two, h is a
-smooth function that passes through zero: the sign of the square root must flip there, else the motion would turn back on itself. (A
-parallelogram linkage whose sign does not flip becomes an antiparallelogram.) Where D only comes near zero, it must not flip. So the branch is decided
-by the zeros of D, which are located and classified; no extrapolation is involved.
+smooth function that passes through zero: the sign of the square root must flip there, else the motion would turn back
+on itself. (A parallelogram linkage whose sign does not flip becomes an antiparallelogram.) Where D only comes near
+zero, it must not flip. So the branch is decided by the zeros of D, which are located and classified; no extrapolation
+is involved.
 """
 
 from __future__ import annotations
@@ -133,7 +135,9 @@ def _passes_through(margin: Callable[[FloatArray], FloatArray], place: float, wi
 
 
 def _located(margin: Callable[[FloatArray], FloatArray], place: float, width: float) -> float:
-    """The zero of h, far more accurately than D's minimum shows it: h is smooth, so a cubic through four signed values of it."""
+    """The zero of h, far more accurately than D's minimum shows it: h is smooth, so a cubic through four signed values
+    of it.
+    """
     w = width / 16.0
     x = np.array([-1.0, -0.5, 0.5, 1.0])
     h = np.sign(x) * np.sqrt(np.maximum(margin(place + w * x), 0.0))

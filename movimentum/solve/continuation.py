@@ -1,9 +1,9 @@
 """Following one Newton block without freedom along its path.
 
-`trace` is a predictor–corrector continuation (Allgower & Georg, *Numerical Continuation Methods*, ch. 6) in time: the predictor
-continues position, velocity and acceleration, the corrector is Newton's method, and a step counts only if the corrector moved little
-and the two velocities integrate to the displacement. Steps shrink where that fails, and try to reach across a singular point (a change point) with the
-velocity they came with.
+`trace` is a predictor–corrector continuation (Allgower & Georg, *Numerical Continuation Methods*, ch. 6) in time: the
+predictor continues position, velocity and acceleration, the corrector is Newton's method, and a step counts only if the
+corrector moved little and the two velocities integrate to the displacement. Steps shrink where that fails, and try to
+reach across a singular point (a change point) with the velocity they came with.
 """
 
 from __future__ import annotations
@@ -99,7 +99,8 @@ def _across(
     rates: list[FloatArray],
     scale: FloatArray,
 ) -> tuple[float, FloatArray, FloatArray] | None:
-    """Past a singular point, along the motion's own continuation: a jump whose landing agrees with it in place and velocity.
+    """Past a singular point, along the motion's own continuation: a jump whose landing agrees with it in place and
+    velocity.
 
     Extrapolates from nodes far enough before the singular point for their velocities to be trusted.
     """

@@ -41,7 +41,9 @@ def at_times(starts: Sequence[Fraction], segment_start: Fraction, times: Sequenc
 def at_frames(
     starts: Sequence[Fraction], segment_start: Fraction, origin: Fraction, step: Fraction, frames: NDArray[np.int64]
 ) -> Instants:
-    """Instants at ``origin + k * step`` for the frame numbers k: exact rational arithmetic, rounded once, at array speed."""
+    """Instants at ``origin + k * step`` for the frame numbers k: exact rational arithmetic, rounded once, at array
+    speed.
+    """
 
     def since(start: Fraction) -> FloatArray:
         offset = origin - start

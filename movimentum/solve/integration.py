@@ -1,7 +1,7 @@
 """Integrating one Newton block along its path, where its equations alone do not say how it moves.
 
-`drift` integrates the least motion of a block with freedom left; `flow` a block with states (integrals that drive themselves, a differential
-equation). Both step with the embedded Runge–Kutta pair of Dormand and Prince.
+`drift` integrates the least motion of a block with freedom left; `flow` a block with states (integrals that drive
+themselves, a differential equation). Both step with the embedded Runge–Kutta pair of Dormand and Prince.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ def drift(
     tolerance: float = 1e-10,
 ) -> NodeTrack:
     """The least motion of a block with freedom left: of all velocities that keep the constraints, the one that moves
-    the anchors least (sum of squared speeds). Integrated with its own step control, projected back onto the constraints after every step.
+    the anchors least (sum of squared speeds). Integrated with its own step control, projected back onto the constraints
+    after every step.
     """
     assert block.metric is not None
     low, high = float(nodes[0]), float(nodes[-1])
@@ -67,7 +68,8 @@ def drift(
                 slopes.append(velocity(tau + c * length, y))
             error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, slopes, strict=True))) / scale))
             new_x, converged = projected(block, local.probe, tau + length, y, factor)
-            # the cubic between the nodes, which later evaluations use, against the motion itself where its slope is most wrong
+            # the cubic between the nodes, which later evaluations use, against the motion itself,
+            # where the cubic's slope is most wrong
             cubic = (27 * x + 5 * y) / 32 + length * (9 * slope - 3 * slopes[-1]) / 64
             cubic_slope = 1.125 * (y - x) / length + (3 * slope - 5 * slopes[-1]) / 16
             off = velocity(tau + 0.25 * length, cubic) - cubic_slope
@@ -96,8 +98,8 @@ def flow(
 ) -> tuple[NodeTrack, NodeTrack]:
     """A block with states: integrate z' = integrands(x, z, t) where x solves the block's equations for the given z.
 
-    Returns the tracks of x and of z. Steps are chosen by the embedded error estimate and by how well a cubic between the nodes
-    meets the solution (which is what later evaluations use).
+    Returns the tracks of x and of z. Steps are chosen by the embedded error estimate and by how well a cubic between
+    the nodes meets the solution (which is what later evaluations use).
     """
     low, high = float(nodes[0]), float(nodes[-1])
     total = high - low

@@ -20,8 +20,9 @@ State = list[Any]
 class Quadratic(NamedTuple):
     """A block that comes down to one quadratic, ready for its roots.
 
-    ``margin`` is the discriminant relative to the size of the terms it is made of (so that its rounding error is some 1e-16): negative where the block has no real
-    solution, zero where its two solutions meet. ``roots(sign)`` gives the core unknowns on the branch ``sign`` (+1 or -1).
+    ``margin`` is the discriminant relative to the size of the terms it is made of (so that its rounding error is some
+    1e-16): negative where the block has no real solution, zero where its two solutions meet. ``roots(sign)`` gives the
+    core unknowns on the branch ``sign`` (+1 or -1).
     """
 
     margin: FloatArray

@@ -32,7 +32,9 @@ class Local:
     high: float
 
     def around(self, tau: float) -> tuple[State, tuple[FloatArray, ...], float]:
-        """State and clocks at [tau, later, earlier] and the time between the latter two; inside [low, high] where possible."""
+        """State and clocks at [tau, later, earlier] and the time between the latter two; inside [low, high] where
+        possible.
+        """
         later = min(tau + self.delta, max(self.high, tau))
         earlier = max(tau - self.delta, min(self.low, tau))
         if later - earlier < self.delta:
@@ -42,7 +44,10 @@ class Local:
         return state, clocks, later - earlier
 
     def rate(self, tau: float, x: FloatArray, scale: FloatArray, metric: FloatArray | None) -> tuple[FloatArray, float]:
-        """The velocity of the core unknowns (least in ``metric`` where free) and the relative smallest singular value."""
+        """The velocity of the core unknowns (per unit of time; least in ``metric`` where free).
+
+        Also returns the smallest singular value of the scaled Jacobian relative to its largest (1 where free).
+        """
         state, clocks, span = self.around(tau)
         repeated = np.repeat(x[None, :], 3, axis=0)
         residual = residual_of(self.block, state, clocks, repeated)
@@ -80,14 +85,16 @@ def triangle(metric: FloatArray) -> FloatArray:
 
 
 def _whitened(factor: FloatArray, jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The rows of a Jacobian (m, n) in the unknowns w (see `triangle`), scaled to length one, and their lengths (m,)."""
+    """A Jacobian (m, n) in the unknowns w (see `triangle`) with rows of length one, and those rows' lengths (m,)."""
     rows = np.asarray(np.linalg.solve(factor, jacobian.T), dtype=np.float64)
     whitened, lengths = scaled(rows.T[None], np.ones(len(factor)))
     return whitened[0], lengths[0]
 
 
 def projected(block: Block, probe: Probe, tau: float, x: FloatArray, factor: FloatArray) -> tuple[FloatArray, bool]:
-    """The nearest point that satisfies the block's equations, near enough to ``x`` for Newton steps least in the metric."""
+    """The nearest point that satisfies the block's equations, near enough to ``x`` for Newton steps least in the
+    metric.
+    """
     state, clocks = probe(np.array([tau]))
     ones = np.ones(len(x))
     for _ in range(10):

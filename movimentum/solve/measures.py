@@ -51,7 +51,9 @@ class Measures:
         return min(0.5, slower)
 
     def distances(self, unknowns: Sequence[int], state: State) -> tuple[float, float, float]:
-        """(squared distance from the pose carried over, squared turn, squared displacement from as drawn), of what is in ``unknowns``."""
+        """(squared distance from the pose carried over, squared turn, squared displacement from as drawn), of what is
+        in ``unknowns``.
+        """
         system = self.plan.system
         carried = turned = moved = 0.0
         for n in unknowns:

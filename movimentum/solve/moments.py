@@ -108,8 +108,8 @@ def held(carry: Carry) -> Carry:
 
 
 def evaluated(piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
-    """Evaluate a piece. An isolated instant without a solution (two circles that become one for a moment) is taken from just
-    beside it, where both sides agree; a pole is not removable and stays unsolved.
+    """Evaluate a piece. An isolated instant without a solution (two circles that become one for a moment) is taken from
+    just beside it, where both sides agree; a pole is not removable and stays unsolved.
     """
     state, bad = piece.evaluate(instants)
     if not bad.any() or piece.end <= piece.begin:

@@ -105,7 +105,9 @@ class Motion:
         return assembly.finished()
 
     def spans(self, first: int, stop: int) -> Iterator[tuple[Stretch, int, int]]:
-        """The frames ``first`` … ``stop - 1`` by the stretch they lie in: (stretch, its first frame, the end of its frames)."""
+        """The frames ``first`` … ``stop - 1`` by the stretch they lie in: (stretch, its first frame, the end of its
+        frames).
+        """
 
         def first_frame(stretch: Stretch) -> int:
             """The first frame not before a step."""

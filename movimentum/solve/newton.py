@@ -1,7 +1,8 @@
 """Newton's method on one block's equations, for many instants or starts at once.
 
-Rows and unknowns are scaled to size one before any decision. Square blocks take LU steps; rectangular ones take the step that is
-least in the block's metric (free blocks) or in the least-squares sense (redundant ones), with rank decided relative to the largest singular value.
+Rows and unknowns are scaled to size one before any decision. Square blocks take LU steps; rectangular ones take the
+step that is least in the block's metric (free blocks) or in the least-squares sense (redundant ones), with rank decided
+relative to the largest singular value.
 """
 
 from __future__ import annotations
@@ -100,7 +101,8 @@ def newton(
     iterations: int = 12,
     limit: float | None = None,
 ) -> Outcome:
-    """Solve the block from ``start`` (F, n). ``limit`` bounds a single step (in units of ``scale``), for starts from afar.
+    """Solve the block from ``start`` (F, n). ``limit`` bounds a single step (in units of ``scale``), for starts from
+    afar.
 
     Stops where steps are below ``tolerance`` or no longer shrink; converged means a relative residual below 1e-9
     (near a singularity the step is no measure, the residual is).

@@ -1,10 +1,10 @@
 """Where a path begins: which of several solutions (LANGUAGE: "Which solution").
 
-Blocks are tried in order, each with all the solutions it has for what is known so far (depth first, the likeliest first); inequalities and
-redundant equations turn candidates down as soon as all they need is known. Among the complete candidates: what continues
-the motion so far; else the nearest to the wishes; else the nearest to the pose carried over; else the least turned from how things
-were drawn. Everything is evaluated at two instants, the beginning and shortly after, so that solutions that meet at the
-beginning (a mechanism drawn in its dead centre) can still be told apart.
+Blocks are tried in order, each with all the solutions it has for what is known so far (depth first, the likeliest
+first); inequalities and redundant equations turn candidates down as soon as all they need is known. Among the complete
+candidates: what continues the motion so far; else the nearest to the wishes; else the nearest to the pose carried over;
+else the least turned from how things were drawn. Everything is evaluated at two instants, the beginning and shortly
+after, so that solutions that meet at the beginning (a mechanism drawn in its dead centre) can still be told apart.
 """
 
 from __future__ import annotations
@@ -260,7 +260,9 @@ class _Search:
             self.state[n] = x[:, j]
 
     def _candidates(self, block: Block, rejections: list[Rejection]) -> list[Choice]:
-        """All solutions of one block, the likeliest first. For blocks that stand still, `Choice.values` holds all its unknowns."""
+        """All solutions of one block, the likeliest first. For blocks that stand still, `Choice.values` holds all its
+        unknowns.
+        """
         state, k = self.state, self.instants.clocks
         found: list[Choice] = []
         if block.form is Form.WINDING:
@@ -321,7 +323,7 @@ class _Search:
         return [choice for _, choice in options]
 
     def _refused(self, number: int) -> Rejection | None:
-        """Whether an inequality or a redundant equation that can be judged after block ``number`` turns the state down."""
+        """Why an inequality or a redundant equation that can be judged after block ``number`` turns the state down."""
         for i in self.checks_after.get(number, ()):
             equation = self.plan.system.equations[self.plan.checks[i]]
             value = self._check_value(i)

@@ -35,7 +35,8 @@ class SolveOptions:
 
 
 def scene_size(scene: Scene) -> float:
-    """The scene's size in world pixels: the largest distance between two anchors of a thing (else the canvas', else 100).
+    """The scene's size in world pixels: the largest distance between two anchors of a thing (else the canvas', else
+    100).
 
     Only used for scaling and tolerances; taken from the things themselves, so that a scaled scene is solved alike.
     """
@@ -52,8 +53,8 @@ def scene_size(scene: Scene) -> float:
 def solve(timeline: Timeline, options: SolveOptions | None = None) -> Motion:
     """Find the motion of a whole timeline.
 
-    Never raises for what a scene may do: where there is no solution the `Motion` says so in ``troubles`` and its poses mark the frames.
-    Raises `plan.compile.CyclicRateError` for a derivative that depends on itself.
+    Never raises for what a scene may do: where there is no solution the `Motion` says so in ``troubles`` and its poses
+    mark the frames. Raises `plan.compile.CyclicRateError` for a derivative that depends on itself.
     """
     scene = timeline.scene
     size = scene_size(scene)
@@ -129,7 +130,9 @@ def totals_of(plan: Plan, carry: Carry) -> dict[int, float]:
 def _continue(
     stretch: Stretch, piece: Piece, gaps: list[Gap], length: float, ahead: float
 ) -> tuple[list[Choice] | None, float]:
-    """What comes after ``piece``: nothing (it reaches the end), or another piece from where an inequality is violated or a path ended."""
+    """What comes after ``piece``: nothing (it reaches the end), or another piece from where an inequality is violated
+    or a path ended.
+    """
     plan = piece.plan
     stretch.troubles.extend(Trouble("gap", gap.begin, until=gap.end, block=gap.block) for gap in gaps)
     violated = _first_violation(piece, gaps)

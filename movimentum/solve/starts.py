@@ -1,4 +1,6 @@
-"""Solutions of a Newton block to begin with: for blocks without freedom many seeded starts, for free ones the least turned pose."""
+"""Solutions of a Newton block to begin with: for blocks without freedom many seeded starts, for free ones the least
+turned pose.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,8 @@ def newton_starts(
 ) -> list[FloatArray]:
     """The distinct solutions found from the carried pose and from seeded random poses ("found", not "all").
 
-    Where the carried pose is itself a solution (a later step that leaves this block alone), it is the only one returned.
+    Where the carried pose is itself a solution (a later step that leaves this block alone), it is the only one
+    returned.
     """
     first = carried_values(plan, block, carry)
     if any(plan.system.unknowns[n].thing in carry.now.known for n in block.core):
@@ -75,7 +78,8 @@ def free_start(
     """The pose to begin with where freedom is left: for what has a pose already the nearest to it; else things turned
     as little as possible from how they were drawn, and then moved as little as possible.
 
-    One solution, or none. If the block turns out to have no freedom (redundant equations), its solutions as `newton_starts` finds them.
+    One solution, or none. If the block turns out to have no freedom (redundant equations), its solutions as
+    `newton_starts` finds them.
     """
     one, clocks = _first_instant(state, k, 1)
     origin = carried_values(plan, block, carry)
@@ -146,7 +150,8 @@ def _least(
     scale: FloatArray,
 ) -> FloatArray | None:
     """Minimise turns (where given) or the distance from ``origin`` in ``metric`` under the block's equations, with the
-    directions in ``held`` fixed; ``pull`` is the gradient that the known part of the same poses adds. Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18).
+    directions in ``held`` fixed; ``pull`` is the gradient that the known part of the same poses adds. Gauss–Newton
+    steps in the null space of the constraints (Nocedal & Wright, ch. 18).
     """
     x = start.copy()
     for _ in range(200):

@@ -22,7 +22,9 @@ class Dead:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beginning:
-    """A path's beginning at offset ``time``: the candidates, the pose before, and why a new path begins ("step" or "inequality")."""
+    """A path's beginning at offset ``time``: the candidates, the pose before, and why a new path begins ("step" or
+    "inequality").
+    """
 
     time: float
     selection: Selection

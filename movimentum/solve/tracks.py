@@ -231,7 +231,8 @@ def wound(angle: FloatArray, guess: FloatArray) -> FloatArray:
     return angle + 360.0 * np.rint((guess - angle) / 360.0)
 
 
-# Gauss–Legendre, eight points on [-1, 1] (Abramowitz & Stegun, table 25.4); tabulated because importing numpy.polynomial costs more
+# Gauss–Legendre, eight points on [-1, 1] (Abramowitz & Stegun, table 25.4);
+# tabulated because importing numpy.polynomial costs more
 _GAUSS_HALF = np.array([0.18343464249564980, 0.52553240991632899, 0.79666647741362674, 0.96028985649753623])
 _GAUSS_WEIGHT = np.array([0.36268378337836198, 0.31370664587788729, 0.22238103445337447, 0.10122853629037626])
 _GAUSS_X = np.concatenate([-_GAUSS_HALF[::-1], _GAUSS_HALF])
@@ -241,7 +242,8 @@ _GAUSS_W = np.concatenate([_GAUSS_WEIGHT[::-1], _GAUSS_WEIGHT])
 def accumulated(piece: Piece, block: Block, track: TotalTrack, tau: FloatArray) -> FloatArray:
     """(F,) the integral at ``tau``: the last node's total plus Gauss–Legendre quadrature from there.
 
-    The integrand is solved for at the quadrature points, so the result depends on the path's grid only, never on the frames.
+    The integrand is solved for at the quadrature points, so the result depends on the path's grid only, never on the
+    frames.
     """
     j = np.clip(np.searchsorted(track.tau, tau, side="right") - 1, 0, len(track.tau) - 1)
     return track.total[j] + gauss_integral(piece, block, track.tau[j], tau)

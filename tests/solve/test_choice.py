@@ -41,7 +41,7 @@ def test_both_ends_of_a_rigid_bar_may_be_given():
 
 def test_a_redundant_coupling_rod_is_no_obstacle():
     motion = motion_of(""".config(24);
-    W1 : .bar C=[0,0] P=[20,0]; W2 : .bar C=[100,0] P=[120,0]; W3 : .bar C=[200,0] P=[220,0]; 
+    W1 : .bar C=[0,0] P=[20,0]; W2 : .bar C=[100,0] P=[120,0]; W3 : .bar C=[200,0] P=[220,0];
     R : .bar a=[20,0] b=[120,0] c=[220,0];
     @0 W1.C=[0,0]; W1.angle=30+90*.t; W2.C=[100,0]; W3.C=[200,0]; R.a=W1.P; R.b=W2.P; R.c=W3.P; R.angle ~ 0;
     @4""")
