@@ -14,6 +14,10 @@ from movimentum.expressions import Expr, walk
 from movimentum.plan.numeric import NAMESPACE
 
 Compiled = Callable[..., tuple[Any, ...]]
+"""A generated ``f(u, k)``: one value for each expression, a float64 scalar or (F,) array, as its arguments broadcast.
+
+Undefined values are nan or infinite (NumPy's warnings are the caller's to silence).
+"""
 
 _CALLS = {
     "tand", "asind", "acosd", "atand", "atan2d", "ease", "mod", "le", "sqrt", "floor", "exp", "ln",
@@ -87,7 +91,7 @@ def source_of(outputs: Sequence[Expr], clocks: Clocks, name: str = "f") -> str:
 
 
 def compiled(outputs: Sequence[Expr], clocks: Clocks) -> Compiled:
-    """The generated function, over float64 arrays that broadcast."""
+    """The generated function, over float64 arrays that broadcast; NotImplementedError for an operation without code."""
     scope: dict[str, Any] = dict(NAMESPACE)
     exec(compile(source_of(outputs, clocks), "<plan>", "exec"), scope)  # our own text, from numbers and operators only
     return scope["f"]

@@ -56,8 +56,6 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
         wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
         clocks=tuple(clocks.starts),
         size=size,
-        still=not moving,
-        merged=merged,
     )
 
 

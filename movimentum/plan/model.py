@@ -15,10 +15,9 @@ class Plan:
     """How to solve one segment: blocks in order, and what to check and choose by.
 
     ``checks`` are the equations that determine nothing (redundant where they hold); ``check_values`` gives for each its
-    residual and the size of its terms. ``selectors`` has one function for
-    each of `System.selectors`, ``wishes`` one for each error of `System.wishes` (``wish_of``: which wish).
-    ``clocks`` are the starts of the clocks that all compiled functions read as ``k``. ``size`` is the scene's size in
-    pixels. ``still``: nothing in the segment depends on time.
+    residual and the size of its terms. ``selectors`` has one function for each of `System.selectors`, ``wishes`` one
+    for each error of `System.wishes` (``wish_of``: which wish). ``clocks`` are the starts of the clocks that all
+    compiled functions read as ``k``. ``size`` is the scene's size in pixels.
     """
 
     system: System
@@ -30,5 +29,3 @@ class Plan:
     wishes: tuple[Compiled, ...]
     wish_of: tuple[int, ...]
     size: float
-    still: bool
-    merged: frozenset[int]

@@ -27,16 +27,6 @@ def sincosd(degrees: FloatArray) -> tuple[FloatArray, FloatArray]:
     return s * ck + c * sk, c * ck - s * sk
 
 
-def sind(degrees: FloatArray) -> FloatArray:
-    """Sine of degrees."""
-    return sincosd(degrees)[0]
-
-
-def cosd(degrees: FloatArray) -> FloatArray:
-    """Cosine of degrees."""
-    return sincosd(degrees)[1]
-
-
 def tand(degrees: FloatArray) -> FloatArray:
     """Tangent of degrees; infinite where it has a pole."""
     s, c = sincosd(degrees)
@@ -82,8 +72,6 @@ def le(e: FloatArray, b: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray
 
 NAMESPACE: dict[str, object] = {
     "sincosd": sincosd,
-    "sind": sind,
-    "cosd": cosd,
     "tand": tand,
     "asind": asind,
     "acosd": acosd,

@@ -49,7 +49,12 @@ MAXIMAL_NODES = 400_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Choice:
-    """What a path begins with, for one block: a quadratic's sign, or core values (and rates, where known)."""
+    """What a path begins with, for one block.
+
+    ``sign``: the root (+1 or -1) of a POLYNOMIAL or DYAD block. ``values``: the core of a NEWTON block and then its
+    states, the angle (degrees) of a WINDING, the total of an INTEGRAL; all unknowns of a block that does not move.
+    ``rates``: the core's velocity, where the motion so far tells it.
+    """
 
     sign: float = 1.0
     values: tuple[float, ...] = ()

@@ -16,6 +16,9 @@ from movimentum.solve.tracks import NodeTrack, node_track
 
 FloatArray = NDArray[np.float64]
 
+DRIFT_TOLERANCE = 1e-10
+"""Error of a step of least motion, in units of the unknowns' scale."""
+
 # Dormand & Prince 5(4), Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, table II.5.2
 _C = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
 _A = (
@@ -37,11 +40,13 @@ def drift(
     scale: FloatArray,
     nodes: FloatArray,
     until: float,
-    tolerance: float = 1e-10,
 ) -> NodeTrack:
     """The least motion of a block with freedom left: of all velocities that keep the constraints, the one that moves
     the anchors least (sum of squared speeds). Integrated with its own step control, projected back onto the constraints
     after every step.
+
+    ``x`` (n,) are the core values at ``nodes[0]``; the track reaches ``until`` or the last node, or ends where a step
+    as short as `SMALLEST_STEP` still fails.
     """
     assert block.metric is not None
     low, high = float(nodes[0]), float(nodes[-1])
@@ -74,13 +79,13 @@ def drift(
             cubic_slope = 1.125 * (y - x) / length + (3 * slope - 5 * slopes[-1]) / 16
             off = velocity(tau + 0.25 * length, cubic) - cubic_slope
             error = max(error, 0.03 * float(np.max(np.abs(off) * length / scale)))
-            if not np.isfinite(error) or error > tolerance or not converged:
+            if not np.isfinite(error) or error > DRIFT_TOLERANCE or not converged:
                 if length <= SMALLEST_STEP * total:
                     return node_track(times, values, rates, tau)
                 length *= (
                     0.5
                     if not np.isfinite(error) or error == 0.0
-                    else max(0.2, min(0.5, 0.9 * (tolerance / error) ** 0.2))
+                    else max(0.2, min(0.5, 0.9 * (DRIFT_TOLERANCE / error) ** 0.2))
                 )
                 continue
             tau = target if target - tau - length < 1e-12 * total else tau + length
@@ -89,7 +94,7 @@ def drift(
             times.append(tau)
             values.append(x)
             rates.append(slope)
-            length *= min(4.0, 0.9 * (tolerance / max(error, 1e-300)) ** 0.2)
+            length *= min(4.0, 0.9 * (DRIFT_TOLERANCE / max(error, 1e-300)) ** 0.2)
     return node_track(times, values, rates, max(until, high))
 
 
@@ -98,8 +103,9 @@ def flow(
 ) -> tuple[NodeTrack, NodeTrack]:
     """A block with states: integrate z' = integrands(x, z, t) where x solves the block's equations for the given z.
 
-    Returns the tracks of x and of z. Steps are chosen by the embedded error estimate and by how well a cubic between
-    the nodes meets the solution (which is what later evaluations use).
+    ``x`` (n,) are the core values and ``z`` (p,) the integrals at ``nodes[0]``. Returns the tracks of x and of z. Steps
+    are chosen by the embedded error estimate and by how well a cubic between the nodes meets the solution (which is
+    what later evaluations use).
     """
     low, high = float(nodes[0]), float(nodes[-1])
     total = high - low

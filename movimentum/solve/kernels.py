@@ -15,6 +15,7 @@ from movimentum.plan.blocks import Block, Kernel
 
 FloatArray = NDArray[np.float64]
 State = list[Any]
+"""By unknown number: None where not known yet, else a float64 scalar (the same at all instants) or an array (F,)."""
 
 
 class Quadratic(NamedTuple):

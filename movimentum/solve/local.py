@@ -23,7 +23,10 @@ SMALLEST_STEP = 1e-9
 
 @dataclass(slots=True, eq=False)
 class Local:
-    """A block at one instant: Jacobian-related quantities from finite time differences of its inputs."""
+    """A block at one instant: Jacobian-related quantities from finite time differences of its inputs.
+
+    ``delta`` is half the time between the instants compared; ``low`` and ``high`` bound the stretch of the path.
+    """
 
     block: Block
     probe: Probe
@@ -73,7 +76,7 @@ class Local:
         return np.asarray(np.linalg.solve(factor.T, y), dtype=np.float64), 1.0
 
     def corrected(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, bool]:
-        """Newton from ``x`` at one instant."""
+        """Newton from core values ``x`` (n,) at an instant: where it ends (n,), and whether that is a solution."""
         state, clocks = self.probe(np.array([tau]))
         outcome = newton(self.block, state, clocks, x[None, :], scale, iterations=8)
         return outcome.x[0], bool(outcome.converged[0])
@@ -92,8 +95,9 @@ def _whitened(factor: FloatArray, jacobian: FloatArray) -> tuple[FloatArray, Flo
 
 
 def projected(block: Block, probe: Probe, tau: float, x: FloatArray, factor: FloatArray) -> tuple[FloatArray, bool]:
-    """The nearest point that satisfies the block's equations, near enough to ``x`` for Newton steps least in the
-    metric.
+    """The core values nearest to ``x`` (n,) that satisfy the block's equations, by Newton steps least in the metric.
+
+    ``factor`` is the metric's `triangle`. Also returns whether they do satisfy the equations (relative residual 1e-8).
     """
     state, clocks = probe(np.array([tau]))
     ones = np.ones(len(x))

@@ -103,7 +103,7 @@ def carry_at(stretch: Stretch, piece: Piece, time: float, base: Carry) -> Carry:
 
 
 def held(carry: Carry) -> Carry:
-    """The same pose, at rest."""
+    """The same pose, at rest: nothing to continue in velocity."""
     return Carry(carry.now)
 
 

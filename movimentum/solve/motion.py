@@ -84,11 +84,6 @@ class Motion:
     size: float
     accuracy: str = "standard"
 
-    @property
-    def has_solution(self) -> bool:
-        """Whether every moment of the timeline has a solution, as far as the paths show."""
-        return not any(stretch.troubles for stretch in self.stretches)
-
     def poses(self, first: int, stop: int) -> Poses:
         """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start)."""
         import numpy as np

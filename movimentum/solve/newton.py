@@ -20,6 +20,9 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 RANK_TOLERANCE = 1e-8
+"""Of the largest singular value, rows and unknowns scaled to size one."""
+STEP_TOLERANCE = 1e-14
+"""In units of the unknowns' scale."""
 
 
 def residual_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
@@ -74,12 +77,11 @@ def step_of(jacobian: FloatArray, residual: FloatArray, scale: FloatArray, squar
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """``x`` (F, n); ``converged`` (F,); ``error`` (F,) the last relative residual; ``iterations`` used."""
+    """``x`` (F, n); ``converged`` (F,); ``error`` (F,) the last relative residual."""
 
     x: FloatArray
     converged: BoolArray
     error: FloatArray
-    iterations: int
 
 
 def relative_error(residual: FloatArray, jacobian: FloatArray, scale: FloatArray) -> FloatArray:
@@ -97,19 +99,17 @@ def newton(
     start: FloatArray,
     scale: FloatArray,
     *,
-    tolerance: float = 1e-14,
     iterations: int = 12,
     limit: float | None = None,
 ) -> Outcome:
     """Solve the block from ``start`` (F, n). ``limit`` bounds a single step (in units of ``scale``), for starts from
     afar.
 
-    Stops where steps are below ``tolerance`` or no longer shrink; converged means a relative residual below 1e-9
+    Stops where steps are below `STEP_TOLERANCE` or no longer shrink; converged means a relative residual below 1e-9
     (near a singularity the step is no measure, the residual is).
     """
     x = np.array(start, dtype=np.float64)
     square = block.rows == len(block.core)
-    done = 0
     last = np.full(len(x), np.inf)
     residual = residual_of(block, u, k, x)
     with np.errstate(all="ignore"):
@@ -122,13 +122,13 @@ def newton(
             moved = np.asarray(np.isfinite(step).all(axis=1))
             x = np.where(moved[:, None], x + np.where(moved[:, None], step, 0.0), x)
             residual = residual_of(block, u, k, x)
-            if (size <= tolerance).all():
+            if (size <= STEP_TOLERANCE).all():
                 break
             if done > 3 and limit is None and (size >= 0.5 * last).all() and (size < 1e-9).all():
                 break
             last = size
         error = relative_error(residual, jacobian_of(block, u, k, x), scale)
-    return Outcome(x, np.isfinite(error) & (error <= 1e-9), error, done)
+    return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
 
 
 def freedom_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:

@@ -59,11 +59,10 @@ class NodeTrack:
     values: FloatArray
     rates: FloatArray
     until: float
-    still: bool = False
 
     def guess(self, tau: FloatArray) -> FloatArray:
         """(F, n) cubic Hermite interpolation between nodes (held beyond the last)."""
-        if len(self.tau) == 1 or self.still:
+        if len(self.tau) == 1:
             return np.repeat(self.values[:1], len(tau), axis=0)
         j = np.clip(np.searchsorted(self.tau, tau, side="right") - 1, 0, len(self.tau) - 2)
         h = (self.tau[j + 1] - self.tau[j])[:, None]

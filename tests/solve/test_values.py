@@ -163,7 +163,6 @@ def test_a_ten_thousand_turn_crank_is_exact():
 
 def test_still_things_are_solved_once():
     motion = motion_of(f""".config(20); {CRANK} Rod : .bar A=[50,0] B=[200,0];
-   
     Tri : .bar A=[0,0] B=[90,0]; Leg : .bar A=[0,0] B=[0,70];
     @0 Crank.O=[0,0]; Crank.angle=90*.t; Rod.A=Crank.P; Rod.B=[x,0]; x>0;
        Tri.A=[300,0]; Leg.A=[380,0]; Tri.B=Leg.B; Leg.B.y>0;
