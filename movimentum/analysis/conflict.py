@@ -189,6 +189,8 @@ def find_conflict(plan: Plan, around: set[int], tau: float, carry: Carry) -> Con
     thing = [system.equations[e].thing for e in equations]
     every = np.ones(len(equations), dtype=np.bool_)
     all_constraints = sorted({c for c in owner if c is not None})
+    if len(part.block.core) > LARGEST_PART and part.feasible(np.ones(len(equations), dtype=np.bool_)):
+        return None
     if len(part.block.core) > LARGEST_PART:
         return Conflict(tuple(all_constraints[-3:]), (), {}, {}, len(all_constraints), False)
     with np.errstate(all="ignore"):

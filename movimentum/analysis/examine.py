@@ -56,7 +56,7 @@ def examine(motion: Motion) -> Examination:
             *_ambiguities(stretch),
             *_free_motions(stretch, ranks),
             *_jumps(motion, index),
-            *_redundancies(stretch),
+            *_redundancies(stretch, ranks),
         ):
             key = (diagnostic.code, diagnostic.span, diagnostic.message.split(" at t = ")[0])
             if key not in told:
@@ -247,10 +247,18 @@ def _travel_per_frame(motion: Motion, beginning: Beginning) -> float:
 # --- what is superfluous
 
 
-def _redundancies(stretch: Stretch) -> Iterator[Diagnostic]:
+def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
     if any(t.kind == "start" for t in stretch.troubles):
         return
     system = stretch.plan.system
+    for rank in ranks:
+        if rank.rank < stretch.plan.blocks[rank.block].rows:
+            yield Diagnostic(
+                code="constraint/redundant",
+                severity=Severity.NOTE,
+                message="one of the constraints solved together with this one follows from the others (and agrees with them)",
+                span=_span_of_blocks(stretch, (rank.block,)),
+            )
     for check in stretch.plan.checks:
         equation = system.equations[check]
         constraint = next((c for c in stretch.segment.active if c.number == equation.constraint), None)

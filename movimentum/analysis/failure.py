@@ -8,6 +8,7 @@ import numpy as np
 
 from movimentum.analysis.words import counted, number, time_text
 from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.plan.blocks import Block, Kernel
 from movimentum.plan.unknowns import symbol_numbers
 from movimentum.scene.model import Constraint, Scene
 from movimentum.solve.candidates import Rejection, Selection
@@ -28,6 +29,8 @@ def failure_diagnostic(motion: Motion, stretch: Stretch, trouble: Trouble) -> tu
     """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
     time).
     """
+    if trouble.kind == "gap" and trouble.block is not None and _is_formula(stretch.plan.blocks[trouble.block]):
+        return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
     if trouble.kind == "gap":
         return _bind(motion, stretch, trouble), 3
     if trouble.kind == "selector":
@@ -54,12 +57,15 @@ def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[D
     selection = trouble.selection
     assert selection is not None
     selectors = [r for r in selection.rejections if r.selector is not None]
+    for rejection in selection.rejections:
+        if rejection.block is not None and _is_formula(stretch.plan.blocks[rejection.block]):
+            return _undefined(stretch, stretch.plan.blocks[rejection.block], 0.0), 3
     around = _unknowns_of(stretch, selection)
     conflict = _conflict(stretch, around, 0.0, stretch.base) if around else None
     if conflict is None:
         if selectors:
             return _left_nothing(motion, stretch, trouble, 0.0), 1
-        return _undefined(stretch, selection), 3
+        return _not_found(stretch, selection), 3
     from movimentum.analysis.conflict import contradicts
 
     length = float(stretch.segment.end - stretch.segment.start)
@@ -246,8 +252,30 @@ def _ways_out(constraint: Constraint) -> tuple[str, ...]:
     )
 
 
-def _undefined(stretch: Stretch, selection: Selection) -> Diagnostic:
-    """No candidate, and no contradiction found either: something is not finite, or the search found nothing."""
+def _is_formula(block: Block) -> bool:
+    """Whether a block only computes: it has no solution where its formula has no finite value."""
+    return block.kernel in (Kernel.ASSIGN, Kernel.LINEAR)
+
+
+def _undefined(stretch: Stretch, block: Block, tau: float) -> Diagnostic:
+    """A formula without a finite value."""
+    plan = stretch.plan
+    numbers = [plan.system.equations[e].constraint for e in block.equations]
+    spans = [c.span for n in numbers if (c := _constraint(stretch, n)) is not None]
+    return Diagnostic(
+        code="solve/not-converged",
+        severity=Severity.ERROR,
+        message=f"`{plan.system.unknowns[block.unknowns[0]].name}` has no finite value from t = {_at(stretch, tau)} on",
+        span=spans[-1] if spans else None,
+        notes=("a division by zero, the root of a negative number, or an overflow",),
+        helps=(
+            "`.max(…, 0)` keeps a root's argument from going below zero; `--on-failure skip` leaves such frames out",
+        ),
+    )
+
+
+def _not_found(stretch: Stretch, selection: Selection) -> Diagnostic:
+    """No candidate, and no contradiction found either: the search found nothing."""
     plan = stretch.plan
     block = next((plan.blocks[r.block] for r in selection.rejections if r.block is not None), None)
     span = None
@@ -255,14 +283,12 @@ def _undefined(stretch: Stretch, selection: Selection) -> Diagnostic:
         numbers = [plan.system.equations[e].constraint for e in block.equations]
         spans = [c.span for n in numbers if (c := _constraint(stretch, n)) is not None]
         span = spans[-1] if spans else None
-    note = "something has no finite value there (a division by zero, the root of a negative number, an overflow),"
-    note += " or the search did not find what exists"
     return Diagnostic(
         code="solve/not-converged",
         severity=Severity.ERROR,
         message=f"no solution was found at t = {_at(stretch, 0.0)}",
         span=span,
-        notes=(note,),
+        notes=("nothing proves that there is none: the search may not have found what exists",),
         helps=("give the things coordinates near the solution, so that the search begins there",),
     )
 

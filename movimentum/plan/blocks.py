@@ -91,6 +91,10 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
         return _flow_block(number, system, group, clocks, moving)
     if group.free:
         return _newton_block(number, system, group, clocks, moving, [], None)
+    if first is not None and first.original is not None and len(group.unknowns) == 1:
+        assigned = _assigned(number, system, group, clocks, moving, first.original)
+        if assigned is not None:  # d = (A - B).l gives d as it stands; its square has a second root
+            return assigned
     inside = set(group.unknowns)
     forms: list[Polynomial] = []
     for e in group.equations:
@@ -222,15 +226,40 @@ def _general_block(number: int, system: System, group: Group, clocks: Clocks, mo
     if len(group.unknowns) == 1 and len(group.equations) == 1:
         (unknown,) = group.unknowns
         residual = system.equations[group.equations[0]].residual
+        assigned = _assigned(number, system, group, clocks, moving, residual)
+        if assigned is not None:
+            return assigned
         slope = with_respect_to(residual, unknown)
-        if slope.value is not None and slope.value != 0.0:
-            rest = substitute(residual, lambda n: ZERO if n.op == "symbol" and n.payload == unknown else None)
-            explicit = [(unknown, div(neg(rest), slope))]
-            return _block(number, Kernel.ASSIGN, system, group, clocks, moving, (), explicit, [])
         if unknown not in symbols(slope):
-            rest = substitute(residual, lambda n: ZERO if n.op == "symbol" and n.payload == unknown else None)
-            return _block(number, Kernel.LINEAR, system, group, clocks, moving, (unknown,), [], [slope, neg(rest)])
+            return _block(
+                number,
+                Kernel.LINEAR,
+                system,
+                group,
+                clocks,
+                moving,
+                (unknown,),
+                [],
+                [slope, neg(_without(residual, unknown))],
+            )
     return _newton_block(number, system, group, clocks, moving, [], None)
+
+
+def _assigned(
+    number: int, system: System, group: Group, clocks: Clocks, moving: set[int], residual: Expr
+) -> Block | None:
+    """The block of one unknown that ``residual`` gives as it stands (its slope is a constant), or None."""
+    (unknown,) = group.unknowns
+    slope = with_respect_to(residual, unknown)
+    if slope.value is None or slope.value == 0.0:
+        return None
+    explicit = [(unknown, div(neg(_without(residual, unknown)), slope))]
+    return _block(number, Kernel.ASSIGN, system, group, clocks, moving, (), explicit, [])
+
+
+def _without(residual: Expr, unknown: int) -> Expr:
+    """``residual`` where the unknown is 0."""
+    return substitute(residual, lambda n: ZERO if n.op == "symbol" and n.payload == unknown else None)
 
 
 def _newton_block(

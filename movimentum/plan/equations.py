@@ -54,7 +54,7 @@ class Equation:
         if self.form is not Form.PLAIN:
             return 0
         if self.polynomial is None:
-            return 3
+            return 3 if self.constraint is not None else 0  # a direction from its angle is as good as given
         order = poly.degree(self.polynomial)
         if order <= 1:
             return 0 if all(c.value is not None for m, c in self.polynomial.items() if m) else 1

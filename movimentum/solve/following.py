@@ -129,6 +129,8 @@ def follow(
         track = _follow_block(piece, grid, block, choice, gaps)
         piece.tracks.append(track)
         _set_state(piece, grid, block)
+        if block.moving and block.form is Form.PLAIN and block.kernel in (Kernel.ASSIGN, Kernel.LINEAR):
+            gaps += _undefined(piece, grid, block)
         while block.moving and grid.refine(_turning(plan, block, grid.state), LARGEST_TURN):
             if not isinstance(track, NodeTrack | FlowTrack | StillTrack):
                 piece.tracks.pop()
@@ -137,6 +139,26 @@ def follow(
                 _set_state(piece, grid, block)
     piece.nodes = grid.tau
     return piece, sorted(gaps, key=lambda gap: gap.begin)
+
+
+def _undefined(piece: Piece, grid: _Grid, block: Block) -> list[Gap]:
+    """Where what is assigned has no finite value (the root of a negative number, an overflow)."""
+
+    def finite(state: State, count: int) -> FloatArray:
+        every = np.ones(count, dtype=np.bool_)
+        for n in block.unknowns:
+            every &= np.isfinite(state[n])
+        return np.where(every, 1.0, -1.0)
+
+    values = finite(grid.state, len(grid.tau))
+    if values.min() > 0.0:
+        return []
+
+    def margin(tau: FloatArray) -> FloatArray:
+        state, _ = piece.evaluate(piece.instants(tau), (*piece.upstream(block.number), block.number))
+        return finite(state, len(tau))
+
+    return [Gap(begin, end, block.number) for begin, end in find_events(margin, grid.tau, values).gaps]
 
 
 def _instant(piece: Piece, choices: list[Choice]) -> Piece:

@@ -132,6 +132,7 @@ def flow(
     tau = low
     x, slope = solved(tau, z)
     times, xs, zs, slopes_at, rates = [tau], [x], [z], [slope], [rate_of(tau, x, z, slope)]
+    largest = np.abs(z)
     length = 0.02 * total
     while tau < high and tau < until:
         length = min(length, high - tau)
@@ -140,7 +141,8 @@ def flow(
         for c, row in zip(_C[1:], _A[1:], strict=True):
             y = z + length * sum((a * s for a, s in zip(row, stages, strict=True) if a), np.zeros_like(z))
             stages.append(solved(tau + c * length, y)[1])
-        size = np.maximum(np.maximum(np.abs(z), np.abs(y)), 1e-12)
+        largest = np.maximum(largest, np.maximum(np.abs(z), np.abs(y)))  # a state may pass through zero
+        size = np.maximum(largest, 1e-12)
         error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, stages, strict=True))) / size))
         # the cubic through both ends against the equation itself, where its slope is most wrong
         cubic = (27 * z + 5 * y) / 32 + length * (9 * slope - 3 * stages[-1]) / 64

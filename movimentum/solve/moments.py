@@ -124,10 +124,11 @@ def evaluated(piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
     after, bad_after = piece.evaluate(piece.instants(instants.tau[places] + nudge))
     agree = ~bad_before & ~bad_after
     scale = scale_of(piece.plan, range(len(state)))
-    for n, value in enumerate(before):
-        if value is not None:
-            a, b = np.broadcast_to(value, len(places)), np.broadcast_to(after[n], len(places))
-            agree &= np.abs(a - b) <= 1e-6 * np.maximum(scale[n], np.abs(a))
+    with np.errstate(all="ignore"):
+        for n, value in enumerate(before):
+            if value is not None:
+                a, b = np.broadcast_to(value, len(places)), np.broadcast_to(after[n], len(places))
+                agree &= np.abs(a - b) <= 1e-6 * np.maximum(scale[n], np.abs(a))
     for n, value in enumerate(state):
         if value is not None and np.ndim(value) > 0:
             filled = np.array(value)

@@ -66,29 +66,32 @@ class _Search:
         self.state: State = [None] * len(plan.system.unknowns)
         self.decisive: set[int] = set()
         self.measures = Measures(plan, carry, ahead)
-        # which selector and check can be judged after which block
-        place = {n: block.number for block in plan.blocks for n in block.unknowns}
         self.selectors_after: dict[int, list[int]] = {}
         self.checks_after: dict[int, list[int]] = {}
-        self.links: list[tuple[int, int]] = []
-        for i, selector in enumerate(plan.system.selectors):
-            self._attach(symbol_numbers(selector.value), place, self.selectors_after, i)
-        for i, number in enumerate(plan.checks):
-            self._attach(plan.system.equations[number].unknowns, place, self.checks_after, i)
-        for wish in plan.system.wishes:
-            blocks = sorted({place[n] for n in symbol_numbers(*wish.errors) if n in place})
-            self.links.extend((blocks[0], other) for other in blocks[1:])
 
-    def _attach(
-        self,
-        unknowns: Iterable[int],
-        place: dict[int, int],
-        table: dict[int, list[int]],
-        item: int,
-    ) -> None:
-        blocks = sorted({place[n] for n in unknowns if n in place})
-        table.setdefault(blocks[-1] if blocks else -1, []).append(item)
-        self.links.extend((blocks[0], other) for other in blocks[1:])
+    def _place_judgements(self, touched: list[bool]) -> list[tuple[int, int]]:
+        """Decide after which block each selector and check can be judged; returns the blocks that they and wishes tie together.
+
+        Blocks that belong to no part (not ``touched``) are solved before all others.
+        """
+        plan = self.plan
+        owner = {n: block.number for block in plan.blocks for n in block.unknowns}
+        links: list[tuple[int, int]] = []
+
+        def attach(unknowns: Iterable[int], table: dict[int, list[int]] | None, item: int) -> None:
+            blocks = sorted({owner[n] for n in unknowns if n in owner})
+            late = [number for number in blocks if touched[number]]
+            if table is not None:
+                table.setdefault((late or blocks or [-1])[-1], []).append(item)
+            links.extend((late[0], other) for other in late[1:])
+
+        for i, selector in enumerate(plan.system.selectors):
+            attach(symbol_numbers(selector.value), self.selectors_after, i)
+        for i, number in enumerate(plan.checks):
+            attach(plan.system.equations[number].unknowns, self.checks_after, i)
+        for i, wish in enumerate(plan.system.wishes):
+            attach(symbol_numbers(*wish.errors), None, i)
+        return links
 
     # --- independent parts
 
@@ -108,9 +111,7 @@ class _Search:
             touched.append(bool(roots))
             ordered = sorted(roots | ({block.number} if roots else set()))
             links.extend((ordered[0], other) for other in ordered[1:])
-        for a, b in self.links:
-            if touched[a] and touched[b]:
-                links.append((a, b))
+        links.extend(self._place_judgements(touched))
         choices: dict[int, Choice] = {}
         parts: list[Part] = []
         common = [b.number for b in plan.blocks if not touched[b.number]]
