@@ -91,8 +91,9 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
         return _flow_block(number, system, group, clocks, moving)
     if group.free:
         return _newton_block(number, system, group, clocks, moving, [], None)
-    if first is not None and first.original is not None and len(group.unknowns) == 1:
-        assigned = _assigned(number, system, group, clocks, moving, first.original)
+    stated = first.original if first is not None and len(group.unknowns) == 1 else None
+    if stated is not None and first is not None and symbol_numbers(stated) <= first.unknowns:
+        assigned = _assigned(number, system, group, clocks, moving, stated)
         if assigned is not None:  # d = (A - B).l gives d as it stands; its square has a second root
             return assigned
     inside = set(group.unknowns)
@@ -348,7 +349,11 @@ def _block(
     roots = [expr for _, expr in explicit] + outputs
     inputs = symbol_numbers(*roots) - set(group.unknowns)
     timed = any(node.op == "clock" for node in walk(*roots))
-    phases = {node.args[0] for node in walk(*roots) if node.op in ("sind", "cosd", "tand")}
+    phases = {  # a dict for its order
+        node.args[0]: None
+        for node in walk(*roots)
+        if node.op in ("sind", "cosd", "tand") and not symbol_numbers(node.args[0]) & set(group.unknowns)
+    }
     return Block(
         number=number,
         kernel=kernel,
@@ -368,7 +373,7 @@ def _block(
         moving=timed or bool(inputs & moving),
         free=group.free,
         circular=kernel is Kernel.DYAD and outputs[4] == ZERO and outputs[3] == outputs[5],
-        phases=compiled(sorted(phases, key=repr), clocks) if phases else None,
+        phases=compiled(list(phases), clocks) if phases else None,
     )
 
 

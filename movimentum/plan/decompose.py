@@ -121,7 +121,9 @@ def _held_together(
 ) -> tuple[list[Group], list[Equation]]:
     """Groups of what is connected to ``merged``, and the equations that are left."""
     links: list[tuple[int, int]] = []
-    plain = [e for e in equations if e.form is Form.PLAIN]
+    used = {n for e in equations if e.form is not Form.WINDING for n in e.unknowns}
+    # an angle that nothing uses is found afterwards; everything else belongs together
+    plain = [e for e in equations if e.form is not Form.WINDING or e.targets[0] in used]
     for equation in plain:
         members = sorted(equation.unknowns)
         links.extend((members[0], other) for other in members[1:])

@@ -52,7 +52,7 @@ class Equation:
     def priority(self) -> int:
         """Which equations to keep when there are too many: linear with constant coefficients first, rigid ones last."""
         if self.form is not Form.PLAIN:
-            return 0
+            return -1  # they can determine nothing but their own unknown
         if self.polynomial is None:
             return 3 if self.constraint is not None else 0  # a direction from its angle is as good as given
         order = poly.degree(self.polynomial)

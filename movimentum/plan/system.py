@@ -211,11 +211,16 @@ class _Builder:
                 self.wishes.append(Wish(tuple(sub(a, b) for a, b in pairs), constraint.number))
         self.constraint = None
 
+    def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
+        """An equation about an angle between vectors; where the other side is a place (``P.y = .a(u,v)``) it is none."""
+        places = {n for n in symbol_numbers(right) if isinstance(self.unknowns[n].payload, PosePart)}
+        return None if places and right.op != "atan2d" else angle_rows(left, right)
+
     def _equate(self, left: Expr, right: Expr, number: int) -> None:
         residual = sub(left, right)
         form = poly.from_expression(residual)
         if form is None:
-            rewritten = angle_rows(left, right) or angle_rows(right, left) or squared(residual)
+            rewritten = self._angle(left, right) or self._angle(right, left) or squared(residual)
             if rewritten is not None:
                 row, side = rewritten
                 if symbols(row):

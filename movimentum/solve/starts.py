@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 SEEDS = 64
 SAME = 1e-6
+BEGINS = 6
+"""Solutions from which the least turned pose is looked for, where it cannot be reached from the pose carried over."""
 
 
 def _first_instant(state: State, k: Sequence[FloatArray], copies: int) -> tuple[State, tuple[FloatArray, ...]]:
@@ -83,13 +85,13 @@ def free_start(
     """
     one, clocks = _first_instant(state, k, 1)
     origin = carried_values(plan, block, carry)
-    assert block.metric is not None
+    metric = block.metric
+    assert metric is not None
     pull = np.zeros(len(origin))
     if block.coupled and block.coupling is not None:
         known_now = np.array([float(one[n][0]) for n in block.coupled])
         known_before = np.array([carry.now.value(plan.system, n) or 0.0 for n in block.coupled])
         pull = block.coupling @ (known_now - known_before)
-    begins = [origin, *newton_starts(plan, block, state, k, carry, scale)]
     known = carry.now.known
     unknowns = plan.system.unknowns
     place = {unknowns[n].payload: j for j, n in enumerate(block.core)}
@@ -98,32 +100,31 @@ def free_start(
         for payload, j in place.items()
         if isinstance(payload, PoseCos) and payload.thing not in known and PoseSin(payload.thing) in place
     ]
-    results: list[tuple[float, float, FloatArray]] = []
-    for begin in begins:
-        x: FloatArray | None = begin
+
+    def least_from(begin: FloatArray) -> FloatArray | None:
         held: list[tuple[int, int, float]] = []
+        x: FloatArray | None = begin
         if fresh:
-            x = _least(block, one, clocks, begin, block.metric, fresh, [], origin, pull, scale)
-            if x is not None:
-                held = [(jc, js, float(np.arctan2(x[js], x[jc]))) for jc, js in fresh]
-        if x is not None:
-            y = _least(block, one, clocks, x, block.metric, [], held, origin, pull, scale)
-            x = y if y is not None else x
-            x, good = projected(block, lambda _: (one, clocks), 0.0, x, triangle(block.metric))
-            if good:
-                turn = float(sum(np.arctan2(x[js], x[jc]) ** 2 for jc, js in fresh))
-                moved = float((x - origin) @ block.metric @ (x - origin))
-                results.append((round(turn, 9), moved, x))
-    if not results:
-        return []
-    if freedom_of(block, one, clocks, results[0][2], scale) == 0:
-        distinct: list[FloatArray] = []
-        for _, _, x in results:
-            if not any(np.max(np.abs(x - other) / scale) < SAME for other in distinct):
-                distinct.append(x)
-        return distinct
-    results.sort(key=lambda item: item[:2])
-    return [results[0][2]]
+            x = _least(block, one, clocks, begin, fresh, [], origin, pull, scale)
+            if x is None:
+                return None
+            held = [(jc, js, float(np.arctan2(x[js], x[jc]))) for jc, js in fresh]
+        y = _least(block, one, clocks, x, [], held, origin, pull, scale)
+        x, good = projected(block, lambda _: (one, clocks), 0.0, x if y is None else y, triangle(metric))
+        return x if good else None
+
+    def cost(x: FloatArray) -> tuple[float, float]:
+        turn = float(sum(np.arctan2(x[js], x[jc]) ** 2 for jc, js in fresh))
+        return round(turn, 9), float((x - origin) @ metric @ (x - origin))
+
+    nearest = least_from(origin)
+    if nearest is not None and freedom_of(block, one, clocks, nearest, scale) > 0:
+        return [nearest]
+    solutions = newton_starts(plan, block, state, k, carry, scale)
+    if nearest is not None:
+        return [nearest, *(x for x in solutions if np.max(np.abs(x - nearest) / scale) >= SAME)]
+    found = [x for begin in sorted(solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
+    return [min(found, key=cost)] if found else []
 
 
 def _turn_metric(x: FloatArray, fresh: list[tuple[int, int]], metric: FloatArray) -> FloatArray:
@@ -142,7 +143,6 @@ def _least(
     state: State,
     k: Sequence[FloatArray],
     start: FloatArray,
-    metric: FloatArray,
     turns: list[tuple[int, int]],
     held: list[tuple[int, int, float]],
     origin: FloatArray,
@@ -153,8 +153,10 @@ def _least(
     directions in ``held`` fixed; ``pull`` is the gradient that the known part of the same poses adds. Gauss–Newton
     steps in the null space of the constraints (Nocedal & Wright, ch. 18).
     """
+    metric = block.metric
+    assert metric is not None
     x = start.copy()
-    for _ in range(200):
+    for _ in range(80):
         residual = residual_of(block, state, k, x[None])
         jacobian = jacobian_of(block, state, k, x[None])
         if not np.isfinite(residual).all() or not np.isfinite(jacobian).all():
