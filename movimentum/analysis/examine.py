@@ -256,7 +256,7 @@ def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
             yield Diagnostic(
                 code="constraint/redundant",
                 severity=Severity.NOTE,
-                message="one of the constraints solved together with this one follows from the others (and agrees with them)",
+                message="one of the constraints solved together with this one follows from the others (and agrees)",
                 span=_span_of_blocks(stretch, (rank.block,)),
             )
     for check in stretch.plan.checks:

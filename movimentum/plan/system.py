@@ -212,7 +212,7 @@ class _Builder:
         self.constraint = None
 
     def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
-        """An equation about an angle between vectors; where the other side is a place (``P.y = .a(u,v)``) it is none."""
+        """An equation about an angle between vectors; with a place on its other side (``P.y = .a(u,v)``) it is none."""
         places = {n for n in symbol_numbers(right) if isinstance(self.unknowns[n].payload, PosePart)}
         return None if places and right.op != "atan2d" else angle_rows(left, right)
 

@@ -70,7 +70,7 @@ class _Search:
         self.checks_after: dict[int, list[int]] = {}
 
     def _place_judgements(self, touched: list[bool]) -> list[tuple[int, int]]:
-        """Decide after which block each selector and check can be judged; returns the blocks that they and wishes tie together.
+        """Decide after which block each selector and check can be judged; returns the blocks that they and wishes tie.
 
         Blocks that belong to no part (not ``touched``) are solved before all others.
         """
