@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from movimentum.scene.model import Scene as Scene
     from movimentum.solve.motion import Motion as Motion
     from movimentum.solve.motion import Poses as Poses
-    from movimentum.solve.solver import solve as solve_timeline
+    from movimentum.solve.solver import solve as solve_timeline  # noqa: F401  # pyright: ignore[reportUnusedImport]
     from movimentum.source import SourceText as SourceText
     from movimentum.syntax.parser import parse as parse
     from movimentum.timeline.arrange import arrange as arrange
