@@ -25,6 +25,7 @@ ease           smooth 0 -> 1 for u in [0, 1] (3u^2 - 2u^3), constant outside
 le             le(e, b, v, w): v where e <= b, else w
 integral       of its argument over time from an instant to now [Fraction]
 derivative     of its argument with respect to time
+sign           the branch of a block, +1 or -1 (only in plans)
 =============  =====================================================================
 """
 

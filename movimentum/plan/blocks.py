@@ -16,6 +16,7 @@ from movimentum.plan.codegen import Clocks, Compiled, compiled
 from movimentum.plan.decompose import Group
 from movimentum.plan.equations import Form, System
 from movimentum.plan.polynomial import Polynomial
+from movimentum.plan.roots import Roots, line_conic_roots, quadratic_roots, sign_of
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
 
 
@@ -37,10 +38,11 @@ class Block:
     ``explicit``      compiled; returns the values of ``targets`` (in that order)
     ``coefficients``  compiled, by kernel:
                       LINEAR      the (m, m) matrix row by row, then the m right-hand sides
-                      POLYNOMIAL  a, b, c of a u^2 + b u + c = 0, and the sum of the sizes of c's terms
-                      DYAD        line l1, l2, l0 (l1 p + l2 q = l0), then A, B, C, D, E, F of
-                                  A p^2 + B p q + C q^2 + D p + E q + F = 0
+                      POLYNOMIAL, DYAD  the margin (see `plan.roots`), then the core unknowns, given the sign ``g``
                       NEWTON      the m residuals
+    ``formulas``      closed forms: every unknown with its expression, the core first, in an order in which each uses
+                      only inputs and those before it; ``margin`` their margin, where they have one
+    ``partial``       whether a formula may have no finite value
     ``jacobian``      NEWTON: compiled; the entries listed in ``entries`` as (row, column) of the (m, len(core))
                       Jacobian
     ``metric``        free blocks: (n, n), the quadratic form that sums the squared speeds of all anchors
@@ -48,7 +50,6 @@ class Block:
                       known already
     ``inputs``        the unknowns of earlier blocks that it reads
     ``moving``        whether anything in it can change with time
-    ``circular``      DYAD: the conic is a circle
     ``phases``        compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
     ``states``        NEWTON: integrals that depend on the block itself (a differential equation): given to the kernel,
                       and integrated along the path from ``integrands`` (compiled, one value each); they come last in
@@ -73,7 +74,9 @@ class Block:
     inputs: frozenset[int]
     moving: bool
     free: bool
-    circular: bool = False
+    formulas: tuple[tuple[int, Expr], ...] = ()
+    margin: Expr | None = None
+    partial: bool = False
     phases: Compiled | None = None
     form: Form = Form.PLAIN
     states: tuple[int, ...] = ()
@@ -116,11 +119,13 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
         (u,) = core
         quadratic = [rest[0].get(m, ZERO) for m in ((u, u), (u,), ())]
         quadratic.append(_size_of_terms(quadratic[2]))
-        return _block(number, Kernel.POLYNOMIAL, system, group, clocks, moving, core, explicit, quadratic)
+        roots = quadratic_roots(sign_of(number), *quadratic)
+        return _closed_block(number, Kernel.POLYNOMIAL, system, group, clocks, moving, core, explicit, roots)
     if len(core) == 2:
         outputs = _dyad(rest, core)
         if outputs is not None:
-            return _block(number, Kernel.DYAD, system, group, clocks, moving, core, explicit, outputs)
+            roots = line_conic_roots(sign_of(number), outputs[:3], outputs[3:])
+            return _closed_block(number, Kernel.DYAD, system, group, clocks, moving, core, explicit, roots)
     return _newton_block(number, system, group, clocks, moving, explicit, (core, [poly.to_expression(f) for f in rest]))
 
 
@@ -372,9 +377,29 @@ def _block(
         inputs=frozenset(inputs),
         moving=timed or bool(inputs & moving),
         free=group.free,
-        circular=kernel is Kernel.DYAD and outputs[4] == ZERO and outputs[3] == outputs[5],
+        formulas=tuple(explicit) if kernel is Kernel.ASSIGN else (),
+        partial=any(node.op in _PARTIAL for node in walk(*roots)),
         phases=compiled(list(phases), clocks) if phases else None,
     )
+
+
+_PARTIAL = {"div", "pow", "sqrt", "tand", "asind", "acosd", "exp", "ln", "mod", "mul"}
+
+
+def _closed_block(
+    number: int,
+    kernel: Kernel,
+    system: System,
+    group: Group,
+    clocks: Clocks,
+    moving: set[int],
+    core: tuple[int, ...],
+    explicit: list[tuple[int, Expr]],
+    roots: Roots,
+) -> Block:
+    """A block whose core is given by ``roots``."""
+    block = _block(number, kernel, system, group, clocks, moving, core, explicit, [roots.margin, *roots.values])
+    return replace(block, formulas=(*zip(core, roots.values, strict=True), *explicit), margin=roots.margin)
 
 
 def anchor_metric(

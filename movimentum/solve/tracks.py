@@ -187,10 +187,10 @@ def solve_block(piece: Piece, block: Block, track: Track, state: State, instants
         state[block.core[0]] = accumulated(piece, block, track, instants.tau)
     elif block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
         assert isinstance(track, SignTrack)
-        quadratic = kernels.quadratic(block, state, k)
-        for n, value in zip(block.core, quadratic.roots(track.sign(instants.tau)), strict=True):
+        margin, *core = kernels.quadratic(block, state, k).branch(track.sign(instants.tau))
+        for n, value in zip(block.core, core, strict=True):
             state[n] = value
-        failed = ~(quadratic.margin >= -MARGIN_TOLERANCE)
+        failed = ~(np.asarray(margin) >= -MARGIN_TOLERANCE)
     elif block.kernel is Kernel.LINEAR:
         for n, value in zip(block.core, kernels.linear(block, state, k), strict=True):
             state[n] = value
