@@ -383,7 +383,7 @@ def _block(
     )
 
 
-_PARTIAL = {"div", "pow", "sqrt", "tand", "asind", "acosd", "exp", "ln", "mod", "mul"}
+_PARTIAL = {"div", "pow", "sqrt", "tand", "asind", "acosd", "exp", "ln", "mod"}
 
 
 def _closed_block(

@@ -10,6 +10,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from movimentum.expressions import (
+    ONE,
     RADIANS,
     ZERO,
     Expr,
@@ -21,6 +22,7 @@ from movimentum.expressions import (
     mul,
     neg,
     power,
+    ratio,
     rebuild,
     sub,
     substitute,
@@ -54,16 +56,16 @@ def _shifted(node: Expr, start: Fraction) -> Expr | None:
     """A clock as (time since ``start``) + constant."""
     if node.op == "clock":
         offset = start - node.start
-        return add(symbol(_TIME), const(float(offset)))
+        return add(symbol(_TIME), ratio(offset))
     return None
 
 
-def _linear(expr: Expr) -> tuple[float, float] | None:
-    """(a, b) of a + b*time, or None."""
+def _slope(expr: Expr) -> Expr | None:
+    """b of a + b*time, or None where ``expr`` is not that."""
     form = poly.from_expression(expr)
     if form is None or any(len(m) > 1 or c.value is None for m, c in form.items()):
         return None
-    return form.get((), ZERO).value or 0.0, form.get((_TIME,), ZERO).value or 0.0
+    return form.get((_TIME,), ZERO)
 
 
 def _antiderivative(expr: Expr) -> Expr | None:
@@ -102,27 +104,28 @@ def _power_term(n: int) -> Expr:
 
 def _atom_term(atom: Expr, n: int) -> Expr | None:
     """The antiderivative of time^n * sin/cos/exp(a + b time), by parts."""
-    line = _linear(atom.args[0])
-    if line is None or line[1] == 0.0:
+    rate = _slope(atom.args[0])
+    if rate is None or rate.value == 0.0:
         return None
-    rate = line[1] * (1.0 if atom.op == "exp" else RADIANS)
+    if atom.op != "exp":
+        rate = mul(rate, const(RADIANS))
     inside = atom.args[0]
     if atom.op == "exp":
-        whole: Expr = div(atom, const(rate))
+        whole: Expr = div(atom, rate)
     elif atom.op == "sind":
-        whole = neg(div(call("cosd", inside), const(rate)))
+        whole = neg(div(call("cosd", inside), rate))
     else:
-        whole = div(call("sind", inside), const(rate))
+        whole = div(call("sind", inside), rate)
     if n == 0:
         return whole
     time = symbol(_TIME)
     # integral of t^n g = t^n G - n * integral of t^(n-1) G, with G a multiple of another atom
     sign, other = {
-        "exp": (1.0 / rate, atom),
-        "sind": (-1.0 / rate, call("cosd", inside)),
-        "cosd": (1.0 / rate, call("sind", inside)),
+        "exp": (ONE, atom),
+        "sind": (neg(ONE), call("cosd", inside)),
+        "cosd": (ONE, call("sind", inside)),
     }[atom.op]
     lower = _atom_term(other, n - 1)
     if lower is None:
         return None
-    return sub(mul(power(time, float(n)), whole), mul(const(n * sign), lower))
+    return sub(mul(power(time, float(n)), whole), mul(div(mul(const(n), sign), rate), lower))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from movimentum.plan.blocks import Block
-from movimentum.plan.codegen import Compiled
-from movimentum.plan.equations import System
+from movimentum.plan.codegen import Clocks, Compiled
+from movimentum.plan.equations import Form, System
+from movimentum.plan.fused import Schedule, schedule
+from movimentum.plan.unknowns import symbol_numbers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,3 +31,23 @@ class Plan:
     wishes: tuple[Compiled, ...]
     wish_of: tuple[int, ...]
     size: float
+    _schedules: dict[bool, Schedule] = field(default_factory=dict[bool, Schedule])
+
+    def schedule(self, windings: bool) -> Schedule:
+        """The order in which to solve all moving blocks at once (made when it is first asked for), with or without the
+        continuous angles that nothing depends on.
+        """
+        found = self._schedules.get(windings)
+        if found is None:
+            awaited = {n for block in self.blocks for n in block.inputs}
+            awaited |= {n for selector in self.system.selectors for n in symbol_numbers(selector.value)}
+            needed = frozenset(
+                block.number
+                for block in self.blocks
+                if windings or block.form is not Form.WINDING or awaited & set(block.unknowns)
+            )
+            clocks = Clocks()
+            for start in self.clocks:
+                clocks.number(start)
+            found = self._schedules[windings] = schedule(self.blocks, needed, clocks)
+        return found

@@ -99,14 +99,14 @@ class _Builder:
             case AnchorCoordinate(thing, anchor, axis):
                 ax, ay = self.scene.things[thing].anchors[anchor].local
                 rx, ry = self.reference[thing]
-                dx, dy = ax - rx, ay - ry
+                dx, dy = sub(const(ax), const(rx)), sub(const(ay), const(ry))
                 base = self.pose(thing, PoseX if axis == 0 else PoseY)
-                if dx == 0.0 and dy == 0.0:
+                if dx.value == 0.0 and dy.value == 0.0:
                     return base
                 c, s = self.pose(thing, PoseCos), self.pose(thing, PoseSin)
                 if axis == 0:
-                    return add(base, sub(mul(const(dx), c), mul(const(dy), s)))
-                return add(base, add(mul(const(dx), s), mul(const(dy), c)))
+                    return add(base, sub(mul(dx, c), mul(dy, s)))
+                return add(base, add(mul(dx, s), mul(dy, c)))
             case ThingAngle(thing):
                 return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.angle"))
             case ThingProperty(thing, name):

@@ -107,11 +107,11 @@ def held(carry: Carry) -> Carry:
     return Carry(carry.now)
 
 
-def evaluated(piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
+def evaluated(piece: Piece, instants: Instants, *, windings: bool = True) -> tuple[State, BoolArray]:
     """Evaluate a piece. An isolated instant without a solution (two circles that become one for a moment) is taken from
     just beside it, where both sides agree; a pole is not removable and stays unsolved.
     """
-    state, bad = piece.evaluate(instants)
+    state, bad = piece.solve(instants, windings=windings)
     if not bad.any() or piece.end <= piece.begin:
         return state, bad
     nudge = 1e-9 * (piece.end - piece.begin)
@@ -120,8 +120,8 @@ def evaluated(piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
     places = places[(tau - nudge >= piece.begin) & (tau + nudge <= piece.end)]
     if len(places) == 0:
         return state, bad
-    before, bad_before = piece.evaluate(piece.instants(instants.tau[places] - nudge))
-    after, bad_after = piece.evaluate(piece.instants(instants.tau[places] + nudge))
+    before, bad_before = piece.solve(piece.instants(instants.tau[places] - nudge), windings=windings)
+    after, bad_after = piece.solve(piece.instants(instants.tau[places] + nudge), windings=windings)
     agree = ~bad_before & ~bad_after
     scale = scale_of(piece.plan, range(len(state)))
     with np.errstate(all="ignore"):
@@ -142,14 +142,15 @@ def evaluated(piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
 class Assembly:
     """Poses of a run of frames, filled in segment by segment."""
 
-    def __init__(self, motion: Motion, frames: NDArray[np.int64], times: FloatArray) -> None:
+    def __init__(self, motion: Motion, frames: NDArray[np.int64], times: FloatArray, *, angles: bool = True) -> None:
         scene = motion.timeline.scene
         count, things = len(frames), len(scene.things)
         self.motion = motion
+        self.angles = angles
         self.scene = scene
         self.frames, self.times = frames, times
-        self.origin = np.zeros((things, count, 2))
-        self.direction = np.zeros((things, count, 2))
+        self.origin = np.zeros((things, 2, count)).transpose(0, 2, 1)  # each coordinate contiguous over the frames
+        self.direction = np.zeros((things, 2, count)).transpose(0, 2, 1)
         self.angle = np.zeros((things, count))
         self.visible = np.zeros((things, count), dtype=np.bool_)
         self.solved = np.ones(count, dtype=np.bool_)
@@ -171,6 +172,13 @@ class Assembly:
         begins = np.array([piece.begin for piece in stretch.pieces[1:]])
         of_piece = np.searchsorted(begins, instants.tau, side="right")
         offset = int(where.start)
+        only = stretch.pieces[int(of_piece[0])] if of_piece[0] == of_piece[-1] else None
+        if isinstance(only, Piece):  # nearly always: all frames in one piece, so arrays are filled by slices
+            state, bad = evaluated(only, instants, windings=self.angles)
+            self._fill(where, only.plan, state, stretch.base.now)
+            if bad.any():
+                self._hold(np.arange(offset, where.stop)[bad], instants.tau[bad], only, stretch)
+            return
         for number in np.unique(of_piece):
             chosen = np.nonzero(of_piece == number)[0]
             piece = stretch.pieces[int(number)]
@@ -180,12 +188,12 @@ class Assembly:
                 self.solved[places] = False
                 continue
             part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
-            state, bad = evaluated(piece, part)
+            state, bad = evaluated(piece, part, windings=self.angles)
             self._fill(places, piece.plan, state, stretch.base.now)
             if bad.any():
                 self._hold(places[bad], part.tau[bad], piece, stretch)
 
-    def _fill(self, places: NDArray[np.intp], plan: Plan, state: State, base: Snapshot) -> None:
+    def _fill(self, places: NDArray[np.intp] | slice, plan: Plan, state: State, base: Snapshot) -> None:
         for t, placement in enumerate(placements(plan, state, base)):
             self.origin[t, places, 0] = placement.x
             self.origin[t, places, 1] = placement.y
@@ -237,13 +245,13 @@ class Assembly:
 
     def finished(self) -> Poses:
         """The poses, all finite."""
-        finite = np.isfinite(self.origin).all(axis=(0, 2)) & np.isfinite(self.direction).all(axis=(0, 2))
-        finite &= np.isfinite(self.angle).all(axis=0)
-        others = [*self.properties.values(), *self.variables.values()]
-        for values in others:
-            finite &= np.isfinite(values).reshape(len(values), -1).all(axis=1)
-        for array in (self.origin, self.direction, self.angle, *others):
-            np.nan_to_num(array, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+        finite = np.ones(len(self.frames), dtype=np.bool_)
+        of_things = [np.moveaxis(array, 1, 0) for array in (self.origin, self.direction, self.angle)]
+        with np.errstate(all="ignore"):
+            for array in (*of_things, *self.properties.values(), *self.variables.values()):
+                if not np.isfinite(np.sum(array)):
+                    finite &= np.isfinite(array).reshape(len(finite), -1).all(axis=1)
+                    np.nan_to_num(array, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
         return Poses(
             frames=self.frames,
             times=self.times,

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     BoolArray = NDArray[np.bool_]
 
 
+BATCH = 4096
+"""Frames solved by one call: few enough for the arrays to stay in the processor's caches."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Poses:
     """Everything a picture or a table needs of F frames of a scene with N things.
@@ -84,8 +88,12 @@ class Motion:
     size: float
     accuracy: str = "standard"
 
-    def poses(self, first: int, stop: int) -> Poses:
-        """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start)."""
+    def poses(self, first: int, stop: int, *, angles: bool = True) -> Poses:
+        """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start).
+
+        Without ``angles`` the continuous turn in degrees, which no picture needs, is found only where it was needed
+        anyway (`Poses.angle` then holds nothing of use).
+        """
         import numpy as np
 
         from movimentum.solve.instants import at_frames
@@ -94,9 +102,11 @@ class Motion:
         timeline = self.timeline
         frames = np.arange(first, stop, dtype=np.int64)
         times = at_frames((), Fraction(0), timeline.start, 1 / timeline.fps, frames).tau
-        assembly = Assembly(self, frames, times)
+        assembly = Assembly(self, frames, times, angles=angles)
         for stretch, low, high in self.spans(first, stop):
-            assembly.add(stretch, slice(low - first, high - first), self.instants(stretch, low, high))
+            for begin in range(low, high, BATCH):
+                end = min(begin + BATCH, high)
+                assembly.add(stretch, slice(begin - first, end - first), self.instants(stretch, begin, end))
         return assembly.finished()
 
     def spans(self, first: int, stop: int) -> Iterator[tuple[Stretch, int, int]]:

@@ -119,6 +119,7 @@ class Piece:
     tracks: list[Track] = field(default_factory=list[Track])
     nodes: FloatArray = field(default_factory=lambda: np.zeros(1))
     _upstream: dict[int, tuple[int, ...]] = field(default_factory=dict[int, tuple[int, ...]])
+    _still: State | None = None
 
     def upstream(self, number: int) -> tuple[int, ...]:
         """The numbers of the blocks that block ``number`` depends on, in order."""
@@ -143,8 +144,39 @@ class Piece:
         """The state of all that block ``number`` depends on."""
         return self.evaluate(instants, self.upstream(number))[0]
 
+    def solve(self, instants: Instants, *, windings: bool = True) -> tuple[State, BoolArray]:
+        """Solve all blocks of a piece that has been followed, at any number of ``instants``.
+
+        Like `evaluate`, but what is in closed form is solved by few calls for many blocks. Without ``windings`` the
+        continuous angles that nothing depends on are left out (None in the state).
+        """
+        plan = self.plan
+        if self._still is None:
+            self._still = [None] * len(plan.system.unknowns)
+            for block, track in zip(plan.blocks, self.tracks, strict=True):
+                if isinstance(track, StillTrack):
+                    for n, value in zip(block.unknowns, track.values, strict=True):
+                        self._still[n] = np.float64(value)
+        state: State = self._still.copy()
+        bad = np.zeros(len(instants), dtype=np.bool_)
+        signs: dict[int, FloatArray | float] = {
+            number: track.sign(instants.tau) for number, track in enumerate(self.tracks) if isinstance(track, SignTrack)
+        }
+        with np.errstate(all="ignore"):
+            for item in plan.schedule(windings):
+                if isinstance(item, int):
+                    failed = solve_block(self, plan.blocks[item], self.tracks[item], state, instants)
+                    if failed is not None:
+                        bad |= failed
+                else:
+                    margin = item.function(state, instants.clocks, signs)
+                    if margin is not None:
+                        bad |= ~(np.asarray(margin) >= -MARGIN_TOLERANCE)
+        return state, bad
+
     def evaluate(self, instants: Instants, only: Iterable[int] | None = None) -> tuple[State, BoolArray]:
-        """Solve the blocks ``only`` (default: all, in order) at ``instants``.
+        """Solve the blocks ``only`` (default: all, in order) at ``instants``, one by one; while the piece is being
+        followed there is no other way.
 
         Returns the state and a mask (F,) of instants without a solution (their values are finite where a
         discriminant was clamped, nan otherwise).
