@@ -40,19 +40,27 @@ RADIANS = math.pi / 180.0
 
 
 class Expr:
-    """One node; build it with the functions of this module, which fold constants."""
+    """One node; build it with the functions of this module, which fold constants.
 
-    __slots__ = ("_hash", "args", "depth", "op", "payload")
+    ``origin`` of a const is the operation that it was folded from, whose value is known to any number of digits where
+    the const's is rounded; it is no part of what the node is (equality, pickles).
+    """
+
+    __slots__ = ("_hash", "args", "depth", "op", "origin", "payload")
 
     op: str
     args: tuple[Expr, ...]
     payload: Hashable
     depth: int
+    origin: Expr | None
 
-    def __init__(self, op: str, args: tuple[Expr, ...] = (), payload: Hashable = None) -> None:
+    def __init__(
+        self, op: str, args: tuple[Expr, ...] = (), payload: Hashable = None, origin: Expr | None = None
+    ) -> None:
         self.op = op
         self.args = args
         self.payload = payload
+        self.origin = origin
         self.depth = 1 + max((arg.depth for arg in args), default=0)
         self._hash = hash((op, args, payload))
 
@@ -102,6 +110,17 @@ def const(value: float) -> Expr:
     return Expr("const", (), float(value) + 0.0)  # + 0.0 turns -0.0 into 0.0
 
 
+def ratio(value: Fraction) -> Expr:
+    """A rational number; where a float cannot hold it, its ``origin`` is the quotient that it stands for."""
+    if max(abs(value.numerator), value.denominator) >= 2**53:
+        return const(float(value))
+    return div(const(float(value.numerator)), const(float(value.denominator)))
+
+
+def _fold(value: float, op: str, *args: Expr) -> Expr:
+    return Expr("const", (), value + 0.0, Expr(op, args))
+
+
 def symbol(name: Hashable) -> Expr:
     """An unknown, or whatever the owner of ``name`` says it is."""
     return Expr("symbol", (), name)
@@ -115,7 +134,7 @@ def clock(start: Fraction) -> Expr:
 def add(a: Expr, b: Expr) -> Expr:
     """a + b."""
     if a.value is not None and b.value is not None:
-        return const(a.value + b.value)
+        return _fold(a.value + b.value, "add", a, b)
     if a.value == 0.0:
         return b
     if b.value == 0.0:
@@ -126,7 +145,7 @@ def add(a: Expr, b: Expr) -> Expr:
 def neg(a: Expr) -> Expr:
     """-a."""
     if a.value is not None:
-        return const(-a.value)
+        return _fold(-a.value, "neg", a)
     if a.op == "neg":
         return a.args[0]
     return Expr("neg", (a,))
@@ -142,7 +161,7 @@ def sub(a: Expr, b: Expr) -> Expr:
 def mul(a: Expr, b: Expr) -> Expr:
     """a * b."""
     if a.value is not None and b.value is not None:
-        return const(a.value * b.value)
+        return _fold(a.value * b.value, "mul", a, b)
     if b.value is not None:
         a, b = b, a
     if a.value == 0.0:
@@ -152,9 +171,9 @@ def mul(a: Expr, b: Expr) -> Expr:
     if a.value == -1.0:
         return neg(b)
     if a.value is not None and b.op == "mul" and b.args[0].value is not None:
-        return mul(const(a.value * b.args[0].value), b.args[1])
+        return mul(mul(a, b.args[0]), b.args[1])
     if a.value is not None and b.op == "neg":
-        return mul(const(-a.value), b.args[0])
+        return mul(neg(a), b.args[0])
     return Expr("mul", (a, b))
 
 
@@ -162,7 +181,7 @@ def div(a: Expr, b: Expr) -> Expr:
     """a / b; a division by the constant 0 is kept, for its owner to report."""
     if b.value is not None and b.value != 0.0:
         if a.value is not None:
-            return const(a.value / b.value)
+            return _fold(a.value / b.value, "div", a, b)
         if b.value == 1.0:
             return a
     if a.value == 0.0 and b.value is None:
@@ -200,7 +219,7 @@ def derivative(a: Expr) -> Expr:
 
 def _folded(node: Expr) -> Expr:
     value = evaluate_op(node.op, node.payload, [arg.value or 0.0 for arg in node.args])
-    return const(value) if math.isfinite(value) else node
+    return Expr("const", (), value + 0.0, node) if math.isfinite(value) else node
 
 
 # --- evaluation of one operation on numbers -------------------------------------------------

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
-from movimentum.expressions import Expr, const, substitute, walk
+from movimentum.expressions import Expr, ratio, substitute, walk
 from movimentum.scene.model import Constraint, Relation, Scene
 from movimentum.timeline.model import Segment, Timeline
 
@@ -119,7 +119,7 @@ def _substituted(constraint: Constraint, lifetimes: dict[int, Fraction]) -> Cons
             return None
         number = node.payload
         assert isinstance(number, int)
-        return const(float(lifetimes[number] or 1))
+        return ratio(lifetimes[number] or Fraction(1))
 
     return replace(
         constraint,

@@ -1,0 +1,108 @@
+"""Expressions evaluated in another arithmetic than float64: exactly as the script states them.
+
+A constant is the decimal number that its float is the shortest spelling of (0.1 is a tenth); one that was folded is
+computed again from what it was folded from; pi and a degree's size in radians are what they are called.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Sequence
+from fractions import Fraction
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.expressions import RADIANS, Expr, walk
+
+FloatArray = NDArray[np.float64]
+Number = Any
+"""An array (F,), or (1,) for what is the same at all instants, of an arithmetic's own numbers: + - and * work."""
+
+
+class Arithmetic(Protocol):
+    """A kind of numbers. ``digits``: how exact a solution should be, relative to the scene's size; ``working_digits``:
+    how exact the numbers are.
+    """
+
+    @property
+    def digits(self) -> int: ...
+    @property
+    def working_digits(self) -> int: ...
+    def rationals(self, values: Sequence[Fraction]) -> Number: ...
+    def floats(self, values: FloatArray) -> Number: ...
+    def pi(self) -> Number: ...
+    def rounded(self, value: Number) -> FloatArray: ...
+    def balanced(self, values: Sequence[Number], count: int) -> tuple[FloatArray, NDArray[np.int64]]: ...
+    def unbalanced(self, mantissas: FloatArray, exponents: NDArray[np.int64]) -> Number: ...
+    def call(self, op: str, payload: Hashable, arguments: Sequence[Number]) -> Number: ...
+
+
+class Evaluator:
+    """Evaluates expressions in an arithmetic; constants are computed once."""
+
+    def __init__(self, arithmetic: Arithmetic) -> None:
+        self.arithmetic = arithmetic
+        self._constants: dict[int, tuple[Expr, Number]] = {}
+        """By identity: two constants of the same float may have been folded from different things."""
+
+    def rational(self, value: Fraction) -> Number:
+        """A rational number, as (1,)."""
+        return self.arithmetic.rationals([value])
+
+    def decimal(self, value: float) -> Number:
+        """The decimal number that a float is the shortest spelling of, as (1,)."""
+        return self.rational(Fraction(repr(value)))
+
+    def constant(self, node: Expr) -> Number:
+        """A const's value, as (1,)."""
+        stack = [node]
+        while stack:
+            top = stack[-1]
+            if id(top) in self._constants:
+                stack.pop()
+                continue
+            value = top.value
+            if value is not None and top.origin is None:
+                result = self._literal(value)
+            else:
+                operation = top if top.origin is None else top.origin
+                missing = [arg for arg in operation.args if id(arg) not in self._constants]
+                if missing:
+                    stack.extend(missing)
+                    continue
+                arguments = [self._constants[id(arg)][1] for arg in operation.args]
+                result = self.arithmetic.call(operation.op, operation.payload, arguments)
+            self._constants[id(top)] = (top, result)
+            stack.pop()
+        return self._constants[id(node)][1]
+
+    def _literal(self, value: float) -> Number:
+        if value == math.pi:
+            return self.arithmetic.pi()
+        if value == RADIANS:
+            return self.arithmetic.call("div", None, [self.arithmetic.pi(), self.rational(Fraction(180))])
+        if value == 1.0 / RADIANS:
+            return self.arithmetic.call("div", None, [self.rational(Fraction(180)), self.arithmetic.pi()])
+        return self.decimal(value)
+
+    def values(
+        self, nodes: Sequence[Expr], outputs: Sequence[Expr], leaf: Callable[[Expr], Number]
+    ) -> list[Number]:
+        """The values of ``outputs``, given ``nodes`` (their `walk`) and ``leaf``, which knows symbols and clocks."""
+        found: dict[Expr, Number] = {}
+        call = self.arithmetic.call
+        for node in nodes:
+            if node.op == "const":
+                found[node] = self.constant(node)
+            elif not node.args:
+                found[node] = leaf(node)
+            else:
+                found[node] = call(node.op, node.payload, [found[arg] for arg in node.args])
+        return [found[node] for node in outputs]
+
+
+def ordered(outputs: Sequence[Expr]) -> list[Expr]:
+    """Every node below ``outputs``, arguments first: what `Evaluator.values` goes through."""
+    return list(walk(*outputs))
