@@ -42,6 +42,7 @@ class Block:
                       NEWTON      the m residuals
     ``formulas``      closed forms: every unknown with its expression, the core first, in an order in which each uses
                       only inputs and those before it; ``margin`` their margin, where they have one
+    ``residuals``     NEWTON: the m residuals as expressions, and ``slopes``, the Jacobian's entries
     ``partial``       whether a formula may have no finite value
     ``jacobian``      NEWTON: compiled; the entries listed in ``entries`` as (row, column) of the (m, len(core))
                       Jacobian
@@ -76,6 +77,8 @@ class Block:
     free: bool
     formulas: tuple[tuple[int, Expr], ...] = ()
     margin: Expr | None = None
+    residuals: tuple[Expr, ...] = ()
+    slopes: tuple[Expr, ...] = ()
     partial: bool = False
     phases: Compiled | None = None
     form: Form = Form.PLAIN
@@ -293,7 +296,13 @@ def _newton_block(
                     entries.append((i, j))
                     slopes.append(slope)
     block = _block(number, Kernel.NEWTON, system, group, clocks, moving, core, explicit, residuals)
-    block = replace(block, jacobian=compiled(slopes, clocks), entries=tuple(entries))
+    block = replace(
+        block,
+        jacobian=compiled(slopes, clocks),
+        entries=tuple(entries),
+        residuals=tuple(residuals),
+        slopes=tuple(slopes),
+    )
     if not group.free:
         return block
     metric, coupling, coupled = anchor_metric(system, core)

@@ -21,7 +21,7 @@ def sincosd(degrees: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     turns = np.rint(degrees * (1.0 / 90.0))
     rest = (degrees - 90.0 * turns) * _RADIANS
-    quarter = np.asarray(np.mod(np.where(np.isfinite(turns), turns, 0.0), 4.0), dtype=np.intp)
+    quarter = np.asarray(turns).astype(np.int64) & 3  # what is not finite stays so through `rest`
     s, c = np.sin(rest), np.cos(rest)
     ck, sk = _COSINE.take(quarter), _SINE.take(quarter)
     return s * ck + c * sk, c * ck - s * sk

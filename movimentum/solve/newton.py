@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
+from movimentum.plan.codegen import Compiled
 from movimentum.solve.kernels import State
 
 FloatArray = NDArray[np.float64]
@@ -23,6 +24,8 @@ RANK_TOLERANCE = 1e-8
 """Of the largest singular value, rows and unknowns scaled to size one."""
 STEP_TOLERANCE = 1e-14
 """In units of the unknowns' scale."""
+LAST_STEP = 1e-8
+FAR = 0.05
 
 
 def residual_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
@@ -136,6 +139,33 @@ def freedom_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray, s
     rows, _ = scaled(jacobian_of(block, u, k, x[None]), scale)
     rank, _, _ = null_space(rows[0], 1e-7)
     return len(x) - rank
+
+
+def unrolled(
+    block: Block, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray, step: Compiled
+) -> BoolArray:
+    """Improve ``x`` (n, F) in place by Newton steps that ``step`` computes; returns which instants converged (F,).
+
+    A step below 1e-8 is the last one needed: the next would be its square. Instants whose steps do not come down so
+    far, or lead far away, are left to a method that chooses its pivots.
+    """
+    start = x.copy()
+    last = np.full(x.shape[1], np.inf)
+    for _ in range(6):
+        for j, n in enumerate(block.core):
+            u[n] = x[j]
+        steps = step(u, k)
+        last = np.zeros(x.shape[1])
+        for j, s in enumerate(steps):
+            x[j] -= s
+            np.fmax(last, np.abs(s) / scale[j], out=last)
+            last += s - s  # nan stays
+        if not (last > LAST_STEP).any():
+            break
+    far = np.max(np.abs(x - start) / scale[:, None], axis=0) > FAR
+    good = (last <= LAST_STEP) & ~far
+    x[:, ~good] = start[:, ~good]
+    return good
 
 
 def null_space(matrix: FloatArray, tolerance: float = RANK_TOLERANCE) -> tuple[int, FloatArray, FloatArray]:

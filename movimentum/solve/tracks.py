@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block, Kernel
+from movimentum.plan.codegen import Clocks, Compiled, compiled
+from movimentum.plan.elimination import newton_steps, pivot_order
 from movimentum.plan.equations import Form
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import atan2d
@@ -23,10 +25,16 @@ from movimentum.solve import kernels
 from movimentum.solve.change_points import MARGIN_TOLERANCE
 from movimentum.solve.instants import Instants, at_offsets
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import newton
+from movimentum.solve.newton import jacobian_of, newton, unrolled
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+
+
+FEW = 16
+"""Instants below which a batched dense solver is cheaper than generating code for the block."""
+LARGEST_UNROLLED = 24
+"""Unknowns; unrolled elimination of larger blocks makes too much code."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,16 +69,17 @@ class NodeTrack:
     until: float
 
     def guess(self, tau: FloatArray) -> FloatArray:
-        """(F, n) cubic Hermite interpolation between nodes (held beyond the last)."""
+        """(n, F) cubic Hermite interpolation between nodes (held beyond the last)."""
         if len(self.tau) == 1:
-            return np.repeat(self.values[:1], len(tau), axis=0)
-        j = np.clip(np.searchsorted(self.tau, tau, side="right") - 1, 0, len(self.tau) - 2)
-        h = (self.tau[j + 1] - self.tau[j])[:, None]
-        w = np.clip((tau - self.tau[j])[:, None] / h, -0.5, 1.5)
-        a, b, da, db = self.values[j], self.values[j + 1], self.rates[j] * h, self.rates[j + 1] * h
-        w2 = w * w
-        w3 = w2 * w
-        return (2 * w3 - 3 * w2 + 1) * a + (w3 - 2 * w2 + w) * da + (3 * w2 - 2 * w3) * b + (w3 - w2) * db
+            return np.repeat(self.values[:1].T, len(tau), axis=1)
+        h = np.diff(self.tau)
+        j = np.clip(np.searchsorted(self.tau, tau, side="right") - 1, 0, len(h) - 1)
+        w = np.clip((tau - self.tau[j]) / h[j], -0.5, 1.5)
+        a, b = self.values[:-1].T, self.values[1:].T
+        da, db = self.rates[:-1].T * h, self.rates[1:].T * h
+        third = 2.0 * (a - b) + da + db  # a + w (da + w (second + w third))
+        second = 3.0 * (b - a) - 2.0 * da - db
+        return a[:, j] + w * (da[:, j] + w * (second[:, j] + w * third[:, j]))
 
 
 def node_track(times: list[float], values: list[FloatArray], rates: list[FloatArray], until: float) -> NodeTrack:
@@ -120,6 +129,7 @@ class Piece:
     nodes: FloatArray = field(default_factory=lambda: np.zeros(1))
     _upstream: dict[int, tuple[int, ...]] = field(default_factory=dict[int, tuple[int, ...]])
     _still: State | None = None
+    _steppers: dict[int, Compiled | None] = field(default_factory=dict[int, "Compiled | None"])
 
     def upstream(self, number: int) -> tuple[int, ...]:
         """The numbers of the blocks that block ``number`` depends on, in order."""
@@ -143,6 +153,33 @@ class Piece:
     def before(self, number: int, instants: Instants) -> State:
         """The state of all that block ``number`` depends on."""
         return self.evaluate(instants, self.upstream(number))[0]
+
+    def stepper(self, block: Block, track: NodeTrack) -> Compiled | None:
+        """Newton's step of a square block as straight-line code, its pivots chosen for the path's nodes (made once)."""
+        if block.number not in self._steppers:
+            self._steppers[block.number] = self._new_stepper(block, track)
+        return self._steppers[block.number]
+
+    def _new_stepper(self, block: Block, track: NodeTrack) -> Compiled | None:
+        size = len(block.core)
+        if block.rows != size or block.free or size > LARGEST_UNROLLED or len(track.tau) < 2:
+            return None
+        chosen = np.unique(np.linspace(0, len(track.tau) - 1, 9).astype(np.int64))
+        instants = self.instants(track.tau[chosen])
+        state = self.before(block.number, instants)
+        with np.errstate(all="ignore"):
+            samples = jacobian_of(block, state, instants.clocks, track.values[chosen])
+        samples = samples[np.isfinite(samples).all(axis=(1, 2))]
+        if block.states or len(samples) == 0:
+            return None
+        order = pivot_order(samples * track_scale(self.plan, block), block.entries)
+        if len(order) < size:
+            return None
+        clocks = Clocks()
+        for start in self.plan.clocks:
+            clocks.number(start)
+        entries = dict(zip(block.entries, block.slopes, strict=True))
+        return compiled(newton_steps(size, entries, block.residuals, order), clocks)
 
     def solve(self, instants: Instants, *, windings: bool = True) -> tuple[State, BoolArray]:
         """Solve all blocks of a piece that has been followed, at any number of ``instants``.
@@ -228,21 +265,39 @@ def solve_block(piece: Piece, block: Block, track: Track, state: State, instants
             state[n] = value
     elif block.kernel is Kernel.NEWTON:
         if isinstance(track, FlowTrack):
-            for n, value in zip(block.states, track.states.guess(instants.tau).T, strict=True):
+            for n, value in zip(block.states, track.states.guess(instants.tau), strict=True):
                 state[n] = value
             track = track.core
         assert isinstance(track, NodeTrack)
-        guess = track.guess(instants.tau)
-        outcome = newton(block, state, k, guess, track_scale(piece.plan, block), limit=0.1)
+        x = track.guess(instants.tau)
+        scale = track_scale(piece.plan, block)
+        step = piece.stepper(block, track) if len(instants) >= FEW else None
+        converged = unrolled(block, state, k, x, scale, step) if step is not None else np.zeros(x.shape[1], np.bool_)
+        if not converged.all():  # few frames, or a pivot that was good on the path's nodes and is not here
+            left = np.nonzero(~converged)[0]
+            some, clocks = at(state, left, len(instants)), [at_places(clock, left, len(instants)) for clock in k]
+            outcome = newton(block, some, clocks, x[:, left].T, scale, limit=0.1)
+            x[:, left] = outcome.x.T
+            converged[left] = outcome.converged
         for j, n in enumerate(block.core):
-            state[n] = outcome.x[:, j]
-        failed = ~outcome.converged | (instants.tau > track.until)
+            state[n] = x[j]
+        failed = ~converged | (instants.tau > track.until)
     kernels.fill_explicit(block, state, k)
     for n in block.unknowns:
         finite = np.isfinite(state[n])
         if not np.all(finite):
             failed = ~np.broadcast_to(finite, len(instants)) if failed is None else failed | ~finite
     return None if failed is None else np.broadcast_to(failed, len(instants))
+
+
+def at(state: State, places: NDArray[np.int64], count: int) -> State:
+    """The state at some of its ``count`` instants."""
+    return [None if value is None else at_places(value, places, count) for value in state]
+
+
+def at_places(value: FloatArray, places: NDArray[np.int64], count: int) -> FloatArray:
+    """A value (a scalar or (F,)) at some of F instants."""
+    return np.broadcast_to(value, count)[places]
 
 
 def track_scale(plan: Plan, block: Block) -> FloatArray:
