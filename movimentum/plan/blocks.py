@@ -109,7 +109,8 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
         if form is None:
             return _general_block(number, system, group, clocks, moving)
         forms.append(poly.relative_to(form, inside))
-    eliminated, rest = _eliminate(system, forms, inside, size)
+    eliminated, left = _eliminate(system, forms, inside, size)
+    rest = [form for _, form in left]
     core = tuple(n for n in group.unknowns if n not in {n for n, _ in eliminated})
     explicit = _back_substituted(eliminated)
     if not rest:
@@ -129,24 +130,35 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
         if outputs is not None:
             roots = line_conic_roots(sign_of(number), outputs[:3], outputs[3:])
             return _closed_block(number, Kernel.DYAD, system, group, clocks, moving, core, explicit, roots)
-    return _newton_block(number, system, group, clocks, moving, explicit, (core, [poly.to_expression(f) for f in rest]))
+    # not the expanded polynomials: as compositions the residuals are shorter, and so are their derivatives
+    values = {unknown: expr for unknown, expr in explicit}
+    memo: dict[Expr, Expr] = {symbol(unknown): expr for unknown, expr in explicit}
+    residuals = [
+        substitute(
+            system.equations[group.equations[i]].residual,
+            lambda node: values.get(node.payload) if node.op == "symbol" else None,
+            memo,
+        )
+        for i, _ in left
+    ]
+    return _newton_block(number, system, group, clocks, moving, explicit, (core, residuals))
 
 
 def _eliminate(
     system: System, forms: list[Polynomial], inside: set[int], size: float
-) -> tuple[list[tuple[int, Polynomial]], list[Polynomial]]:
+) -> tuple[list[tuple[int, Polynomial]], list[tuple[int, Polynomial]]]:
     """Gaussian elimination of what is linear with a constant pivot: ``(unknown, polynomial that gives it)`` in order,
-    and the rows left.
+    and the rows left, each with its place among ``forms``.
 
     The pivot is the largest coefficient, weighted by the unknown's own size (a cosine is of size 1, a position of the
     scene's size), in the row with the fewest unknowns.
     """
     weight = {n: 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else size for n in inside}
-    forms = list(forms)
+    left = list(enumerate(forms))
     eliminated: list[tuple[int, Polynomial]] = []
     while True:
         best: tuple[tuple[int, float], int, int] | None = None
-        for i, form in enumerate(forms):
+        for i, (_, form) in enumerate(left):
             if poly.degree(form) != 1:
                 continue
             for monomial, coefficient in form.items():
@@ -155,15 +167,15 @@ def _eliminate(
                     if best is None or rank < best[0]:
                         best = rank, i, monomial[0]
         if best is None:
-            return eliminated, forms
+            return eliminated, left
         _, i, unknown = best
-        row = forms[i]
+        row = left[i][1]
         pivot = row[(unknown,)]
         given = {m: neg(div(c, pivot)) for m, c in row.items() if m != (unknown,)}
-        after = [poly.replaced(form, unknown, given) for k, form in enumerate(forms) if k != i]
-        if any(form is None for form in after):
-            return eliminated, forms
-        forms = [form for form in after if form is not None]
+        after = [(place, poly.replaced(form, unknown, given)) for k, (place, form) in enumerate(left) if k != i]
+        if any(form is None for _, form in after):
+            return eliminated, left
+        left = [(place, form) for place, form in after if form is not None]
         eliminated.append((unknown, given))
 
 
@@ -195,6 +207,11 @@ def _size_of_terms(expr: Expr) -> Expr:
     return total
 
 
+def _is_circle(form: Polynomial, core: Sequence[int]) -> bool:
+    p, q = core
+    return form.get((p, p), ZERO) == form.get((q, q), ZERO) and (p, q) not in form
+
+
 def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) -> list[Expr] | None:
     """Line and conic of two equations in two unknowns.
 
@@ -217,16 +234,23 @@ def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) 
         ratio = a[k] / b[k]
         if np.max(np.abs(a - ratio * b)) > 1e-14 * np.max(np.abs(a)):
             return None
-        conic = forms[1]
+        conic = next((form for form in forms if _is_circle(form, core)), forms[1])
         difference = poly.plus(forms[0], poly.scaled(forms[1], const(-ratio)))
         line = {m: c for m, c in difference.items() if len(m) < 2}
         if not any(line.get((n,)) for n in core):
             return None
+    a, b, c = (conic.get(m, ZERO) for m in quadratic)
+    if a.value is not None and b.value is not None and c.value is not None:
+        mean = 0.5 * (a.value + c.value)
+        if max(abs(a.value - mean), abs(b.value)) <= 4e-15 * abs(mean):  # a circle but for rounding
+            a = c = const(mean)
+            b = ZERO
     return [
         line.get((p,), ZERO),
         line.get((q,), ZERO),
         neg(line.get((), ZERO)),
-        *(conic.get(m, ZERO) for m in (*quadratic, (p,), (q,), ())),
+        *(a, b, c),
+        *(conic.get(m, ZERO) for m in ((p,), (q,), ())),
     ]
 
 

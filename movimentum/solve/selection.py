@@ -309,7 +309,7 @@ class _Search:
         for choice in found:
             self._take(block, choice)
             values = [float(np.broadcast_to(state[n], 2)[0]) for n in block.unknowns]
-            if not all(math.isfinite(v) for v in values):
+            if not all(np.isfinite(state[n]).all() for n in block.unknowns):
                 rejections.append(Rejection(-math.inf, block=block.number))
                 continue
             rates = None
