@@ -1,0 +1,179 @@
+"""The solver's figures as Markdown tables (which read well on a terminal too)."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from solving import Link, Result
+    from stages import Solved
+
+BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
+PEERS = ("pylinkage", "numba", "slvs", "python-solvespace", "py-slvs", "mechanism", "pyslvs")
+STAGES = ("parse", "scene", "plan", "code", "path", "first", "solve", "poses", "turns")
+
+
+def number(value: float) -> str:
+    """Three significant digits, or a dash."""
+    if math.isnan(value):
+        return "–"
+    if value == 0.0 or abs(value) >= 1000:
+        return f"{value:,.0f}"
+    return f"{value:.{max(0, 2 - math.floor(math.log10(abs(value))))}f}"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [list(head), *[list(row) for row in rows]]
+    widths = [max(len(line[c]) for line in lines) for c in range(len(head))]
+
+    def line(cells: Sequence[str]) -> str:
+        return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
+
+    return "\n".join([line(lines[0]), "|" + "|".join("-" * (w + 2) for w in widths) + "|", *map(line, lines[1:])])
+
+
+def heading(machine: str, with_peers: bool) -> str:
+    """When and on what."""
+    text = f"{datetime.now(UTC):%Y-%m-%d}. {machine}. One thread."
+    if not with_peers:
+        return text
+    versions: list[str] = []
+    for name in PEERS:
+        try:
+            versions.append(f"{name} {importlib.metadata.version(name)}")
+        except importlib.metadata.PackageNotFoundError:
+            versions.append(f"{name} not installed")
+    return f"{text} Peers: {', '.join(versions)}."
+
+
+def stages(found: Mapping[int, tuple[Mapping[str, Sequence[Result]], Mapping[str, Solved]]]) -> str:
+    """Ours, stage by stage, in milliseconds."""
+    rows: list[list[str]] = []
+    for frames, (results, ours) in found.items():
+        for name, one in ours.items():
+            ms = [number(one.seconds[stage] * 1e3) for stage in STAGES]
+            each = number(one.seconds["solve"] / frames * 1e6)
+            kernels = ", ".join(f"{count} {kernel}" for kernel, count in one.kernels.items() if kernel != "assign")
+            right = next(r for r in results[name] if r.solver == "Movimentum")
+            wrong = f"{right.off + right.missing:,}"
+            rows.append([name, f"{frames:,}", *ms, each, str(one.nodes), kernels, f"{right.residual:.0e}", wrong])
+    head = ["ms", "frames", *STAGES, "solve, µs/frame", "path nodes", "kernels", "residual", "wrong frames"]
+    return "### Our stages\n\n" + _table(head, rows)
+
+
+def _limit(results: Sequence[Result], arrays: bool) -> float:
+    """The fastest right limit reference; ``arrays``: only those written with NumPy alone."""
+    return min(
+        (
+            r.us
+            for r in results
+            if r.solver.startswith("LIM") and not r.off and not r.missing and (not arrays or "numpy" in r.solver)
+        ),
+        default=math.nan,
+    )
+
+
+def solvers(frames: int, found: Mapping[str, Sequence[Result]]) -> str:
+    """All solvers on all mechanisms."""
+    parts: list[str] = []
+    for name, results in found.items():
+        limit, native = _limit(results, True), _limit(results, False)
+        rows: list[list[str]] = []
+        for r in results:
+            if r.error:
+                continue
+            rows.append(
+                [
+                    r.solver, number(r.us), number(r.us / limit), number(r.us / native), number(r.setup_ms),
+                    f"{r.frames:,}", f"{r.residual:.0e}", f"{r.off:,}", f"{r.missing:,}", r.note
+                ]
+            )  # fmt: skip
+        head = [
+            name, "µs/frame", "× NumPy limit", "× native limit", "set-up, ms", "frames", "residual", "off", "missing",
+            "iterations",
+        ]  # fmt: skip
+        text = _table(head, rows)
+        failed = [f"{r.solver} ({r.error})" for r in results if r.error]
+        if failed:
+            text += "\n\nNot measured: " + "; ".join(failed).replace("|", "/") + "."
+        parts.append(text)
+    return f"### {frames:,} frames\n\n" + "\n\n".join(parts)
+
+
+def chain(links: Sequence[Link]) -> str:
+    """The chains: ours by stage, then all solvers."""
+    rows: list[list[str]] = []
+    before: Link | None = None
+    for link in links:
+        if link.result.solver != "Movimentum":
+            continue
+        if link.seconds is None:
+            rows.append([str(link.k), link.result.error, *[""] * 12])
+            continue
+        s = link.seconds
+        growth = "–"
+        if before is not None and before.seconds is not None and link.k > before.k:
+            one, two = (sum(x[t] for t in ("parse", "scene", "plan", "path", "first")) for x in (before.seconds, s))
+            growth = f"{math.log(two / one) / math.log(link.k / before.k):.2f}"
+        ms = [number(s[t] * 1e3) for t in ("parse", "scene", "plan", "code", "path", "first")]
+        each = [number(s[t] / 360 * 1e6) for t in ("solve", "poses")]
+        r = link.result
+        rows.append(
+            [
+                f"{link.k:,}",
+                *ms,
+                growth,
+                *each,
+                f"{r.residual:.0e}",
+                str(r.off),
+                str(r.missing),
+                f"{link.megabytes:.0f}",
+            ]
+        )
+        before = link
+    head = [
+        "k", "parse, ms", "scene, ms", "plan, ms", "of it code", "path, ms", "first, ms", "exponent", "solve, µs/frame",
+        "poses, µs/frame", "residual", "off", "missing", "MB",
+    ]  # fmt: skip
+    text = "### Chains of k four-bars, 360 frames\n\n" + _table(head, rows)
+    text += "\n\nExponent: of k, in the time from the text to the path, since the row above; 1 is linear."
+    sizes = sorted({link.k for link in links})
+    names = list(dict.fromkeys(link.result.solver for link in links))
+    if len(names) > 1:
+        cells: list[list[str]] = []
+        for name in names:
+            row = [name]
+            for k in sizes:
+                one = next((x.result for x in links if x.result.solver == name and x.k == k), None)
+                if one is None:
+                    row.append("")
+                elif one.error:
+                    row.append(one.error.replace("|", "/")[:40])
+                else:
+                    wrong = one.off + one.missing
+                    row.append(number(one.us) + (f" ({wrong} of {one.frames} wrong)" if wrong else ""))
+            cells.append(row)
+        text += "\n\n" + _table(["µs/frame", *(f"k = {k:,}" for k in sizes)], cells)
+    return text
+
+
+def cold(seconds: Mapping[str, float]) -> str:
+    """The cold processes."""
+    base = next(iter(seconds.values()))
+    rows = [[name, f"{value:.3f}", f"{value / base:.2f}"] for name, value in seconds.items()]
+    return "### From a cold process\n\n" + _table(["", "s", "× the imports"], rows)
+
+
+def write(path: Path, text: str) -> None:
+    """Put ``text`` between the marks in ``path``, or make a file of it where there are none."""
+    before, after = "# Benchmarks of the solver\n\n", "\n"
+    if path.exists():
+        old = path.read_text(encoding="utf-8")
+        if BEGIN in old and END in old:
+            before, after = old[: old.index(BEGIN)], old[old.index(END) + len(END) :]
+    path.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
