@@ -45,7 +45,12 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
     if merged:
         held, equations = _held_together(system, equations, merged)
     taken = {n for group in held for n in group.unknowns}
-    rows = [[n for n in equation.targets if n not in taken] for equation in equations]
+    uses = [0] * len(system.unknowns)
+    for equation in equations:
+        for n in equation.targets:
+            uses[n] += 1
+    # an unknown that few equations could determine first: then hardly any choice has to be revised later
+    rows = [sorted((n for n in e.targets if n not in taken), key=uses.__getitem__) for e in equations]
     of_row, of_column = maximum_matching(rows, len(system.unknowns))
     checks = [equations[i].number for i, column in enumerate(of_row) if column < 0]
     open_columns = [n for n, row in enumerate(of_column) if row < 0 and n not in taken]

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.expressions import walk
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import sincosd
 from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
@@ -38,7 +37,7 @@ class Placement:
 
 def placements(plan: Plan, state: State, base: Snapshot) -> list[Placement]:
     """Every thing's placement; what the plan does not know stays as in ``base``."""
-    number_of = plan.system.number_of
+    number_of, shift = plan.system.number_of, plan.system.shift
     result: list[Placement] = []
     for thing in plan.system.scene.things:
         t = thing.number
@@ -59,11 +58,18 @@ def placements(plan: Plan, state: State, base: Snapshot) -> list[Placement]:
             angle = np.float64(before.angle)
         rx, ry = plan.system.reference.get(t, (0.0, 0.0))
         x, y = value(PoseX(t)), value(PoseY(t))
+        if x is not None and shift[0] != 0.0:
+            x = x + shift[0]
+        if y is not None and shift[1] != 0.0:
+            y = y + shift[1]
         if x is None:
             x = np.float64(before.x + (before.c * rx - before.s * ry))
         if y is None:
             y = np.float64(before.y + (before.s * rx + before.c * ry))
-        result.append(Placement(x - (c * rx - s * ry), y - (s * rx + c * ry), c, s, angle))
+        if rx == 0.0 == ry:
+            result.append(Placement(x, y, c, s, angle))
+        else:
+            result.append(Placement(x - (c * rx - s * ry), y - (s * rx + c * ry), c, s, angle))
     return result
 
 
@@ -155,12 +161,11 @@ class Assembly:
         self.visible = np.zeros((things, count), dtype=np.bool_)
         self.solved = np.ones(count, dtype=np.bool_)
         self.properties: dict[tuple[int, str], FloatArray] = {}
-        for constraint in scene.constraints():
-            for node in walk(*constraint.left, *constraint.right):
-                if node.op == "symbol" and isinstance(node.payload, ThingProperty):
-                    key = (node.payload.thing, node.payload.name)
-                    if key not in self.properties:
-                        self.properties[key] = np.full(count, _default(scene.things[key[0]], key[1]))
+        for stretch in motion.stretches:
+            for payload in stretch.plan.system.number_of:
+                if isinstance(payload, ThingProperty) and (payload.thing, payload.name) not in self.properties:
+                    default = _default(scene.things[payload.thing], payload.name)
+                    self.properties[payload.thing, payload.name] = np.full(count, default)
         self.variables = {
             name: np.zeros((count, 2) if variable.is_vector else count) for name, variable in scene.variables.items()
         }

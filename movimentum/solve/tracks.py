@@ -129,6 +129,8 @@ class Piece:
     nodes: FloatArray = field(default_factory=lambda: np.zeros(1))
     _upstream: dict[int, tuple[int, ...]] = field(default_factory=dict[int, tuple[int, ...]])
     _still: State | None = None
+    _signs: dict[int, FloatArray | float] = field(default_factory=dict[int, "FloatArray | float"])
+    _switching: list[int] = field(default_factory=list[int])
     _steppers: dict[int, Compiled | None] = field(default_factory=dict[int, "Compiled | None"])
 
     def upstream(self, number: int) -> tuple[int, ...]:
@@ -194,11 +196,19 @@ class Piece:
                 if isinstance(track, StillTrack):
                     for n, value in zip(block.unknowns, track.values, strict=True):
                         self._still[n] = np.float64(value)
+                elif isinstance(track, SignTrack) and len(track.switches) == 0:
+                    self._signs[block.number] = track.first
+                elif isinstance(track, SignTrack):
+                    self._switching.append(block.number)
         state: State = self._still.copy()
         bad = np.zeros(len(instants), dtype=np.bool_)
-        signs: dict[int, FloatArray | float] = {
-            number: track.sign(instants.tau) for number, track in enumerate(self.tracks) if isinstance(track, SignTrack)
-        }
+        signs = self._signs
+        if self._switching:
+            signs = signs.copy()
+            for number in self._switching:
+                track = self.tracks[number]
+                assert isinstance(track, SignTrack)
+                signs[number] = track.sign(instants.tau)
         with np.errstate(all="ignore"):
             for item in plan.schedule(windings):
                 if isinstance(item, int):
