@@ -55,6 +55,39 @@ from movimentum.scene.model import (
 from movimentum.timeline.model import Segment
 
 
+FAR = 1e3
+"""How many sizes of its largest thing a scene may lie from the world's origin before it is shifted there."""
+
+
+def scene_shift(scene: Scene) -> tuple[float, float]:
+    """The world point that positions are solved relative to: (0, 0), except for a scene that lies far from there.
+
+    A mechanism of size 1 at 1e8 would lose all its digits in squares of its coordinates. Only numbers that the script
+    states are asked (fixed points, else things as drawn), so that a moved scene is solved alike.
+    """
+    drawn = [anchor.local for thing in scene.things if thing.is_body for anchor in thing.anchors]
+    fixed: list[tuple[float, float]] = []
+    for constraint in scene.constraints():
+        if constraint.relation is Relation.EQUAL and constraint.anchor is not None and len(constraint.right) == 2:
+            x, y = constraint.right[0].value, constraint.right[1].value
+            if x is not None and y is not None:
+                fixed.append((x, y))
+    points = fixed or drawn
+    if not points:
+        return 0.0, 0.0
+    middle = len(points) // 2
+    x, y = sorted(p[0] for p in points)[middle], sorted(p[1] for p in points)[middle]
+    extent = max(
+        (
+            max(p[axis] for p in some) - min(p[axis] for p in some)
+            for some in ([anchor.local for anchor in t.anchors] for t in scene.things if t.is_body and t.anchors)
+            for axis in (0, 1)
+        ),
+        default=0.0,
+    ) or max(max(p[axis] for p in points) - min(p[axis] for p in points) for axis in (0, 1))
+    return (x, y) if extent > 0.0 and max(abs(x), abs(y)) > FAR * extent else (0.0, 0.0)
+
+
 class _Builder:
     """Collects unknowns and equations while a segment is lowered."""
 
@@ -67,6 +100,7 @@ class _Builder:
         self.selectors: list[Selector] = []
         self.wishes: list[Wish] = []
         self.reference = _reference_anchors(scene, segment.active)
+        self.shift = scene_shift(scene)
         self.memo: dict[Expr, Expr] = {}
         self.constraint: Constraint | None = None
         self.integrals = 0
@@ -101,6 +135,8 @@ class _Builder:
                 rx, ry = self.reference[thing]
                 dx, dy = sub(const(ax), const(rx)), sub(const(ay), const(ry))
                 base = self.pose(thing, PoseX if axis == 0 else PoseY)
+                if self.shift[axis] != 0.0:
+                    base = add(base, const(self.shift[axis]))
                 if dx.value == 0.0 and dy.value == 0.0:
                     return base
                 c, s = self.pose(thing, PoseCos), self.pose(thing, PoseSin)
@@ -263,6 +299,7 @@ def _finished(builder: _Builder) -> System:
         wishes=tuple(builder.wishes),
         reference=builder.reference,
         number_of=dict(builder.number_of),
+        shift=builder.shift,
     )
 
 

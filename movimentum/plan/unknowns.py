@@ -16,14 +16,14 @@ from movimentum.scene.model import ThingAngle, ThingProperty
 
 @dataclass(frozen=True, slots=True)
 class PoseX:
-    """World x of a thing's reference anchor."""
+    """World x of a thing's reference anchor, relative to the system's shift."""
 
     thing: int
 
 
 @dataclass(frozen=True, slots=True)
 class PoseY:
-    """World y of a thing's reference anchor."""
+    """World y of a thing's reference anchor, relative to the system's shift."""
 
     thing: int
 

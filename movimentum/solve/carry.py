@@ -48,8 +48,8 @@ class Snapshot:
                 return pose.angle
             rx, ry = system.reference[payload.thing]
             if isinstance(payload, PoseX):
-                return pose.x + (pose.c * rx - pose.s * ry)
-            return pose.y + (pose.s * rx + pose.c * ry)
+                return pose.x + (pose.c * rx - pose.s * ry) - system.shift[0]
+            return pose.y + (pose.s * rx + pose.c * ry) - system.shift[1]
         return self.others.get(payload)
 
 
