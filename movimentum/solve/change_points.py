@@ -17,6 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Margin = Callable[[FloatArray], FloatArray]
+"""The relative discriminant at any offsets: (N,) to (N,)."""
 
 MARGIN_TOLERANCE = 4e-12
 """How far below zero a relative discriminant may come by rounding; nearer to zero than this, two solutions meet."""
@@ -33,24 +36,24 @@ class Events:
     gaps: tuple[tuple[float, float], ...]
 
 
-def find_events(margin: Callable[[FloatArray], FloatArray], tau: FloatArray, values: FloatArray) -> Events:
+def find_events(margin: Margin, tau: FloatArray, values: FloatArray) -> Events:
     """Classify the zeros of ``margin`` (the relative discriminant), known as ``values`` at the nodes ``tau``."""
     values = np.where(np.isfinite(values), values, -1.0)
-    flips: list[float] = []
     gaps = _gaps(margin, tau, values)
-    for low, middle, high in _minima(tau, values):
-        kind, place = _refine(margin, low, middle, high)
-        if kind == "touch":
-            if _passes_through(margin, place, min(place - low, high - place)):
-                flips.append(_located(margin, place, min(place - low, high - place)))
-        elif kind == "gap":
-            left = _crossing(margin, low, place)
-            right = _crossing(margin, high, place)
-            gaps.append((left, right))
-    return Events(tuple(sorted(flips)), tuple(sorted(gaps)))
+    low, middle, high = _minima(tau, values)
+    touch, below, place = _refined(margin, low, middle, high)
+    for i in np.nonzero(below)[0]:
+        left = _crossing(margin, float(low[i]), float(place[i]))
+        right = _crossing(margin, float(high[i]), float(place[i]))
+        gaps.append((left, right))
+    low, high, place = low[touch], high[touch], place[touch]
+    width = np.minimum(place - low, high - place)
+    through = _passes_through(margin, place, width)
+    flips = _located(margin, place[through], width[through])
+    return Events(tuple(sorted(flips.tolist())), tuple(sorted(gaps)))
 
 
-def _gaps(margin: Callable[[FloatArray], FloatArray], tau: FloatArray, values: FloatArray) -> list[tuple[float, float]]:
+def _gaps(margin: Margin, tau: FloatArray, values: FloatArray) -> list[tuple[float, float]]:
     below = values < -MARGIN_TOLERANCE
     gaps: list[tuple[float, float]] = []
     i = 0
@@ -68,12 +71,13 @@ def _gaps(margin: Callable[[FloatArray], FloatArray], tau: FloatArray, values: F
     return gaps
 
 
-def _minima(tau: FloatArray, values: FloatArray) -> list[tuple[float, float, float]]:
-    """Brackets of local minima that may reach zero between nodes."""
+def _minima(tau: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Brackets (low, middle, high), each (B,), of local minima that may reach zero between nodes."""
     n = len(tau)
+    none = np.zeros(0)
     if n < 2:
-        return []
-    result: list[tuple[float, float, float]] = []
+        return none, none, none
+    brackets: list[FloatArray] = []
     v = values
     if n >= 3:
         left, middle, right = v[:-2], v[1:-1], v[2:]
@@ -82,77 +86,92 @@ def _minima(tau: FloatArray, values: FloatArray) -> list[tuple[float, float, flo
         low = (middle <= left) & (middle <= right) & (middle > -MARGIN_TOLERANCE)
         worth = (middle < 0.5 * np.maximum(left, right)) | (middle < 0.02)
         flat = np.maximum(left, right) <= MARGIN_TOLERANCE
-        for i in np.nonzero(low & worth & ~flat)[0]:
-            if middle[i] == left[i] and i > 0 and v[i - 1] >= left[i] and left[i] <= MARGIN_TOLERANCE:
-                continue  # the second of two equal nodes
-            result.append((float(tau[i]), float(tau[i + 1]), float(tau[i + 2])))
+        before = np.concatenate([[-np.inf], left[:-1]])
+        second = (middle == left) & (before >= left) & (left <= MARGIN_TOLERANCE)  # of two equal nodes
+        i = np.nonzero(low & worth & ~flat & ~second)[0]
+        brackets.append(np.stack([tau[i], tau[i + 1], tau[i + 2]]))
     # a dip inside the first or last interval, seen from its end only
-    if -MARGIN_TOLERANCE < v[0] < 0.25 * v[1] and v[0] > MARGIN_TOLERANCE:
-        result.append((float(tau[0]), float(0.75 * tau[0] + 0.25 * tau[1]), float(tau[1])))
-    if n >= 2 and MARGIN_TOLERANCE < v[-1] < 0.25 * v[-2]:
-        result.append((float(tau[-2]), float(0.75 * tau[-1] + 0.25 * tau[-2]), float(tau[-1])))
-    return result
+    if MARGIN_TOLERANCE < v[0] < 0.25 * v[1]:
+        brackets.append(np.array([[tau[0]], [0.75 * tau[0] + 0.25 * tau[1]], [tau[1]]]))
+    if MARGIN_TOLERANCE < v[-1] < 0.25 * v[-2]:
+        brackets.append(np.array([[tau[-2]], [0.75 * tau[-1] + 0.25 * tau[-2]], [tau[-1]]]))
+    if not brackets:
+        return none, none, none
+    joined = np.concatenate(brackets, axis=1)
+    return joined[0], joined[1], joined[2]
 
 
-def _refine(margin: Callable[[FloatArray], FloatArray], low: float, middle: float, high: float) -> tuple[str, float]:
-    """Close in on a minimum: "touch" (zero), "gap" (below zero) or "clear" (above), with its place."""
-    a, b = low, high
-    place = middle
+def _refined(
+    margin: Margin, low: FloatArray, middle: FloatArray, high: FloatArray
+) -> tuple[BoolArray, BoolArray, FloatArray]:
+    """Close in on B minima at once: masks (B,) of those that touch zero and of those below it, and their places."""
+    count = len(low)
+    a, b, place = low.copy(), high.copy(), middle.copy()
+    touch, below, clear = (np.zeros(count, dtype=np.bool_) for _ in range(3))
+    fractions = np.linspace(0.0, 1.0, SAMPLES + 2)
     for _ in range(ROUNDS):
-        points = np.linspace(a, b, SAMPLES + 2)
-        values = margin(points)
+        left_over = np.nonzero(~(touch | below | clear))[0]
+        if len(left_over) == 0:
+            return touch, below, place
+        points = a[left_over, None] + (b - a)[left_over, None] * fractions
+        points[:, -1] = b[left_over]
+        values = margin(points.reshape(-1)).reshape(points.shape)
         values = np.where(np.isfinite(values), values, -1.0)
-        i = int(np.argmin(values))
-        place = float(points[i])
-        if values[i] < -MARGIN_TOLERANCE:
-            return "gap", place
-        left, right = max(i - 1, 0), min(i + 1, len(points) - 1)
-        bend = (
-            abs(values[left] - 2.0 * values[i] + values[right])
-            if 0 < i < len(points) - 1
-            else abs(values[left] - values[right])
-        )
-        if values[i] > 10.0 * max(bend, MARGIN_TOLERANCE):
-            return "clear", place
-        if bend < 0.1 * MARGIN_TOLERANCE:
-            return ("touch" if values[i] <= MARGIN_TOLERANCE else "clear"), place
-        a, b = float(points[left]), float(points[right])
-    return ("touch" if margin(np.array([place]))[0] <= MARGIN_TOLERANCE else "clear"), place
+        rows = np.arange(len(left_over))
+        i = np.argmin(values, axis=1)
+        least = values[rows, i]
+        place[left_over] = points[rows, i]
+        left, right = np.maximum(i - 1, 0), np.minimum(i + 1, SAMPLES + 1)
+        inner = (i > 0) & (i < SAMPLES + 1)
+        at_left, at_right = values[rows, left], values[rows, right]
+        bend = np.abs(np.where(inner, at_left - 2.0 * least + at_right, at_left - at_right))
+        under = least < -MARGIN_TOLERANCE
+        over = ~under & (least > 10.0 * np.maximum(bend, MARGIN_TOLERANCE))
+        resolved = ~under & ~over & (bend < 0.1 * MARGIN_TOLERANCE)
+        below[left_over] = under
+        touch[left_over] = resolved & (least <= MARGIN_TOLERANCE)
+        clear[left_over] = over | (resolved & (least > MARGIN_TOLERANCE))
+        a[left_over], b[left_over] = points[rows, left], points[rows, right]
+    left_over = np.nonzero(~(touch | below | clear))[0]
+    if len(left_over):
+        touch[left_over] = margin(place[left_over]) <= MARGIN_TOLERANCE
+    return touch, below, place
 
 
-def _passes_through(margin: Callable[[FloatArray], FloatArray], place: float, width: float) -> bool:
-    """Whether the zero's order is 2, 6, …: h = sqrt(D) then changes sign."""
-    if width <= 0.0:
-        return False
-    w = width / 16.0
-    values = margin(np.array([place - w, place - w / 2, place + w / 2, place + w]))
+def _passes_through(margin: Margin, place: FloatArray, width: FloatArray) -> BoolArray:
+    """Whether each zero's order is 2, 6, …: h = sqrt(D) then changes sign. ``place`` and ``width`` are (B,)."""
+    if len(place) == 0:
+        return np.zeros(0, dtype=np.bool_)
+    steps = np.array([-1.0, -0.5, 0.5, 1.0]) / 16.0
+    values = margin((place[:, None] + width[:, None] * steps).reshape(-1)).reshape(-1, 4)
     with np.errstate(all="ignore"):
-        orders = np.log2(np.array([values[0] / values[1], values[3] / values[2]]))
-    orders = orders[np.isfinite(orders)]
-    if len(orders) == 0:
-        return False
-    return round(float(np.mean(orders)) / 2.0) % 2 == 1
+        orders = np.log2(np.stack([values[:, 0] / values[:, 1], values[:, 3] / values[:, 2]], axis=-1))
+    good = np.isfinite(orders)
+    count = good.sum(axis=1)
+    mean = np.where(good, orders, 0.0).sum(axis=1) / np.maximum(count, 1)
+    return np.asarray((width > 0.0) & (count > 0) & (np.rint(mean / 2.0) % 2 == 1), dtype=np.bool_)
 
 
-def _located(margin: Callable[[FloatArray], FloatArray], place: float, width: float) -> float:
-    """The zero of h, far more accurately than D's minimum shows it: h is smooth, so a cubic through four signed values
-    of it.
+def _located(margin: Margin, place: FloatArray, width: FloatArray) -> FloatArray:
+    """The zeros (B,) of h, far more accurately than D's minima show them: h is smooth, so a cubic through four signed
+    values of it.
     """
+    if len(place) == 0:
+        return place
     w = width / 16.0
     x = np.array([-1.0, -0.5, 0.5, 1.0])
-    h = np.sign(x) * np.sqrt(np.maximum(margin(place + w * x), 0.0))
-    coefficients = np.linalg.solve(np.stack([np.ones(4), x, x**2, x**3], axis=-1), h)
-    root = 0.0
-    for _ in range(8):
-        slope = coefficients[1] + root * (2 * coefficients[2] + 3 * coefficients[3] * root)
-        value = coefficients[0] + root * (coefficients[1] + root * (coefficients[2] + root * coefficients[3]))
-        if slope == 0.0:
-            break
-        root -= value / slope
-    return place + w * root if abs(root) < 0.5 else place
+    h = np.sign(x) * np.sqrt(np.maximum(margin((place[:, None] + w[:, None] * x).reshape(-1)).reshape(-1, 4), 0.0))
+    c0, c1, c2, c3 = np.linalg.solve(np.stack([np.ones(4), x, x**2, x**3], axis=-1), h.T)
+    root = np.zeros(len(place))
+    with np.errstate(all="ignore"):
+        for _ in range(8):
+            slope = c1 + root * (2 * c2 + 3 * c3 * root)
+            value = c0 + root * (c1 + root * (c2 + root * c3))
+            root = np.where(slope == 0.0, root, root - value / slope)
+    return np.where(np.abs(root) < 0.5, place + w * root, place)
 
 
-def _crossing(margin: Callable[[FloatArray], FloatArray], good: float, bad: float) -> float:
+def _crossing(margin: Margin, good: float, bad: float) -> float:
     """The time between ``good`` (solvable) and ``bad`` at which the solution ends, by repeated sectioning."""
     for _ in range(18):
         points = np.linspace(good, bad, SAMPLES + 2)
