@@ -107,7 +107,8 @@ ACCURACY = click.option(
     type=click.Choice(["draft", "standard", "high", "exact"]),
     default="standard",
     show_default=True,
-    help="How exactly the equations are solved (only standard is there yet).",
+    help="How exactly the equations are solved: interpolated (what it is off by is told), to a float's precision, to "
+    "its last bits, or to as many digits as you like.",
 )
 ON_FAILURE = click.option(
     "--on-failure",
@@ -379,6 +380,7 @@ Examples:
   movimentum solve crank.mov -o poses.csv
   movimentum solve crank.mov -o - | head -3
   movimentum solve crank.mov -o poses.npz --fps 1000
+  movimentum solve crank.mov -o poses.csv --accuracy exact --digits 80
 
 """
     + EXIT_CODES
@@ -470,4 +472,5 @@ def _made(console: Console, script: str, work: Callable[[SourceText], Outcome]) 
         console.show(error.diagnostics, source)
         return error.exit_code, None
     console.show(outcome.diagnostics, source)
+    console.note(outcome.notes, source)
     return outcome.exit_code, outcome

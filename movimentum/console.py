@@ -73,6 +73,13 @@ class Console:
         if shown:
             self.write(render_text(shown, source or SourceText("movimentum", ""), color=wants_color(self.stream)))
 
+    def note(self, diagnostics: Iterable[Diagnostic], source: SourceText | None) -> None:
+        """Notes that answer what was asked on the command line; nothing with ``--quiet``."""
+        from movimentum.diagnostics import render_text
+
+        for item in () if self.quiet else diagnostics:
+            self.write(render_text([item], source or SourceText("movimentum", ""), color=wants_color(self.stream)))
+
     def trace(self, error: BaseException) -> None:
         """The traceback, with ``--debug``."""
         if self.debug:

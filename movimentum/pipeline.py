@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from movimentum.render.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solve.motion import Motion, Poses
+    from movimentum.solve.refinement import RefinedMotion
     from movimentum.timeline.model import Timeline
 
 MAX_FRAMES = 1_000_000
@@ -122,37 +123,62 @@ class Solution:
 
     ``fault`` is the exit code that it deserves as it is: 0, 1 (it contradicts itself, or warnings with ``strict``) or 3
     (no solution at some time). ``free``: from when to when a thing can move in a way that nothing determines.
+    ``notes`` are about the accuracy asked for, and are shown where notes are not.
     """
 
-    motion: Motion
+    motion: Motion | RefinedMotion
     diagnostics: tuple[Diagnostic, ...]
     steps: tuple[StepReport, ...]
     fault: int
     free: tuple[tuple[float, float, Way], ...]
+    notes: tuple[Diagnostic, ...] = ()
 
 
 def examined(timeline: Timeline, choices: Choices) -> Solution:
     """The motion with its faults told, not raised; `ScriptError` only where there is nothing to solve."""
     from movimentum.analysis.examine import examine
     from movimentum.plan.compile import CyclicRateError
-    from movimentum.solve.solver import SolveOptions, solve
+    from movimentum.solve.solver import solve
 
-    if choices.accuracy != "standard":
-        raise _usage(
-            "usage/accuracy",
-            f"accuracy `{choices.accuracy}` is not there yet; `standard` solves every frame to its constraints",
-            "--accuracy standard",
-        )
     before = timeline.scene.diagnostics
     try:
-        motion = solve(timeline, SolveOptions(accuracy=choices.accuracy))
+        motion = solve(timeline)
     except CyclicRateError as error:
         from movimentum.analysis.failure import cyclic_rate
 
         raise ScriptError([*before, cyclic_rate(timeline.scene, error.constraint)]) from error
+    notes: tuple[Diagnostic, ...] = ()
+    if choices.accuracy == "draft":
+        from movimentum.analysis.accuracy import draft_note
+        from movimentum.solve.draft import drafted
+
+        motion, error = drafted(motion)
+        notes = (draft_note(error),)
     examination = examine(motion)
     found, warned = judged((*before, *examination.diagnostics), choices)
-    return Solution(motion, found, examination.steps, examination.fault or (1 if warned else 0), examination.free)
+    fault = examination.fault or (1 if warned else 0)
+    if choices.accuracy in ("high", "exact"):
+        from movimentum.solve.refinement import refined
+
+        motion = refined(motion, choices.accuracy, choices.digits)
+    return Solution(motion, found, examination.steps, fault, examination.free, notes)
+
+
+def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
+    """What is to be said when the frames have been computed: (diagnostics, notes); `ScriptError` for warnings with
+    ``strict``.
+    """
+    from movimentum.solve.motion import Motion
+
+    if isinstance(solution.motion, Motion):
+        return solution.diagnostics, solution.notes
+    from movimentum.analysis.accuracy import refinement_diagnostics
+
+    warnings, notes = refinement_diagnostics(solution.motion)
+    diagnostics, warned = judged((*solution.diagnostics, *warnings), choices)
+    if warned:
+        raise ScriptError(diagnostics)
+    return diagnostics, (*solution.notes, *notes)
 
 
 def solved(timeline: Timeline, choices: Choices) -> Solution:
@@ -218,11 +244,15 @@ def check(path: str, choices: Choices) -> tuple[CheckReport, SourceText]:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What was made: how many ``frames`` (or rows), what there is to say, and the exit code (0 or 3)."""
+    """What was made: how many ``frames`` (or rows), what there is to say, and the exit code (0 or 3).
+
+    ``notes`` are to be shown although they are notes.
+    """
 
     frames: int
     exit_code: int
     diagnostics: tuple[Diagnostic, ...]
+    notes: tuple[Diagnostic, ...] = ()
 
 
 def tabulate(
@@ -247,10 +277,12 @@ def tabulate(
 
     if target is None:
         rows = tables.write_csv(timeline.scene, chunks(), _stdout())
+        diagnostics, notes = afterwards(solution, choices)
     else:
         with whole_file(target) as part:
             rows = tables.write(timeline.scene, chunks(), part, target.suffix)
-    return Outcome(rows, solution.fault, solution.diagnostics)
+            diagnostics, notes = afterwards(solution, choices)
+    return Outcome(rows, solution.fault, diagnostics, notes)
 
 
 def animate(source: SourceText, target: Path, choices: Choices, picture: Picture, progress: Report) -> Outcome:
@@ -312,10 +344,11 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
             workers=picture.workers,
             progress=progress,
         )
-        diagnostics, warned = judged((*solution.diagnostics, *written.diagnostics), choices)
+        said, notes = afterwards(solution, choices)
+        diagnostics, warned = judged((*said, *written.diagnostics), choices)
         if warned:
             raise ScriptError(diagnostics)
-    return Outcome(written.frames, solution.fault, diagnostics)
+    return Outcome(written.frames, solution.fault, diagnostics, notes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,7 +359,7 @@ class _Take:
     ``skip`` leaves out frames without a solution.
     """
 
-    motion: Motion
+    motion: Motion | RefinedMotion
     frames: range | tuple[Fraction, ...]
     skip: bool
 

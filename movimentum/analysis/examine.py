@@ -19,6 +19,10 @@ from movimentum.solve.stretches import Beginning, Dead, Stretch
 from movimentum.source import Span
 
 
+MOST_NOTES = 8
+"""So many things may each have a note of their own; more are told together."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Examination:
     """``diagnostics``: in order of time; ``steps``: a report for each segment.
@@ -56,6 +60,7 @@ def examine(motion: Motion) -> Examination:
             *_ambiguities(stretch),
             *_free_motions(stretch, ranks),
             *_jumps(motion, index),
+            *_unresolved(stretch),
             *_redundancies(stretch, ranks),
         ):
             key = (diagnostic.code, diagnostic.span, diagnostic.message.split(" at t = ")[0])
@@ -64,7 +69,7 @@ def examine(motion: Motion) -> Examination:
                 found.append(diagnostic)
     found.extend(_idle_selectors(motion))
     found.extend(_unconstrained(motion.timeline.scene))
-    if fault == 0:
+    if fault == 0 and motion.accuracy != "draft":  # which solves no frame, and says what it is off by
         missing = _unsolved_frame(motion)
         if missing is not None:
             found.append(missing)
@@ -149,14 +154,23 @@ def _free_motions(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
 
 
 def _unconstrained(scene: Scene) -> Iterator[Diagnostic]:
-    for thing in scene.things:
-        if thing.is_body and thing.number not in scene.mentioned:
-            yield Diagnostic(
-                code="constraint/free-motion",
-                severity=Severity.NOTE,
-                message=f"no constraint mentions `{thing.name}`; it stays where it is drawn",
-                span=thing.name_span,
-            )
+    still = [thing for thing in scene.things if thing.is_body and thing.number not in scene.mentioned]
+    if len(still) > MOST_NOTES:
+        yield Diagnostic(
+            code="constraint/free-motion",
+            severity=Severity.NOTE,
+            message=f"no constraint mentions {listed([f'`{thing.name}`' for thing in still], 4)};"
+            " they stay where they are drawn",
+            span=still[0].name_span,
+        )
+        return
+    for thing in still:
+        yield Diagnostic(
+            code="constraint/free-motion",
+            severity=Severity.NOTE,
+            message=f"no constraint mentions `{thing.name}`; it stays where it is drawn",
+            span=thing.name_span,
+        )
 
 
 # --- jumps
@@ -242,6 +256,25 @@ def _travel_per_frame(motion: Motion, beginning: Beginning) -> float:
         / carry.span
         / float(motion.timeline.fps)
     )
+
+
+def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
+    """The motion is too fast, for too long, to be followed closely enough to see all that may happen on its way."""
+    for piece in stretch.pieces:
+        if isinstance(piece, Dead) or piece.resolved:
+            continue
+        begin, end = (time_text(float(stretch.segment.start) + tau) for tau in (piece.begin, piece.end))
+        yield Diagnostic(
+            code="solve/too-fast",
+            severity=Severity.WARNING,
+            message=f"between t = {begin} and {end} things move too fast to be followed all the way",
+            span=stretch.plan.system.scene.steps[stretch.segment.step].span,
+            notes=(
+                f"{len(piece.nodes)} instants of that time were looked at; a change point between them, or full turns"
+                " of what is not driven, may be missed",
+            ),
+            helps=("a step in the middle lets each half be followed on its own",),
+        )
 
 
 # --- what is superfluous

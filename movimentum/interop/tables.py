@@ -4,6 +4,8 @@ Columns, in this order: ``frame`` (from 0), ``time``, ``Thing.Anchor.x`` and ``.
 order of definition (a ``.line`` has none of its own), ``Thing.angle`` (degrees, continuous) of every thing that has a
 pose, and every named variable (a vector ``v`` as ``v.x``, ``v.y``). World coordinates, pixels, y up. A number is
 written in the shortest form that reads back exactly. A frame that is left out (``--on-failure skip``) has no row.
+With ``--accuracy exact`` numbers have the digits asked for; in JSON they are strings then, because most readers would
+round them to a float. NPZ holds float64 all the same.
 
 JSON is one object, ``{"columns": [name, …], "rows": [[value, …], …]}``, a row a line; NPZ holds one array per column
 under the column's name.
@@ -23,47 +25,51 @@ from movimentum.scene.model import Scene
 
 if TYPE_CHECKING:
     from movimentum.solve.motion import FloatArray, Poses
+    from movimentum.solve.refinement import RefinedPoses
 
 SUFFIXES = (".csv", ".json", ".npz")
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column: its name, and how to read its (F,) values from the poses of F frames."""
+    """One column: its name, and how to read its (F,) values, or their texts with all digits, from the poses of F
+    frames.
+    """
 
     name: str
     values: Callable[[Poses], FloatArray]
+    texts: Callable[[RefinedPoses], list[str]]
 
 
 def columns(scene: Scene) -> tuple[Column, ...]:
     """The columns after ``frame``."""
 
-    def coordinate(thing: int, local: tuple[float, float], axis: int) -> Callable[[Poses], FloatArray]:
-        return lambda poses: poses.world(thing, local)[:, axis]
+    def coordinate(name: str, thing: int, local: tuple[float, float], axis: int) -> Column:
+        return Column(
+            name,
+            lambda poses: poses.world(thing, local)[:, axis],
+            lambda poses: poses.texts(poses.coordinate(thing, local, axis)),
+        )
 
-    def angle(thing: int) -> Callable[[Poses], FloatArray]:
-        return lambda poses: poses.angle[thing]
+    def angle(name: str, thing: int) -> Column:
+        return Column(name, lambda poses: poses.angle[thing], lambda poses: poses.texts(poses.pose[thing].angle))
 
-    def scalar(name: str) -> Callable[[Poses], FloatArray]:
-        return lambda poses: poses.variables[name]
+    def variable(name: str, axis: int | None) -> Column:
+        def values(poses: Poses) -> FloatArray:
+            return poses.variables[name] if axis is None else poses.variables[name][:, axis]
 
-    def component(name: str, axis: int) -> Callable[[Poses], FloatArray]:
-        return lambda poses: poses.variables[name][:, axis]
+        title = name if axis is None else f"{name}.{'xy'[axis]}"
+        return Column(title, values, lambda poses: poses.texts(poses.scalars[name, axis]))
 
     bodies = [thing for thing in scene.things if thing.is_body]
-    found = [Column("time", lambda poses: poses.times)]
+    found = [Column("time", lambda poses: poses.times, lambda poses: poses.texts(poses.instants))]
     for thing in bodies:
         for anchor in thing.anchors:
             for axis, letter in enumerate("xy"):
-                found.append(
-                    Column(f"{thing.name}.{anchor.name}.{letter}", coordinate(thing.number, anchor.local, axis))
-                )
-    found += [Column(f"{thing.name}.angle", angle(thing.number)) for thing in bodies]
-    for name, variable in scene.variables.items():
-        if variable.is_vector:
-            found += [Column(f"{name}.{letter}", component(name, axis)) for axis, letter in enumerate("xy")]
-        else:
-            found.append(Column(name, scalar(name)))
+                found.append(coordinate(f"{thing.name}.{anchor.name}.{letter}", thing.number, anchor.local, axis))
+    found += [angle(f"{thing.name}.angle", thing.number) for thing in bodies]
+    for name, item in scene.variables.items():
+        found += [variable(name, axis) for axis in ((0, 1) if item.is_vector else (None,))]
     return tuple(found)
 
 
@@ -72,10 +78,11 @@ def write_csv(scene: Scene, chunks: Iterable[Poses], stream: TextIO) -> int:
     chosen = columns(scene)
     stream.write(",".join(["frame", *(column.name for column in chosen)]) + "\n")
     rows = 0
-    for frames, values in _blocks(chosen, chunks):
-        stream.writelines(
-            f"{frame},{','.join(map(repr, row))}\n" for frame, row in zip(frames, values.T.tolist(), strict=True)
-        )
+    for poses in chunks:
+        texts = _texts(chosen, poses)
+        frames, values = _block(chosen, poses)
+        table = ([*map(repr, row)] for row in values.T.tolist()) if texts is None else texts
+        stream.writelines(f"{frame},{','.join(row)}\n" for frame, row in zip(frames, table, strict=True))
         rows += len(frames)
     return rows
 
@@ -85,8 +92,10 @@ def write_json(scene: Scene, chunks: Iterable[Poses], stream: TextIO) -> int:
     chosen = columns(scene)
     stream.write(f'{{"columns": {json.dumps(["frame", *(column.name for column in chosen)])},\n "rows": [')
     rows = 0
-    for frames, values in _blocks(chosen, chunks):
-        for frame, row in zip(frames, values.T.tolist(), strict=True):
+    for poses in chunks:
+        texts = _texts(chosen, poses)
+        frames, values = _block(chosen, poses)
+        for frame, row in zip(frames, values.T.tolist() if texts is None else texts, strict=True):
             stream.write(("\n  " if rows == 0 else ",\n  ") + json.dumps([frame, *row], allow_nan=False))
             rows += 1
     stream.write("]}\n")
@@ -104,7 +113,8 @@ def write_npz(scene: Scene, chunks: Iterable[Poses], path: Path) -> int:
     chosen = columns(scene)
     rows = 0
     with tempfile.TemporaryFile(dir=path.parent) as rough:
-        for frames, values in _blocks(chosen, chunks):
+        for poses in chunks:
+            frames, values = _block(chosen, poses)
             table = np.empty((len(frames), len(chosen) + 1))
             table[:, 0] = frames
             table[:, 1:] = values.T
@@ -133,16 +143,27 @@ def write(scene: Scene, chunks: Iterable[Poses], path: Path, suffix: str) -> int
         return writer(scene, chunks, stream)
 
 
-def _blocks(chosen: tuple[Column, ...], chunks: Iterable[Poses]) -> Iterator[tuple[list[int], FloatArray]]:
-    """Frame numbers, and the (columns, F) values of each chunk; -0.0 is written as 0.0."""
+def _block(chosen: tuple[Column, ...], poses: Poses) -> tuple[list[int], FloatArray]:
+    """Frame numbers, and the (columns, F) values of a chunk; -0.0 is written as 0.0."""
     import numpy as np
 
-    for poses in chunks:
-        frames = poses.frames.tolist()
-        if not frames:
-            continue
-        values = np.stack([column.values(poses) for column in chosen]) + 0.0
-        if not np.isfinite(values).all():
-            bad = next(column.name for column, row in zip(chosen, values, strict=True) if not np.isfinite(row).all())
-            raise ArithmeticError(f"column {bad} holds a value that is not finite")
-        yield frames, values
+    frames = poses.frames.tolist()
+    if not frames:
+        return [], np.zeros((len(chosen), 0))
+    values = np.stack([column.values(poses) for column in chosen]) + 0.0
+    if not np.isfinite(values).all():
+        bad = next(column.name for column, row in zip(chosen, values, strict=True) if not np.isfinite(row).all())
+        raise ArithmeticError(f"column {bad} holds a value that is not finite")
+    return frames, values
+
+
+def _texts(chosen: tuple[Column, ...], poses: Poses) -> Iterator[tuple[str, ...]] | None:
+    """The rows of a chunk with the digits asked for; None where those are a float's."""
+    if not hasattr(poses, "scalars"):
+        return None
+    from movimentum.solve.digits import DigitsArithmetic
+    from movimentum.solve.refinement import RefinedPoses
+
+    if not isinstance(poses, RefinedPoses) or not isinstance(poses.evaluator.arithmetic, DigitsArithmetic):
+        return None
+    return zip(*(column.texts(poses) for column in chosen), strict=True)

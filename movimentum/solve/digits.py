@@ -100,7 +100,8 @@ class DigitsArithmetic:
             "le": (lambda e, b, v, w: v if e <= b else w, 4),
         }
 
-    def _array(self, values: Sequence[Any]) -> Numbers:
+    def array(self, values: Sequence[Any]) -> Numbers:
+        """The context's own numbers, as (F,)."""
         result = np.empty(len(values), dtype=np.object_)
         result[:] = values
         return result
@@ -108,15 +109,15 @@ class DigitsArithmetic:
     def rationals(self, values: Sequence[Fraction]) -> Numbers:
         """Exact rational numbers, as (F,)."""
         mpf = self.context.mpf
-        return self._array([mpf(value.numerator) / value.denominator for value in values])
+        return self.array([mpf(value.numerator) / value.denominator for value in values])
 
     def floats(self, values: FloatArray) -> Numbers:
         """(F,) floats, as they are."""
-        return self._array([self.context.mpf(float(value)) for value in np.ravel(values)])
+        return self.array([self.context.mpf(float(value)) for value in np.ravel(values)])
 
     def pi(self) -> Numbers:
         """The number, as (1,)."""
-        return self._array([+self.context.pi])
+        return self.array([+self.context.pi])
 
     def rounded(self, value: Numbers) -> FloatArray:
         """The nearest floats (F,)."""
@@ -141,7 +142,7 @@ class DigitsArithmetic:
     def unbalanced(self, mantissas: FloatArray, exponents: NDArray[np.int64]) -> Numbers:
         """m 2^e, for (F,) both."""
         context = self.context
-        return self._array(
+        return self.array(
             [context.ldexp(context.mpf(float(m)), int(e)) for m, e in zip(mantissas, exponents, strict=True)]
         )
 

@@ -22,21 +22,40 @@ Number = Any
 
 
 class Arithmetic(Protocol):
-    """A kind of numbers. ``digits``: how exact a solution should be, relative to the scene's size; ``working_digits``:
-    how exact the numbers are.
-    """
+    """A kind of numbers."""
 
     @property
-    def digits(self) -> int: ...
-    @property
-    def working_digits(self) -> int: ...
-    def rationals(self, values: Sequence[Fraction]) -> Number: ...
-    def floats(self, values: FloatArray) -> Number: ...
-    def pi(self) -> Number: ...
-    def rounded(self, value: Number) -> FloatArray: ...
-    def balanced(self, values: Sequence[Number], count: int) -> tuple[FloatArray, NDArray[np.int64]]: ...
-    def unbalanced(self, mantissas: FloatArray, exponents: NDArray[np.int64]) -> Number: ...
-    def call(self, op: str, payload: Hashable, arguments: Sequence[Number]) -> Number: ...
+    def digits(self) -> int:
+        """How many digits a solution should have, relative to its size."""
+        ...
+
+    def rationals(self, values: Sequence[Fraction]) -> Number:
+        """Rational numbers, as (F,)."""
+        ...
+
+    def floats(self, values: FloatArray) -> Number:
+        """(F,) floats, as they are."""
+        ...
+
+    def pi(self) -> Number:
+        """The number, as (1,)."""
+        ...
+
+    def rounded(self, value: Number) -> FloatArray:
+        """The nearest floats (F,)."""
+        ...
+
+    def balanced(self, values: Sequence[Number], count: int) -> tuple[FloatArray, NDArray[np.int64]]:
+        """(count, len(values)) floats m and (count,) exponents e with values = m 2^e."""
+        ...
+
+    def unbalanced(self, mantissas: FloatArray, exponents: NDArray[np.int64]) -> Number:
+        """m 2^e, for (F,) both."""
+        ...
+
+    def call(self, op: str, payload: Hashable, arguments: Sequence[Number]) -> Number:
+        """One operation; nan where it is undefined."""
+        ...
 
 
 class Evaluator:
@@ -87,9 +106,7 @@ class Evaluator:
             return self.arithmetic.call("div", None, [self.rational(Fraction(180)), self.arithmetic.pi()])
         return self.decimal(value)
 
-    def values(
-        self, nodes: Sequence[Expr], outputs: Sequence[Expr], leaf: Callable[[Expr], Number]
-    ) -> list[Number]:
+    def values(self, nodes: Sequence[Expr], outputs: Sequence[Expr], leaf: Callable[[Expr], Number]) -> list[Number]:
         """The values of ``outputs``, given ``nodes`` (their `walk`) and ``leaf``, which knows symbols and clocks."""
         found: dict[Expr, Number] = {}
         call = self.arithmetic.call

@@ -225,32 +225,56 @@ def _tand(a: Wide) -> Wide:
     return s / c
 
 
-def _ratio(a: Wide, b: Wide) -> Wide:
-    return a / b
+def _sind(a: Wide) -> Wide:
+    return _sincos(a)[0]
+
+
+def _cosd(a: Wide) -> Wide:
+    return _sincos(a)[1]
+
+
+def _atand(a: Wide) -> Wide:
+    return _atan2d(a, _ONE)
+
+
+def _abs(a: Wide) -> Wide:
+    return choose(a.high < 0.0, -a, a)
+
+
+def _largest(a: Wide, b: Wide) -> Wide:
+    return choose((a - b).high <= 0.0, b, a)
+
+
+def _mod(a: Wide, b: Wide) -> Wide:
+    return a - b * _floor(a / b)
+
+
+def _le(e: Wide, b: Wide, v: Wide, w: Wide) -> Wide:
+    return choose((e - b).high <= 0.0, v, w)
 
 
 _CALLS: dict[str, Callable[..., Wide]] = {
     "add": Wide.__add__,
     "mul": Wide.__mul__,
-    "div": _ratio,
+    "div": Wide.__truediv__,
     "neg": Wide.__neg__,
     "sqrt": _sqrt,
-    "sind": lambda a: _sincos(a)[0],
-    "cosd": lambda a: _sincos(a)[1],
+    "sind": _sind,
+    "cosd": _cosd,
     "tand": _tand,
     "asind": _asind,
     "acosd": _acosd,
-    "atand": lambda a: _atan2d(a, _ONE),
+    "atand": _atand,
     "atan2d": _atan2d,
-    "abs": lambda a: choose(a.high < 0.0, -a, a),
+    "abs": _abs,
     "min": _least,
-    "max": lambda a, b: choose((a - b).high <= 0.0, b, a),
+    "max": _largest,
     "floor": _floor,
-    "mod": lambda a, b: a - b * _floor(a / b),
+    "mod": _mod,
     "exp": _exp,
     "ln": _ln,
     "ease": _ease,
-    "le": lambda e, b, v, w: choose((e - b).high <= 0.0, v, w),
+    "le": _le,
 }
 
 
@@ -259,7 +283,6 @@ class WideArithmetic:
 
     digits = 19
     """What is asked of a solution, relative to its size: a float64's 53 bits and some to round from."""
-    working_digits = 30
 
     def rationals(self, values: Sequence[Fraction]) -> Wide:
         """Exact rational numbers, as (F,)."""
