@@ -101,7 +101,10 @@ class _Grid:
         """Split every interval over which something changes by more than ``limit``; True if any was split."""
         steps = np.diff(self.tau)
         split = (np.abs(change) > limit) & (steps > FINEST * (self.piece.end - self.piece.begin))
-        if not split.any() or len(self.tau) >= MAXIMAL_NODES:
+        if not split.any():
+            return False
+        if len(self.tau) >= MAXIMAL_NODES:
+            self.piece.resolved = False
             return False
         parts = np.clip(np.ceil(np.abs(change[split]) / limit), 2, 64).astype(np.int64)
         starts, widths = self.tau[:-1][split], steps[split]
