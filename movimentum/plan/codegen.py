@@ -107,7 +107,9 @@ class Writer:
             case "mul":
                 return self.local(f"{a[0]} * {a[1]}")
             case "div":
-                return self.local(f"{a[0]} / {a[1]}")
+                if any(inner.op in ("symbol", "clock") for inner in walk(node.args[1])):
+                    return self.local(f"{a[0]} / {a[1]}")
+                return self.local(f"{a[0]} / float64({a[1]})")  # a Python float refuses to divide by zero
             case "pow":
                 squared = node.exponent == 2.0
                 return self.local(f"{a[0]} * {a[0]}" if squared else f"power({a[0]}, {node.exponent!r})")

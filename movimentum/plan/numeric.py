@@ -88,4 +88,5 @@ NAMESPACE: dict[str, object] = {
     "exp": np.exp,
     "ln": np.log,
     "power": np.power,
+    "float64": np.float64,
 }

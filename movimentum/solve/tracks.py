@@ -118,7 +118,8 @@ Track = FlowTrack | StillTrack | SignTrack | NodeTrack | AngleTrack | TotalTrack
 class Piece:
     """A continuous stretch [``begin``, ``end``] (offsets from the segment's start), with a track for each block.
 
-    ``tracks`` fills up in block order while the path is being followed. ``nodes`` are the path's own grid.
+    ``tracks`` fills up in block order while the path is being followed. ``nodes`` are the path's own grid;
+    ``resolved``: they are close enough for nothing to be missed between them.
     """
 
     plan: Plan
@@ -127,6 +128,7 @@ class Piece:
     end: float
     tracks: list[Track] = field(default_factory=list[Track])
     nodes: FloatArray = field(default_factory=lambda: np.zeros(1))
+    resolved: bool = True
     _upstream: dict[int, tuple[int, ...]] = field(default_factory=dict[int, tuple[int, ...]])
     _still: State | None = None
     _signs: dict[int, FloatArray | float] = field(default_factory=dict[int, "FloatArray | float"])
