@@ -65,6 +65,7 @@ class _Search:
         self.totals = totals
         self.state: State = [None] * len(plan.system.unknowns)
         self.decisive: set[int] = set()
+        self.enumerated = True
         self.measures = Measures(plan, carry, ahead)
         self.selectors_after: dict[int, list[int]] = {}
         self.checks_after: dict[int, list[int]] = {}
@@ -180,7 +181,7 @@ class _Search:
             stack.append((self._candidates(plan.blocks[numbers[len(taken)]], rejections), 0))
         leaves = self._distinct(leaves)
         leaves.sort(key=lambda leaf: leaf.cost)
-        complete = visits < VISITS and len(leaves) < LEAVES
+        complete = visits < VISITS and len(leaves) < LEAVES and self.enumerated
         return Part(tuple(numbers), tuple(leaves), tuple(rejections), complete, self._decided(leaves))
 
     def _decided(self, leaves: list[Candidate]) -> str:
@@ -289,11 +290,13 @@ class _Search:
             scale = track_scale(self.plan, block)
             for n in block.states:
                 state[n] = np.full(2, self.totals.get(n, 0.0))
-            starts = (
+            found_starts = (
                 free_start(self.plan, block, state, k, self.carry, scale)
                 if block.free
                 else newton_starts(self.plan, block, state, k, self.carry, scale)
             )
+            starts = found_starts.solutions
+            self.enumerated &= found_starts.complete
             if not starts:
                 rejections.append(Rejection(-math.inf, block=block.number))
             states = [self.totals.get(n, 0.0) for n in block.states]

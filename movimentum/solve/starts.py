@@ -5,6 +5,7 @@ turned pose.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from movimentum.plan.blocks import Block
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Carry
+from movimentum.solve.homotopy import all_solutions
 from movimentum.solve.kernels import State
 from movimentum.solve.local import projected, triangle
 from movimentum.solve.newton import freedom_of, jacobian_of, newton, null_space, residual_of, scaled
@@ -23,6 +25,14 @@ SEEDS = 64
 SAME = 1e-6
 BEGINS = 6
 """Solutions from which the least turned pose is looked for, where it cannot be reached from the pose carried over."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Starts:
+    """Solutions of a block (core vectors); ``complete`` where they are known to be all."""
+
+    solutions: list[FloatArray]
+    complete: bool
 
 
 def _first_instant(state: State, k: Sequence[FloatArray], copies: int) -> tuple[State, tuple[FloatArray, ...]]:
@@ -39,8 +49,9 @@ def carried_values(plan: Plan, block: Block, carry: Carry) -> FloatArray:
 
 def newton_starts(
     plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
-) -> list[FloatArray]:
-    """The distinct solutions found from the carried pose and from seeded random poses ("found", not "all").
+) -> Starts:
+    """The distinct solutions: those reached from the carried pose and from seeded random poses, and, where the block is
+    polynomial and small, all of them by homotopy.
 
     Where the carried pose is itself a solution (a later step that leaves this block alone), it is the only one
     returned.
@@ -50,7 +61,7 @@ def newton_starts(
         one, clocks = _first_instant(state, k, 1)
         outcome = newton(block, one, clocks, first[None], scale, iterations=6)
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
-            return [outcome.x[0]]
+            return Starts([outcome.x[0]], True)
     generator = np.random.default_rng(20121)
     starts = np.repeat(first[None], SEEDS, axis=0)
     unknowns = plan.system.unknowns
@@ -66,17 +77,20 @@ def newton_starts(
             starts[1:, j] += scale[j] * generator.normal(0.0, 1.0, SEEDS - 1)
     one, clocks = _first_instant(state, k, SEEDS)
     outcome = newton(block, one, clocks, starts, scale, iterations=60, limit=0.5)
-    polished = newton(block, one, clocks, outcome.x, scale, iterations=6)
+    every = all_solutions(block, *_first_instant(state, k, 1), scale)
+    ends = np.concatenate([outcome.x, *(x[None] for x in (every.real if every is not None else []))])
+    one, clocks = _first_instant(state, k, len(ends))
+    polished = newton(block, one, clocks, ends, scale, iterations=6)
     found: list[FloatArray] = []
     for x, good in zip(polished.x, polished.converged, strict=True):
         if good and not any(np.max(np.abs(x - other) / scale) < SAME for other in found):
             found.append(x)
-    return found
+    return Starts(found, every is not None and every.complete)
 
 
 def free_start(
     plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
-) -> list[FloatArray]:
+) -> Starts:
     """The pose to begin with where freedom is left: for what has a pose already the nearest to it; else things turned
     as little as possible from how they were drawn, and then moved as little as possible.
 
@@ -119,12 +133,13 @@ def free_start(
 
     nearest = least_from(origin)
     if nearest is not None and freedom_of(block, one, clocks, nearest, scale) > 0:
-        return [nearest]
-    solutions = newton_starts(plan, block, state, k, carry, scale)
+        return Starts([nearest], True)
+    starts = newton_starts(plan, block, state, k, carry, scale)
     if nearest is not None:
-        return [nearest, *(x for x in solutions if np.max(np.abs(x - nearest) / scale) >= SAME)]
-    found = [x for begin in sorted(solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
-    return [min(found, key=cost)] if found else []
+        others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME]
+        return Starts([nearest, *others], starts.complete)
+    found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
+    return Starts([min(found, key=cost)] if found else [], True)
 
 
 def _turn_metric(x: FloatArray, fresh: list[tuple[int, int]], metric: FloatArray) -> FloatArray:
