@@ -54,6 +54,7 @@ class Writer:
         self.names: dict[Expr, str] = {}
         self.signs: dict[object, str] = {}
         self._pairs: dict[Expr, str] = {}
+        self._fixed: set[Expr] = set()  # nodes that depend on nothing but signs
 
     def name(self, root: Expr) -> str:
         """Write what is needed for ``root``; returns the text that stands for its value."""
@@ -62,6 +63,8 @@ class Writer:
             return names[root]
         for node in walk(root):
             if node not in names:
+                if node.op not in ("symbol", "clock") and all(arg in self._fixed for arg in node.args):
+                    self._fixed.add(node)
                 names[node] = self._text(node)
         return names[root]
 
@@ -107,9 +110,9 @@ class Writer:
             case "mul":
                 return self.local(f"{a[0]} * {a[1]}")
             case "div":
-                if any(inner.op in ("symbol", "clock") for inner in walk(node.args[1])):
-                    return self.local(f"{a[0]} / {a[1]}")
-                return self.local(f"{a[0]} / float64({a[1]})")  # a Python float refuses to divide by zero
+                if node.args[1] in self._fixed:  # a Python float refuses to divide by zero
+                    return self.local(f"{a[0]} / float64({a[1]})")
+                return self.local(f"{a[0]} / {a[1]}")
             case "pow":
                 squared = node.exponent == 2.0
                 return self.local(f"{a[0]} * {a[0]}" if squared else f"power({a[0]}, {node.exponent!r})")
