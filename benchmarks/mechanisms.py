@@ -72,7 +72,9 @@ class Mechanism:
         return np.stack([x + self.r * np.cos(theta), y + self.r * np.sin(theta)], axis=-1)
 
     def residual(self, where: Array) -> float:
-        """The largest relative error of any length in ``where`` (F, points, 2), missing frames apart."""
+        """The largest relative error of a length in ``where`` (F, points, 2), missing frames apart; nan if all are."""
+        if not np.isfinite(where).all(axis=(1, 2)).any():
+            return math.nan
         worst = 0.0
         mean = sum(length for *_, length in self.rods) / len(self.rods)
         with np.errstate(all="ignore"):

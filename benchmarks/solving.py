@@ -29,6 +29,7 @@ import resource
 import statistics
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from importlib import import_module
@@ -53,11 +54,13 @@ class Result:
     """Medians of one solver on one mechanism: microseconds a frame, and how right it is.
 
     ``frames`` were done in the budget; ``off`` of them are more than `OFF` from the truth, ``missing`` have no answer.
+    ``first_ms`` is the first call for four frames, with all that is compiled on first use in a process.
     """
 
     solver: str
     us: float = math.nan
     setup_ms: float = math.nan
+    first_ms: float = math.nan
     frames: int = 0
     residual: float = math.nan
     off: int = 0
@@ -92,6 +95,12 @@ def judged(name: str, m: Mechanism, points: Array, theta: Array, truth: Array | 
     )
 
 
+def _each(solve: Solver, m: Mechanism, theta: Array, frames: int) -> float:
+    """Seconds for a frame, roughly."""
+    found = solve(m, theta[:frames])
+    return max(found["loop"] / max(found["done"], 1), 1e-9)
+
+
 def side_by_side(
     folder: Path | None, rounds: int, budget: float, frames: int, say: Callable[[str], None]
 ) -> tuple[dict[str, list[Result]], dict[str, Solved]]:
@@ -111,14 +120,17 @@ def side_by_side(
         share: dict[str, int] = {}
         for name, solve in {**limits, **peers}.items():
             try:
-                solve(m, theta[:4])  # what is compiled on first use
-                first = solve(m, theta[:4])
+                begin = time.perf_counter()
+                solve(m, theta[:4])
+                first_ms = (time.perf_counter() - begin) * 1e3
+                each = _each(solve, m, theta, 4)
+                if each * FEW < 4 * budget:  # four frames tell little of what warms up
+                    each = _each(solve, m, theta, FEW)
             except Exception as failure:  # whatever a peer may raise
                 table.append(Result(name, error=f"{type(failure).__name__}: {failure}"[:90]))
                 continue
-            each = first["loop"] / max(first["done"], 1)
-            share[name] = frames if name in limits else int(np.clip(budget / max(each, 1e-9), 4, frames))
-            alive[name] = Result(name)
+            share[name] = frames if name in limits else int(np.clip(budget / each, 4, frames))
+            alive[name] = Result(name, first_ms=first_ms)
         times: dict[str, list[float]] = {name: [] for name in alive}
         setups: dict[str, list[float]] = {name: [] for name in alive}
         mine: list[Solved] = []
@@ -136,7 +148,9 @@ def side_by_side(
                 times[name].append(found["loop"] / max(found["done"], 1))
                 setups[name].append(found["setup"])
                 if turn == 0:
+                    first_ms = alive[name].first_ms
                     alive[name] = judged(name, m, found["C"], theta, truth)
+                    alive[name].first_ms = first_ms
                     alive[name].note = str(found.get("note", ""))
         for name, result in alive.items():
             result.us = statistics.median(times[name]) * 1e6
@@ -223,13 +237,18 @@ def chains(folder: Path | None, sizes: Sequence[int], patience: float, say: Call
                 break
             lines = done.stdout.strip().splitlines()
             if done.returncode or not lines:
-                complaint = (done.stderr.strip().splitlines() or [""])[-1][:90]
-                links.append(Link(k, Result(name, error=complaint or f"crashed ({done.returncode})")))
+                links.append(Link(k, Result(name, error=_complaint(done.stderr) or f"crashed ({done.returncode})")))
                 break
             read = json.loads(lines[-1])
             links.append(Link(read["k"], Result(**read["result"]), read["seconds"], read["megabytes"]))
         say(f"chains, {name}: done")
     return links
+
+
+def _complaint(text: str) -> str:
+    """The last line that names an error."""
+    lines = [line.strip() for line in text.splitlines() if "Error" in line]
+    return lines[-1][:90] if lines else ""
 
 
 def cold(rounds: int) -> dict[str, float]:
@@ -270,19 +289,21 @@ def main() -> None:
         print(text, file=sys.stderr, flush=True)
 
     text = [tables.heading(machine(), options.adapters is not None)]
+    details: list[str] = []
     if parts & {"stages", "solvers"}:
         folder = options.adapters if "solvers" in parts else None
         found = {n: side_by_side(folder, options.rounds, options.budget, n, say) for n in (FEW, MANY)}
         text.append(tables.stages(found))
         if folder is not None:
-            text += [tables.solvers(n, results) for n, (results, _) in found.items()]
+            text += [tables.side_by_side(n, results) for n, (results, _) in found.items()]
+            details = [tables.details(n, results) for n, (results, _) in found.items()]
     if "chain" in parts:
         sizes = [int(k) for k in options.chain.split(",")]
         text.append(tables.chain(chains(options.adapters, sizes, options.patience, say)))
     if "cold" in parts:
         text.append(tables.cold(cold(2 * options.rounds)))
     whole = "\n\n".join(text)
-    print(whole)
+    print("\n\n".join([*text, *details]))
     if options.markdown:
         tables.write(options.markdown, whole)
 

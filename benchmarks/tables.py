@@ -27,6 +27,10 @@ def number(value: float) -> str:
     return f"{value:.{max(0, 2 - math.floor(math.log10(abs(value))))}f}"
 
 
+def _power(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.0e}"
+
+
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = [list(head), *[list(row) for row in rows]]
     widths = [max(len(line[c]) for line in lines) for c in range(len(head))]
@@ -61,48 +65,71 @@ def stages(found: Mapping[int, tuple[Mapping[str, Sequence[Result]], Mapping[str
             kernels = ", ".join(f"{count} {kernel}" for kernel, count in one.kernels.items() if kernel != "assign")
             right = next(r for r in results[name] if r.solver == "Movimentum")
             wrong = f"{right.off + right.missing:,}"
-            rows.append([name, f"{frames:,}", *ms, each, str(one.nodes), kernels, f"{right.residual:.0e}", wrong])
+            rows.append([name, f"{frames:,}", *ms, each, str(one.nodes), kernels, _power(right.residual), wrong])
     head = ["ms", "frames", *STAGES, "solve, µs/frame", "path nodes", "kernels", "residual", "wrong frames"]
     return "### Our stages\n\n" + _table(head, rows)
 
 
-def _limit(results: Sequence[Result], arrays: bool) -> float:
-    """The fastest right limit reference; ``arrays``: only those written with NumPy alone."""
-    return min(
-        (
-            r.us
-            for r in results
-            if r.solver.startswith("LIM") and not r.off and not r.missing and (not arrays or "numpy" in r.solver)
-        ),
-        default=math.nan,
-    )
+def _limit(results: Sequence[Result]) -> float:
+    """The fastest limit that is right everywhere."""
+    times = [r.us for r in results if r.solver.startswith("LIM") and not r.error and not r.off and not r.missing]
+    return min(times, default=math.nan)
 
 
-def solvers(frames: int, found: Mapping[str, Sequence[Result]]) -> str:
-    """All solvers on all mechanisms."""
+def side_by_side(frames: int, found: Mapping[str, Sequence[Result]]) -> str:
+    """All solvers on all mechanisms: a row for each solver."""
+    limits = {name: _limit(results) for name, results in found.items()}
+    by_solver: dict[str, dict[str, Result]] = {}
+    for name, results in found.items():
+        for r in results:
+            if not r.error:
+                by_solver.setdefault(r.solver, {})[name] = r
+
+    def rank(solver: str) -> tuple[int, float]:
+        kind = 0 if solver.startswith("Movimentum") else 1 if solver.startswith("LIM") else 2
+        ratios = [math.log(r.us / limits[name]) for name, r in by_solver[solver].items()]
+        return kind, sum(ratios) / len(ratios)
+
+    rows: list[list[str]] = []
+    for solver in sorted(by_solver, key=rank):
+        row = [solver]
+        for name in found:
+            r = by_solver[solver].get(name)
+            row.append("" if r is None else f"{number(r.us)} ({number(r.us / limits[name])}×)")
+        mine = by_solver[solver].values()
+        wrong, done = sum(r.off + r.missing for r in mine), sum(r.frames for r in mine)
+        row += [_power(max(r.residual for r in mine)), f"{wrong:,} of {done:,}"]
+        row.append(number(max(r.setup_ms for r in mine)))
+        rows.append(row)
+    head = ["µs/frame (× the best limit)", *found, "largest residual", "wrong frames", "set-up, ms"]
+    failed = sorted({f"{r.solver} ({r.error})" for results in found.values() for r in results if _absent(r)})
+    text = f"### {frames:,} frames\n\n" + _table(head, rows)
+    return text + ("\n\nNot installed: " + "; ".join(failed) + "." if failed else "")
+
+
+def _absent(r: Result) -> bool:
+    return r.error.startswith(("ModuleNotFoundError", "ImportError"))
+
+
+def details(frames: int, found: Mapping[str, Sequence[Result]]) -> str:
+    """The same, a table for each mechanism, with all that is known of each run."""
     parts: list[str] = []
     for name, results in found.items():
-        limit, native = _limit(results, True), _limit(results, False)
-        rows: list[list[str]] = []
-        for r in results:
-            if r.error:
-                continue
-            rows.append(
-                [
-                    r.solver, number(r.us), number(r.us / limit), number(r.us / native), number(r.setup_ms),
-                    f"{r.frames:,}", f"{r.residual:.0e}", f"{r.off:,}", f"{r.missing:,}", r.note
-                ]
-            )  # fmt: skip
-        head = [
-            name, "µs/frame", "× NumPy limit", "× native limit", "set-up, ms", "frames", "residual", "off", "missing",
-            "iterations",
+        limit = _limit(results)
+        rows = [
+            [
+                r.solver, number(r.us), number(r.us / limit), number(r.setup_ms), number(r.first_ms), f"{r.frames:,}",
+                _power(r.residual), f"{r.off:,}", f"{r.missing:,}", r.note
+            ]
+            for r in results if not r.error
         ]  # fmt: skip
+        head = [name, "µs/frame", "× limit", "set-up, ms", "first call, ms", "frames", "residual", "off", "missing", ""]
         text = _table(head, rows)
         failed = [f"{r.solver} ({r.error})" for r in results if r.error]
         if failed:
             text += "\n\nNot measured: " + "; ".join(failed).replace("|", "/") + "."
         parts.append(text)
-    return f"### {frames:,} frames\n\n" + "\n\n".join(parts)
+    return f"### {frames:,} frames, in detail\n\n" + "\n\n".join(parts)
 
 
 def chain(links: Sequence[Link]) -> str:
@@ -117,6 +144,7 @@ def chain(links: Sequence[Link]) -> str:
             continue
         s = link.seconds
         growth = "–"
+        s["first"] = 0.0 if math.isnan(s["first"]) else s["first"]
         if before is not None and before.seconds is not None and link.k > before.k:
             one, two = (sum(x[t] for t in ("parse", "scene", "plan", "path", "first")) for x in (before.seconds, s))
             growth = f"{math.log(two / one) / math.log(link.k / before.k):.2f}"
@@ -129,7 +157,7 @@ def chain(links: Sequence[Link]) -> str:
                 *ms,
                 growth,
                 *each,
-                f"{r.residual:.0e}",
+                _power(r.residual),
                 str(r.off),
                 str(r.missing),
                 f"{link.megabytes:.0f}",
@@ -143,7 +171,8 @@ def chain(links: Sequence[Link]) -> str:
     text = "### Chains of k four-bars, 360 frames\n\n" + _table(head, rows)
     text += "\n\nExponent: of k, in the time from the text to the path, since the row above; 1 is linear."
     sizes = sorted({link.k for link in links})
-    names = list(dict.fromkeys(link.result.solver for link in links))
+    absent = {link.result.solver for link in links if _absent(link.result)}
+    names = [name for name in dict.fromkeys(link.result.solver for link in links) if name not in absent]
     if len(names) > 1:
         cells: list[list[str]] = []
         for name in names:
@@ -153,7 +182,7 @@ def chain(links: Sequence[Link]) -> str:
                 if one is None:
                     row.append("")
                 elif one.error:
-                    row.append(one.error.replace("|", "/")[:40])
+                    row.append(one.error.replace("|", "/").partition("(")[0][:40])
                 else:
                     wrong = one.off + one.missing
                     row.append(number(one.us) + (f" ({wrong} of {one.frames} wrong)" if wrong else ""))
