@@ -234,7 +234,7 @@ def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) 
         ratio = a[k] / b[k]
         if np.max(np.abs(a - ratio * b)) > 1e-14 * np.max(np.abs(a)):
             return None
-        conic = next((form for form in forms if _is_circle(form, core)), forms[1])
+        conic = min(forms, key=lambda form: (not _is_circle(form, core), len(form)))  # a direction's own unit circle
         difference = poly.plus(forms[0], poly.scaled(forms[1], const(-ratio)))
         line = {m: c for m, c in difference.items() if len(m) < 2}
         if not any(line.get((n,)) for n in core):

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from movimentum.expressions import ZERO, Expr, add, call, const, mul, symbol
-from movimentum.plan.blocks import Block, make_block
+from dataclasses import replace
+
+from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute, symbol
+from movimentum.plan.blocks import Block, Kernel, make_block
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.decompose import Decomposition, Group, decompose, driven_angles
 from movimentum.plan.equations import Equation, System
 from movimentum.plan.model import Plan
+from movimentum.plan.polynomial import Polynomial, plus
 from movimentum.plan.system import build_system, with_rates, with_rigidity
-from movimentum.plan.unknowns import Accumulated, Rate, symbol_numbers
+from movimentum.plan.unknowns import Accumulated, Rate, symbol_numbers, unknown_number
 from movimentum.scene.model import Anonymous, Scene
 from movimentum.timeline.model import Segment
 
@@ -37,9 +40,15 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
     clocks = Clocks()
     blocks: list[Block] = []
     moving: set[int] = set()
+    constants: dict[int, Expr] = {}
+    folded = list(system.equations)
     for group in _needed(system, decomposition):
-        block = make_block(len(blocks), system, group, clocks, moving, size)
+        for e in group.equations:
+            folded[e] = _folded(folded[e], constants)
+        block = make_block(len(blocks), replace(system, equations=folded), group, clocks, moving, size)
         blocks.append(block)
+        if block.kernel is Kernel.ASSIGN and all(root.value is not None for _, root in block.formulas):
+            constants |= dict(block.formulas)
         if block.moving:
             moving |= set(block.unknowns)
     errors = [error for wish in system.wishes for error in wish.errors]
@@ -56,6 +65,33 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
         wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
         clocks=tuple(clocks.starts),
         size=size,
+    )
+
+
+def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
+    """``equation`` with the unknowns that are known to be constant replaced by their values."""
+    if not equation.unknowns & constants.keys():
+        return equation
+
+    def value(node: Expr) -> Expr | None:
+        return constants.get(unknown_number(node.payload)) if node.op == "symbol" else None
+
+    form = equation.polynomial
+    if form is not None:
+        reduced: Polynomial = {}
+        for monomial, coefficient in form.items():
+            for n in monomial:
+                coefficient = mul(coefficient, constants[n]) if n in constants else coefficient
+            reduced = plus(reduced, {tuple(n for n in monomial if n not in constants): coefficient})
+        form = reduced
+    return replace(
+        equation,
+        residual=substitute(equation.residual, value),
+        unknowns=equation.unknowns - constants.keys(),
+        targets=tuple(n for n in equation.targets if n not in constants),
+        polynomial=form,
+        original=None if equation.original is None else substitute(equation.original, value),
+        integrand=None if equation.integrand is None else substitute(equation.integrand, value),
     )
 
 

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -94,7 +94,7 @@ class System:
     scene: Scene
     segment: Segment
     unknowns: tuple[Unknown, ...]
-    equations: tuple[Equation, ...]
+    equations: Sequence[Equation]
     selectors: tuple[Selector, ...]
     wishes: tuple[Wish, ...]
     reference: dict[int, tuple[float, float]]

@@ -54,7 +54,6 @@ from movimentum.scene.model import (
 )
 from movimentum.timeline.model import Segment
 
-
 FAR = 1e3
 """How many sizes of its largest thing a scene may lie from the world's origin before it is shifted there."""
 
