@@ -110,7 +110,7 @@ class Writer:
             case "mul":
                 return self.local(f"{a[0]} * {a[1]}")
             case "div":
-                if node.args[1] in self._fixed:  # a Python float refuses to divide by zero
+                if node.args[1] in self._fixed and not node.args[1].value:  # a Python float refuses to divide by zero
                     return self.local(f"{a[0]} / float64({a[1]})")
                 return self.local(f"{a[0]} / {a[1]}")
             case "pow":
