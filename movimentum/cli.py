@@ -443,6 +443,85 @@ def solve(
     return code
 
 
+# --- trade ----------------------------------------------------------------------------------------------
+
+
+@commands.command(
+    epilog="""\b
+Examples:
+  movimentum trade crank.mov
+  movimentum trade crank.mov -o crank.svg
+  movimentum trade crank.mov --format json | jq .solver.tiers
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option("-o", "--output", metavar="PLOT", help="A plot of it: a .png or .svg file.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="For people, or for programs.",
+)
+@FPS
+@click.option(
+    "--digits",
+    type=click.IntRange(min=20, max=1000),
+    metavar="N",
+    help="Digits of the truth that everything is compared with [default: 50].",
+)
+@STRICT
+@MAX_FRAMES_OPTION
+@SPEECH
+@click.pass_obj
+def trade(
+    console: Console,
+    *,
+    script: str,
+    output: str | None,
+    form: str,
+    fps: Fraction | None,
+    digits: int | None,
+    strict: bool,
+    max_frames: int,
+) -> int:
+    """Measure what accuracy costs and what it buys on SCRIPT.
+
+    Every tier of --accuracy and every --quality: time, and the error against a truth of 50 digits, or of many times the
+    pixels.
+    """
+    from movimentum import pipeline
+
+    target: Path | None = None
+    if output is not None:
+        if Path(output).suffix.lower() not in (".png", ".svg"):
+            raise click.UsageError(f"{output}: a plot ends in .png or .svg.")
+        target = _output(script, output, ".svg")
+    choices = Choices(fps=fps, digits=digits, strict=strict, max_frames=max_frames)
+    reports: list[pipeline.TradeReport] = []
+
+    def work(source: SourceText) -> Outcome:
+        with console.progress("measuring") as progress:
+            report, outcome = pipeline.trade(source, target, choices, progress)
+        reports.append(report)
+        return outcome
+
+    code, outcome = _made(console, script, work)
+    for report in reports:
+        from movimentum.interop.trade import trade_json, trade_text
+
+        if form == "json":
+            click.echo(trade_json(script, report.solver, report.pictures, report.rates))
+        else:
+            click.echo(trade_text(script, report.solver, report.pictures, report.rates), nl=False)
+    if outcome is not None and target is not None:
+        console.say(f"{target}: plotted")
+    return code
+
+
 # --- helpers ----------------------------------------------------------------------------------------------
 
 

@@ -22,6 +22,8 @@ from movimentum.source import SourceText
 if TYPE_CHECKING:
     from movimentum.analysis.freedom import Way
     from movimentum.analysis.report import StepReport
+    from movimentum.analysis.trade import SolverTrade
+    from movimentum.encode.trade import PictureTrade
     from movimentum.render.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solve.motion import Motion, Poses
@@ -349,6 +351,55 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         if warned:
             raise ScriptError(diagnostics)
     return Outcome(written.frames, solution.fault, diagnostics, notes)
+
+
+@dataclass(frozen=True, slots=True)
+class TradeReport:
+    """What accuracy costs and what it buys on one script: of the solver, of drawing, and of more frames a time unit.
+
+    ``rates``: (frames per time unit, the farthest that an anchor moves from one frame to the next, in pixels).
+    """
+
+    solver: SolverTrade
+    pictures: PictureTrade
+    rates: tuple[tuple[Fraction, float], ...]
+
+
+TRADE_PICTURES = 4
+"""Frames that are drawn in every way."""
+
+
+def trade(
+    source: SourceText, target: Path | None, choices: Choices, progress: Report, max_pixels: int = MAX_PIXELS
+) -> tuple[TradeReport, Outcome]:
+    """Measure the trade between time and accuracy on a script, and plot it to ``target`` (`.png` or `.svg`).
+
+    Raises as `solved` does: only what has a solution can be measured.
+    """
+    from movimentum.analysis.trade import measure_rate, measure_tiers
+    from movimentum.encode.trade import measure_pictures
+    from movimentum.files import refuse_unwritable, whole_file
+    from movimentum.solve.refinement import DEFAULT_DIGITS
+
+    if target is not None:
+        refuse_unwritable(target)
+    timeline = arranged(understand(source, max_pixels), choices)
+    solution = solved(timeline, choices)
+    count = timeline.frame_count
+    tiers = measure_tiers(timeline, choices.digits or DEFAULT_DIGITS, progress)
+    every = _Take(solution.motion, range(count), False)
+    places = sorted({round(k * (count - 1) / max(1, TRADE_PICTURES - 1)) for k in range(TRADE_PICTURES)})
+    some = solution.motion.poses_at([timeline.frame_time(place) for place in places])
+    pictures = measure_pictures(timeline.scene, every, some, progress)
+    rates = tuple((timeline.fps * k / 2, measure_rate(solution.motion, timeline.fps * k / 2)) for k in (1, 2, 4))
+    report = TradeReport(tiers, pictures, rates)
+    if target is not None:
+        from movimentum.encode.plot import write_plot
+        from movimentum.interop.trade import panels
+
+        with whole_file(target) as part:
+            write_plot(panels(source.path, report.solver, report.pictures), part, target.suffix)
+    return report, Outcome(count, solution.fault, solution.diagnostics)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,168 @@
+"""Plots of cost against error, on logarithmic scales: as SVG text, or as a PNG by Pillow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import escape
+
+WIDTH, HEIGHT = 460, 340
+LEFT, RIGHT, TOP, BOTTOM = 74, 24, 44, 52
+COLORS = ("#c0392b", "#2471a3", "#1e8449", "#7d3c98", "#b9770e", "#34495e", "#117a65", "#922b21")
+SUFFIXES = (".svg", ".png")
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One thing measured; ``group`` gives its colour. What is not positive is drawn at the edge."""
+
+    label: str
+    x: float
+    y: float
+    group: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """One diagram."""
+
+    title: str
+    x_label: str
+    y_label: str
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    ends: tuple[float, float, float, float]
+    color: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Dot:
+    x: float
+    y: float
+    color: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Text:
+    """``anchor``: "start", "middle" or "end" of the text is at (x, y), its base line."""
+
+    x: float
+    y: float
+    text: str
+    size: int
+    anchor: str
+    color: str = "#222222"
+    upright: bool = False
+
+
+_Shape = _Line | _Dot | _Text
+
+
+def write_plot(panels: Sequence[Panel], path: Path, suffix: str) -> None:
+    """Write the panels side by side, in the format that ``suffix`` (one of `SUFFIXES`) names."""
+    shapes = [shape for k, panel in enumerate(panels) for shape in _shapes(panel, k * WIDTH)]
+    size = WIDTH * len(panels), HEIGHT
+    if suffix.lower() == ".svg":
+        path.write_text(_svg(shapes, size), encoding="utf-8", newline="\n")
+    else:
+        _png(shapes, size, path)
+
+
+def _span(values: Sequence[float]) -> tuple[int, int]:
+    """Powers of ten around what is positive."""
+    logs = [math.log10(value) for value in values if value > 0.0 and math.isfinite(value)] or [0.0]
+    low, high = math.floor(min(logs) - 0.15), math.ceil(max(logs) + 0.15)
+    return low, max(high, low + 1)
+
+
+def _shapes(panel: Panel, offset: float) -> list[_Shape]:
+    x_low, x_high = _span([point.x for point in panel.points])
+    y_low, y_high = _span([point.y for point in panel.points])
+    left, right, top, bottom = offset + LEFT, offset + WIDTH - RIGHT, TOP, HEIGHT - BOTTOM
+
+    def place(value: float, low: int, high: int, begin: float, end: float) -> float:
+        at = math.log10(value) if value > 0.0 else low
+        return begin + (min(max(at, low), high) - low) / (high - low) * (end - begin)
+
+    shapes: list[_Shape] = [_Text((left + right) / 2, TOP - 18, panel.title, 13, "middle")]
+    for low, high, across in ((x_low, x_high, False), (y_low, y_high, True)):
+        step = max(1, math.ceil((high - low) / 8))
+        for power in range(low, high + 1, step):
+            if across:
+                y = place(10.0**power, low, high, bottom, top)
+                shapes.append(_Line((left, y, right, y), "#dddddd"))
+                shapes.append(_Text(left - 6, y + 4, f"1e{power}", 10, "end"))
+            else:
+                x = place(10.0**power, low, high, left, right)
+                shapes.append(_Line((x, bottom, x, top), "#dddddd"))
+                shapes.append(_Text(x, bottom + 15, f"1e{power}", 10, "middle"))
+    shapes.append(_Text((left + right) / 2, HEIGHT - 14, panel.x_label, 11, "middle"))
+    shapes.append(_Text(offset + 18, (top + bottom) / 2, panel.y_label, 11, "middle", upright=True))
+    taken: list[tuple[float, float]] = []
+    for point in panel.points:
+        color = COLORS[point.group % len(COLORS)]
+        x = place(point.x, x_low, x_high, left, right)
+        y = place(point.y, y_low, y_high, bottom, top)
+        shapes.append(_Dot(x, y, color))
+        if not point.label:
+            continue
+        at = y - 6
+        while any(abs(at - other) < 12 and abs(x - ox) < 110 for ox, other in taken) and at > top + 8:
+            at -= 12
+        taken.append((x, at))
+        end = x > (left + right) / 2
+        shapes.append(_Text(x - 6 if end else x + 6, at, point.label, 10, "end" if end else "start", color))
+    return shapes
+
+
+def _svg(shapes: Sequence[_Shape], size: tuple[int, int]) -> str:
+    box = f'width="{size[0]}" height="{size[1]}" viewBox="0 0 {size[0]} {size[1]}"'
+    rows = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" {box} font-family="sans-serif">',
+        f'<rect width="{size[0]}" height="{size[1]}" fill="white"/>',
+    ]
+    for shape in shapes:
+        match shape:
+            case _Line((x1, y1, x2, y2), color):
+                rows.append(f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{color}"/>')
+            case _Dot(x, y, color):
+                rows.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{color}"/>')
+            case _Text(x, y, text, height, anchor, color, upright):
+                turn = f' transform="rotate(-90 {x:.1f} {y:.1f})"' if upright else ""
+                rows.append(
+                    f'<text x="{x:.1f}" y="{y:.1f}" font-size="{height}" text-anchor="{anchor}" fill="{color}"{turn}>'
+                    f"{escape(text)}</text>"
+                )
+    return "\n".join([*rows, "</svg>", ""])
+
+
+def _png(shapes: Sequence[_Shape], size: tuple[int, int], path: Path) -> None:
+    from PIL import Image, ImageDraw, ImageFont
+
+    scale = 2
+    image = Image.new("RGB", (size[0] * scale, size[1] * scale), "white")
+    pen = ImageDraw.Draw(image)
+    for shape in shapes:
+        match shape:
+            case _Line((x1, y1, x2, y2), color):
+                pen.line((x1 * scale, y1 * scale, x2 * scale, y2 * scale), fill=color, width=scale)
+            case _Dot(x, y, color):
+                r = 3.5
+                pen.ellipse(((x - r) * scale, (y - r) * scale, (x + r) * scale, (y + r) * scale), fill=color)
+            case _Text(x, y, text, height, anchor, color, upright):
+                font = ImageFont.load_default(height * scale)
+                mark = {"start": "ls", "middle": "ms", "end": "rs"}[anchor]
+                if not upright:
+                    pen.text((x * scale, y * scale), text, fill=color, font=font, anchor=mark)
+                    continue
+                length = int(font.getlength(text)) + 4
+                label = Image.new("RGB", (length, 2 * height * scale), "white")
+                ImageDraw.Draw(label).text((2, int(1.4 * height * scale)), text, fill=color, font=font, anchor="ls")
+                label = label.rotate(90, expand=True)
+                image.paste(label, (int(x * scale - 1.4 * height * scale), int(y * scale - length / 2)))
+    image.save(path, "PNG")
