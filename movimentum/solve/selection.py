@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from fractions import Fraction
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +40,9 @@ from movimentum.solve.tracks import track_scale, wound
 FloatArray = NDArray[np.float64]
 
 LEAVES = 256
+LEAF_VALUES = 20_000
+FEWEST_LEAVES = 8
+"""As many complete candidates are compared as have `LEAF_VALUES` values in all, at least so many, at most `LEAVES`."""
 VISITS = 4000
 CHECK_TOLERANCE = 1e-8
 """Relative residual above which a redundant equation contradicts."""
@@ -56,6 +61,19 @@ def select(
         return search.run()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Option:
+    """One solution of one block. ``cost``: break of continuity, distance from the pose carried over, turn, displacement
+    (see `Measures`).
+    """
+
+    choice: Choice
+    cost: tuple[float, float, float, float]
+
+
+NO_COST = (0.0, 0.0, 0.0, 0.0)
+
+
 class _Search:
     def __init__(self, plan: Plan, instants: Instants, carry: Carry, ahead: float, totals: dict[int, float]) -> None:
         self.plan = plan
@@ -69,6 +87,11 @@ class _Search:
         self.measures = Measures(plan, carry, ahead)
         self.selectors_after: dict[int, list[int]] = {}
         self.checks_after: dict[int, list[int]] = {}
+        self.wishes_after: dict[int, list[int]] = {}
+        self.rank: list[int] = []
+        self.errors_of: dict[int, list[int]] = {}
+        for place, wish in enumerate(plan.wish_of):
+            self.errors_of.setdefault(wish, []).append(place)
 
     def _place_judgements(self, touched: list[bool]) -> list[tuple[int, int]]:
         """Decide after which block each selector and check can be judged; returns the blocks that they and wishes tie.
@@ -79,11 +102,10 @@ class _Search:
         owner = {n: block.number for block in plan.blocks for n in block.unknowns}
         links: list[tuple[int, int]] = []
 
-        def attach(unknowns: Iterable[int], table: dict[int, list[int]] | None, item: int) -> None:
+        def attach(unknowns: Iterable[int], table: dict[int, list[int]], item: int) -> None:
             blocks = sorted({owner[n] for n in unknowns if n in owner})
-            late = [number for number in blocks if touched[number]]
-            if table is not None:
-                table.setdefault((late or blocks or [-1])[-1], []).append(item)
+            late = sorted((number for number in blocks if touched[number]), key=self.rank.__getitem__)
+            table.setdefault((late or blocks or [-1])[-1], []).append(item)
             links.extend((late[0], other) for other in late[1:])
 
         for i, selector in enumerate(plan.system.selectors):
@@ -91,14 +113,42 @@ class _Search:
         for i, number in enumerate(plan.checks):
             attach(plan.system.equations[number].unknowns, self.checks_after, i)
         for i, wish in enumerate(plan.system.wishes):
-            attach(symbol_numbers(*wish.errors), None, i)
+            attach(symbol_numbers(*wish.errors), self.wishes_after, i)
         return links
+
+    def _ranked(self, branching: set[int]) -> list[int]:
+        """The place of each block in an order of solving in which what has one solution comes as early as it can.
+
+        So a choice is judged by all that follows from it before the next choice is made.
+        """
+        blocks = self.plan.blocks
+        owner = {n: b.number for b in blocks for n in b.unknowns}
+        needs = [{owner[n] for n in b.inputs if n in owner} for b in blocks]
+        users: list[list[int]] = [[] for _ in blocks]
+        for number, some in enumerate(needs):
+            for other in some:
+                users[other].append(number)
+        waiting = [len(some) for some in needs]
+        ready = [(number in branching, number) for number, count in enumerate(waiting) if count == 0]
+        heapify(ready)
+        rank = [0] * len(blocks)
+        place = 0
+        while ready:
+            _, number = heappop(ready)
+            rank[number] = place
+            place += 1
+            for other in users[number]:
+                waiting[other] -= 1
+                if waiting[other] == 0:
+                    heappush(ready, (other in branching, other))
+        return rank
 
     # --- independent parts
 
     def run(self) -> Selection:
         plan = self.plan
         branching = {b.number for b in plan.blocks if self._branches(b)}
+        self.rank = self._ranked(branching)
         above: list[set[int]] = []
         owner = {n: b.number for b in plan.blocks for n in b.unknowns}
         links: list[tuple[int, int]] = []
@@ -124,8 +174,8 @@ class _Search:
                     return Selection(
                         None, (Part((number,), (), tuple(rejections), True, "only"),), rejections=tuple(rejections)
                     )
-                self._take(plan.blocks[number], found[0])
-                choices[number] = found[0]
+                self._take(plan.blocks[number], found[0].choice)
+                choices[number] = found[0].choice
             refused = self._refused(number)
             if refused is not None:
                 rejections.append(refused)
@@ -138,13 +188,13 @@ class _Search:
         for part_blocks in groups(len(plan.blocks), links):
             if not touched[part_blocks[0]]:
                 continue
-            part = self._search_part(part_blocks)
+            part = self._search_part(sorted(part_blocks, key=self.rank.__getitem__))
             parts.append(part)
             if not part.candidates:
                 return Selection(None, tuple(parts), frozenset(self.decisive), part.rejections)
             best = part.candidates[0]
             choices.update(best.choices)
-            for number in part_blocks:
+            for number in sorted(part_blocks, key=self.rank.__getitem__):
                 self._take(plan.blocks[number], best.choices[number])
         ordered_choices = [choices[b.number] for b in plan.blocks]
         return Selection(ordered_choices, tuple(parts), frozenset(self.decisive))
@@ -157,32 +207,75 @@ class _Search:
         rejections: list[Rejection] = []
         leaves: list[Candidate] = []
         visits = 0
-        stack: list[tuple[list[Choice], int]] = [(self._candidates(plan.blocks[numbers[0]], rejections), 0)]
-        taken: list[Choice] = []
+        most = min(LEAVES, max(FEWEST_LEAVES, LEAF_VALUES // sum(len(plan.blocks[n].unknowns) for n in numbers)))
+        stack: list[tuple[list[_Option], int]] = [(self._options(numbers, 0, rejections), 0)]
+        taken: list[_Option] = []
+        wished: list[float] = []
+        stopped = False
         while stack:
             options, place = stack[-1]
-            del taken[len(stack) - 1 :]
-            if place >= len(options) or visits >= VISITS or len(leaves) >= LEAVES:
+            del taken[len(stack) - 1 :], wished[len(stack) - 1 :]
+            if place >= len(options):
                 stack.pop()
                 continue
+            if stopped or visits >= VISITS or len(leaves) >= most:
+                stopped = True
+                break
             stack[-1] = (options, place + 1)
             visits += 1
             number = numbers[len(stack) - 1]
-            self._take(plan.blocks[number], options[place])
+            self._take(plan.blocks[number], options[place].choice)
             refused = self._refused(number)
             if refused is not None:
                 if len(rejections) < LEAVES:
                     rejections.append(refused)
                 continue
             taken.append(options[place])
+            wished.append(self._wished(number))
             if len(taken) == len(numbers):
-                leaves.append(self._leaf(numbers, taken))
+                leaves.append(self._leaf(numbers, taken, sum(wished)))
                 continue
-            stack.append((self._candidates(plan.blocks[numbers[len(taken)]], rejections), 0))
+            stack.append((self._options(numbers, len(taken), rejections), 0))
         leaves = self._distinct(leaves)
         leaves.sort(key=lambda leaf: leaf.cost)
-        complete = visits < VISITS and len(leaves) < LEAVES and self.enumerated
+        complete = not stopped and self.enumerated
         return Part(tuple(numbers), tuple(leaves), tuple(rejections), complete, self._decided(leaves))
+
+    def _options(self, numbers: list[int], place: int, rejections: list[Rejection]) -> list[_Option]:
+        """The candidates of block ``numbers[place]``, the likeliest first: judged by the wishes too, as far as these
+        depend on what has but one solution before the next block that has several.
+        """
+        blocks = self.plan.blocks
+        options = self._candidates(blocks[numbers[place]], rejections)
+        follow_up: list[int] = []
+        for number in numbers[place + 1 :]:
+            if self._branches(blocks[number]):
+                break
+            follow_up.append(number)
+        if len(options) < 2 or not any(number in self.wishes_after for number in (numbers[place], *follow_up)):
+            return options
+        judged: list[tuple[tuple[float, ...], _Option]] = []
+        for option in options:
+            self._take(blocks[numbers[place]], option.choice)
+            wished = self._wished(numbers[place])
+            for number in follow_up:
+                found = self._candidates(blocks[number], [])
+                if not found:
+                    break
+                self._take(blocks[number], found[0].choice)
+                wished += self._wished(number)
+            judged.append(((option.cost[0], wished if math.isfinite(wished) else math.inf, *option.cost[1:]), option))
+        judged.sort(key=lambda item: item[0])
+        return [option for _, option in judged]
+
+    def _wished(self, number: int) -> float:
+        """How far (squared, in units of the scene's size) the wishes that block ``number`` completes are from met."""
+        total = 0.0
+        for i in self.wishes_after.get(number, ()):
+            for place in self.errors_of.get(i, ()):
+                value = self.plan.wishes[place](self.state, self.instants.clocks)[0]
+                total += (float(np.ravel(value)[0]) / self.plan.size) ** 2
+        return total
 
     def _decided(self, leaves: list[Candidate]) -> str:
         if len(leaves) < 2:
@@ -261,7 +354,7 @@ class _Search:
         for j, n in enumerate(block.core):
             self.state[n] = x[:, j]
 
-    def _candidates(self, block: Block, rejections: list[Rejection]) -> list[Choice]:
+    def _candidates(self, block: Block, rejections: list[Rejection]) -> list[_Option]:
         """All solutions of one block, the likeliest first. For blocks that stand still, `Choice.values` holds all its
         unknowns.
         """
@@ -273,9 +366,9 @@ class _Search:
             assert block.coefficients is not None
             sine, cosine = block.coefficients(state, k)
             angle = np.broadcast_to(wound(atan2d(sine, cosine), np.array(before)), 2)
-            return [Choice(values=(float(angle[0]),))]
+            return [_Option(Choice(values=(float(angle[0]),)), NO_COST)]
         if block.form is Form.INTEGRAL:
-            return [Choice(values=(self.totals.get(block.core[0], 0.0),))]
+            return [_Option(Choice(values=(self.totals.get(block.core[0], 0.0),)), NO_COST)]
         if block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
             quadratic = kernels.quadratic(block, state, k)
             margin = np.broadcast_to(quadratic.margin, 2)
@@ -308,7 +401,7 @@ class _Search:
             found = [Choice(values=(*(float(v) for v in x), *states)) for x in starts]
         else:
             found = [Choice()]
-        options: list[tuple[tuple[float, ...], Choice]] = []
+        options: list[_Option] = []
         for choice in found:
             self._take(block, choice)
             values = [float(np.broadcast_to(state[n], 2)[0]) for n in block.unknowns]
@@ -320,11 +413,10 @@ class _Search:
                 carried = [self.carry.rate(self.plan.system, n) for n in block.core]
                 rates = None if any(r is None for r in carried) else tuple(float(r or 0.0) for r in carried)
             kept = Choice(choice.sign, choice.values if block.moving else tuple(values), rates)
-            options.append(
-                ((self.measures.break_of(block, state), *self.measures.distances(block.unknowns, state)), kept)
-            )
-        options.sort(key=lambda item: item[0])
-        return [choice for _, choice in options]
+            cost = (self.measures.break_of(block, state), *self.measures.distances(block.unknowns, state))
+            options.append(_Option(kept, cost))
+        options.sort(key=lambda option: option.cost)
+        return options
 
     def _refused(self, number: int) -> Rejection | None:
         """Why an inequality or a redundant equation that can be judged after block ``number`` turns the state down."""
@@ -351,22 +443,13 @@ class _Search:
         weight = float(np.broadcast_to(size, 2)[0])
         return first / max(weight, 1e-300) if math.isfinite(first) else math.inf
 
-    def _leaf(self, numbers: list[int], taken: list[Choice]) -> Candidate:
+    def _leaf(self, numbers: list[int], taken: list[_Option], wished: float) -> Candidate:
         unknowns = [n for number in numbers for n in self.plan.blocks[number].unknowns]
-        values = {n: float(np.broadcast_to(self.state[n], 2)[0]) for n in unknowns}
-        later = {n: float(np.broadcast_to(self.state[n], 2)[1]) for n in unknowns}
-        breaks = sum(self.measures.break_of(self.plan.blocks[number], self.state) for number in numbers)
-        inside = set(unknowns)
-        wished = 0.0
-        for i, wish in enumerate(self.plan.system.wishes):
-            if inside & symbol_numbers(*wish.errors):
-                for function, owner in zip(self.plan.wishes, self.plan.wish_of, strict=True):
-                    if owner == i:
-                        wished += float(np.broadcast_to(function(self.state, self.instants.clocks)[0], 2)[0]) ** 2
-        carried, turned, moved = self.measures.distances(unknowns, self.state)
+        both = {n: np.ravel(self.state[n]) for n in unknowns}
+        breaks, carried, turned, moved = (sum(option.cost[i] for option in taken) for i in range(4))
         return Candidate(
-            choices=dict(zip(numbers, taken, strict=True)),
-            values=values,
-            later=later,
-            cost=(round(breaks, 6), wished / self.plan.size**2, carried, turned, moved),
+            choices={number: option.choice for number, option in zip(numbers, taken, strict=True)},
+            values={n: float(value[0]) for n, value in both.items()},
+            later={n: float(value[-1]) for n, value in both.items()},
+            cost=(round(breaks, 6), wished, carried, turned, moved),
         )
