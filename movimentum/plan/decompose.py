@@ -186,54 +186,87 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
         return frozenset()
     known: set[int] = set()
 
-    def assign() -> bool:
-        progress = False
-        again = True
-        while again:
-            again = False
-            for equation in system.equations:
-                left = equation.unknowns - known
-                if len(left) != 1 or equation.polynomial is None:
-                    continue
-                (target,) = left
-                payload = system.unknowns[target].payload
-                if isinstance(payload, PosePart):
-                    continue
-                if max(m.count(target) for m in equation.polynomial) > 1:
-                    continue
-                known.add(target)
-                again = progress = True
-                if isinstance(payload, ThingAngle):
-                    driven.add(payload.thing)
-        return progress
+    rows_of: dict[int, list[int]] = {}
 
+    def assign(places: Iterable[int]) -> None:
+        waiting = list(places)
+        while waiting:
+            equation = full.equations[waiting.pop()]
+            left = equation.unknowns - known
+            if len(left) != 1 or equation.polynomial is None or equation.number >= len(system.equations):
+                continue
+            (target,) = left
+            payload = full.unknowns[target].payload
+            if isinstance(payload, PosePart) or max(m.count(target) for m in equation.polynomial) > 1:
+                continue
+            known.add(target)
+            waiting += rows_of[target]
+            if isinstance(payload, ThingAngle):
+                driven.add(payload.thing)
+                parts = (PoseCos(payload.thing), PoseSin(payload.thing))
+                known.update(full.number_of[part] for part in parts if part in full.number_of)
+
+    full = with_rigidity(system, frozenset())
+    for place, equation in enumerate(full.equations):
+        for n in equation.unknowns:
+            rows_of.setdefault(n, []).append(place)
+    blocked = set(angles.values())
+    # at first everything is looked at; later only what is connected with something that has become known since
+    fresh = set(range(len(full.unknowns)))
     while True:
-        progress = assign()
-        undecided = {t for t in angles if t not in driven and t not in measured}
-        if not undecided:
+        before = set(known)
+        assign([place for n in sorted(fresh, reverse=True) for place in reversed(rows_of.get(n, ()))])
+        fresh |= known - before
+        blocked -= known
+        if not blocked or not fresh:
             break
-        full = with_rigidity(system, frozenset(driven))
-        blocked = {angles[t] for t in undecided}
-        usable = [e for e in full.equations if not (e.unknowns & blocked)]
-        of_row, of_column = maximum_matching([list(e.targets) for e in usable], len(full.unknowns))
-        users: list[list[int]] = [[] for _ in full.unknowns]
-        for i, equation in enumerate(usable):
-            if of_row[i] >= 0:
-                for n in equation.unknowns:
-                    users[n].append(of_row[i])
-        loose = reachable([n for n, row in enumerate(of_column) if row < 0], users)
-        for n in range(len(full.unknowns)):
-            if n not in loose and n < len(system.unknowns) and n not in known:
-                known.add(n)
-                progress = True
-        for t in sorted(undecided):
-            pose = [full.number_of[part] for part in (PoseCos(t), PoseSin(t)) if part in full.number_of]
-            if pose and all(n not in loose for n in pose):
-                measured.add(t)
-                known.add(angles[t])
-                progress = True
-        if not progress:
-            break
+        open_rows = [
+            [n for n in equation.targets if n not in known] for equation in _near(full, rows_of, known, blocked, fresh)
+        ]
+        found = _determined([row for row in open_rows if row])
+        fresh = set(found)
+        known |= found
+        for t, angle in angles.items():
+            if angle in blocked and t not in driven:
+                pose = [full.number_of[part] for part in (PoseCos(t), PoseSin(t)) if part in full.number_of]
+                if pose and known.issuperset(pose):
+                    measured.add(t)
+                    known.add(angle)
+                    fresh.add(angle)
     undecided = {t for t in angles if t not in driven and t not in measured}
     tied = {n for e in system.equations for n in e.unknowns}
     return frozenset(driven | {t for t in undecided if angles[t] in tied})
+
+
+def _near(
+    system: System, rows_of: dict[int, list[int]], known: set[int], blocked: set[int], fresh: set[int]
+) -> list[Equation]:
+    """The equations connected with the unknowns ``fresh``, by unknowns that are not ``known``, without ``blocked``."""
+    seen: set[int] = set()
+    stack = sorted(fresh)
+    visited = set(fresh)
+    while stack:
+        for place in rows_of.get(stack.pop(), ()):
+            if place in seen or system.equations[place].unknowns & blocked:
+                continue
+            seen.add(place)
+            for n in system.equations[place].unknowns:
+                if n not in visited and n not in known:
+                    visited.add(n)
+                    stack.append(n)
+    return [system.equations[place] for place in sorted(seen)]
+
+
+def _determined(rows: list[list[int]]) -> set[int]:
+    """The columns of ``rows`` that they determine: those that no freedom reaches (Dulmage & Mendelsohn)."""
+    columns = sorted({n for row in rows for n in row})
+    place = {n: k for k, n in enumerate(columns)}
+    local = [[place[n] for n in row] for row in rows]
+    of_row, of_column = maximum_matching(local, len(columns))
+    users: list[list[int]] = [[] for _ in columns]
+    for i, row in enumerate(local):
+        if of_row[i] >= 0:
+            for k in row:
+                users[k].append(of_row[i])
+    loose = reachable([k for k, row in enumerate(of_column) if row < 0], users)
+    return {n for k, n in enumerate(columns) if k not in loose}
