@@ -130,9 +130,9 @@ class _Builder:
         payload = node.payload
         match payload:
             case AnchorCoordinate(thing, anchor, axis):
-                ax, ay = self.scene.things[thing].anchors[anchor].local
-                rx, ry = self.reference[thing]
-                dx, dy = sub(const(ax), const(rx)), sub(const(ay), const(ry))
+                ax, ay = self.scene.things[thing].anchors[anchor].coordinates
+                rx, ry = stated_reference(self.scene.things[thing], self.reference[thing])
+                dx, dy = sub(ax, rx), sub(ay, ry)
                 base = self.pose(thing, PoseX if axis == 0 else PoseY)
                 if self.shift[axis] != 0.0:
                     base = add(base, const(self.shift[axis]))
@@ -263,6 +263,13 @@ class _Builder:
                     self.add_equation(row, poly.from_expression(row), number, original=residual)
                     return
         self.add_equation(residual, form, number)
+
+
+def stated_reference(thing: Thing, local: tuple[float, float]) -> tuple[Expr, Expr]:
+    """The reference anchor's coordinates (`System.reference`) as the script states them."""
+    return next(
+        (anchor.coordinates for anchor in thing.anchors if anchor.local == local), (const(local[0]), const(local[1]))
+    )
 
 
 def _reference_anchors(scene: Scene, active: Iterable[Constraint]) -> dict[int, tuple[float, float]]:

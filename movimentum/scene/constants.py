@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import repeat
 
+from movimentum.expressions import Expr
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
@@ -85,6 +86,12 @@ def _joined(first: Fraction, operators: Sequence[Operator], rest: Sequence[Fract
 
 def constant(root: Expression | Text, what: str, findings: Findings) -> float | None:
     """The value of a scalar expression without names, clocks and ``_``; None after an error."""
+    value = constant_expression(root, what, findings)
+    return None if value is None else value.value
+
+
+def constant_expression(root: Expression | Text, what: str, findings: Findings) -> Expr | None:
+    """The same as a constant that knows how it was computed."""
     if isinstance(root, Text):
         findings.error("kind/mismatch", f"{what} is a number, not a text", root.span)
         return None
@@ -108,7 +115,7 @@ def constant(root: Expression | Text, what: str, findings: Findings) -> float | 
     if findings.errors != errors:
         return None
     value = lower(nodes, meanings, Context(inference, findings, repeat(0)))
-    return None if value is None else value[0].value
+    return None if value is None or value[0].value is None else value[0]
 
 
 def _first_variable_part(node: Expression) -> Span | None:

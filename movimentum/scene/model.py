@@ -12,7 +12,7 @@ from enum import StrEnum
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic
-from movimentum.expressions import Expr
+from movimentum.expressions import Expr, const
 from movimentum.source import SourceText, Span
 
 # --- what a symbol of an expression can stand for (payloads of Expr "symbol") ---------------------
@@ -75,11 +75,20 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Anchor:
-    """A named point of a thing, ``local`` (x, y) in its local frame (world pixels, y up)."""
+    """A named point of a thing, ``local`` (x, y) in its local frame (world pixels, y up).
+
+    ``stated`` are the same as constant expressions, which know how the script states them (0.3 + 1.1 is 1.4).
+    """
 
     name: str
     local: tuple[float, float]
     span: Span
+    stated: tuple[Expr, Expr] | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def coordinates(self) -> tuple[Expr, Expr]:
+        """x and y as constant expressions."""
+        return self.stated or (const(self.local[0]), const(self.local[1]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 
 from movimentum.diagnostics import Diagnostic, Label
 from movimentum.errors import MovimentumError
+from movimentum.expressions import ZERO, Expr, add, const, mul, sub
 from movimentum.scene.colors import color, color_names
-from movimentum.scene.constants import constant
+from movimentum.scene.constants import constant, constant_expression
 from movimentum.scene.findings import Findings
 from movimentum.scene.lower import report_not_yet
 from movimentum.scene.model import Anchor, AnchorRef, Shape, Thing
@@ -117,11 +118,10 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
             else (),
         )
     if options.topleft and size is not None:
-        anchors = [replace(item, local=(item.local[0], size[1] - item.local[1])) for item in anchors]
+        anchors = [_moved(item, item.coordinates[0], sub(const(size[1]), item.coordinates[1])) for item in anchors]
     if options.scale != 1.0:
-        anchors = [
-            replace(item, local=(item.local[0] * options.scale, item.local[1] * options.scale)) for item in anchors
-        ]
+        scale = const(options.scale)
+        anchors = [_moved(item, *(mul(value, scale) for value in item.coordinates)) for item in anchors]
     return Thing(
         number=number,
         name=definition.name,
@@ -149,7 +149,7 @@ def _anchors(definitions: list[AnchorDefinition], findings: Findings) -> list[An
     found: dict[str, Anchor] = {}
     later = {item.name for item in definitions}
     for item in definitions:
-        local = _position(item, found, later, findings)
+        x, y = _position(item, found, later, findings)
         first = found.get(item.name)
         if first is not None:
             findings.error(
@@ -159,32 +159,37 @@ def _anchors(definitions: list[AnchorDefinition], findings: Findings) -> list[An
                 labels=(Label(first.span, "the first one"),),
             )
             continue
-        found[item.name] = Anchor(item.name, local, item.span)
+        found[item.name] = _moved(Anchor(item.name, (0.0, 0.0), item.span), x, y)
     return list(found.values())
+
+
+def _moved(anchor: Anchor, x: Expr, y: Expr) -> Anchor:
+    """The anchor at another place, given by two constants."""
+    return replace(anchor, local=(x.value or 0.0, y.value or 0.0), stated=(x, y))
 
 
 def _position(
     item: AnchorDefinition, earlier: dict[str, Anchor], later: set[str], findings: Findings
-) -> tuple[float, float]:
+) -> tuple[Expr, Expr]:
     if isinstance(item.base, Vector):
         x, y = _coordinates(item.base, findings)
     else:
         known = earlier.get(item.base.name)
         if known is None:
             _report_unknown_base(item, earlier, later, findings)
-            return 0.0, 0.0
-        x, y = known.local
+            return ZERO, ZERO
+        x, y = known.coordinates
     for operator, vector in item.offsets:
         dx, dy = _coordinates(vector, findings)
-        x, y = (x + dx, y + dy) if operator is Operator.PLUS else (x - dx, y - dy)
+        x, y = (add(x, dx), add(y, dy)) if operator is Operator.PLUS else (sub(x, dx), sub(y, dy))
     return x, y
 
 
-def _coordinates(vector: Vector, findings: Findings) -> tuple[float, float]:
-    values = [constant(component, "an anchor's coordinate", findings) for component in vector.components]
-    if len(values) == 3 and values[2]:
+def _coordinates(vector: Vector, findings: Findings) -> tuple[Expr, Expr]:
+    values = [constant_expression(component, "an anchor's coordinate", findings) for component in vector.components]
+    if len(values) == 3 and values[2] is not None and values[2].value:
         report_not_yet(vector.components[2], findings)
-    return values[0] or 0.0, values[1] or 0.0
+    return values[0] or ZERO, values[1] or ZERO
 
 
 def _report_unknown_base(

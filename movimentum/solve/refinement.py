@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from movimentum.expressions import Expr, symbols
 from movimentum.plan.blocks import Block
 from movimentum.plan.equations import Form
+from movimentum.plan.system import stated_reference
 from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate, symbol_numbers
-from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
+from movimentum.scene.model import Thing, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solve.digits import DigitsArithmetic
 from movimentum.solve.evaluation import Arithmetic, Evaluator, Number
 from movimentum.solve.instants import at_times
@@ -62,11 +63,12 @@ class RefinedPoses(Poses):
     scalars: dict[tuple[str, int | None], Number]
     instants: Number
     size: float
+    things: tuple[Thing, ...]
 
     def coordinate(self, thing: int, local: tuple[float, float], axis: int) -> Number:
         """(F,) one world coordinate of a thing's point, with all digits."""
         pose = self.pose[thing]
-        x, y = (self.evaluator.decimal(value) for value in local)
+        x, y = (self.evaluator.constant(value) for value in stated_reference(self.things[thing], local))
         if axis == 0:
             return pose.x + (pose.c * x + -(pose.s * y))
         return pose.y + (pose.s * x + pose.c * y)
@@ -93,6 +95,7 @@ class RefinedPoses(Poses):
             scalars={key: value[chosen] for key, value in self.scalars.items()},
             instants=self.instants[chosen],
             size=self.size,
+            things=self.things,
         )
 
 
@@ -179,6 +182,7 @@ class RefinedMotion:
             scalars=scalars,
             instants=self.arithmetic.rationals(times),
             size=self.base.size,
+            things=self.timeline.scene.things,
         )
 
     def _put(
@@ -229,7 +233,8 @@ class RefinedMotion:
                 c, s = old.c, old.s
                 if angle is not None:
                     c, s = (self.arithmetic.call(op, None, [angle]) for op in ("cosd", "sind"))
-            rx, ry = (self._evaluator.decimal(v) for v in piece.plan.system.reference.get(t, (0.0, 0.0)))
+            reference = stated_reference(thing, piece.plan.system.reference.get(t, (0.0, 0.0)))
+            rx, ry = (self._evaluator.constant(v) for v in reference)
             x, y = value(PoseX(t)), value(PoseY(t))
             dx, dy = (self._evaluator.decimal(v) for v in piece.plan.system.shift)
             x = old.x + (old.c * rx + -(old.s * ry)) if x is None else x + dx
