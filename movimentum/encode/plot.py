@@ -103,7 +103,7 @@ def _shapes(panel: Panel, offset: float) -> list[_Shape]:
                 shapes.append(_Text(x, bottom + 15, f"1e{power}", 10, "middle"))
     shapes.append(_Text((left + right) / 2, HEIGHT - 14, panel.x_label, 11, "middle"))
     shapes.append(_Text(offset + 18, (top + bottom) / 2, panel.y_label, 11, "middle", upright=True))
-    taken: list[tuple[float, float]] = []
+    boxes: list[tuple[float, float, float]] = []
     for point in panel.points:
         color = COLORS[point.group % len(COLORS)]
         x = place(point.x, x_low, x_high, left, right)
@@ -111,13 +111,22 @@ def _shapes(panel: Panel, offset: float) -> list[_Shape]:
         shapes.append(_Dot(x, y, color))
         if not point.label:
             continue
-        at = y - 6
-        while any(abs(at - other) < 12 and abs(x - ox) < 110 for ox, other in taken) and at > top + 8:
-            at -= 12
-        taken.append((x, at))
-        end = x > (left + right) / 2
+        wide = 5.6 * len(point.label)
+        begin = x - 6 - wide if x + 6 + wide > right else x + 6
+        at = _free_height(boxes, begin, begin + wide, y - 6, top + 8)
+        boxes.append((begin, begin + wide, at))
+        end = begin < x
         shapes.append(_Text(x - 6 if end else x + 6, at, point.label, 10, "end" if end else "start", color))
     return shapes
+
+
+def _free_height(boxes: Sequence[tuple[float, float, float]], begin: float, end: float, at: float, top: float) -> float:
+    """The base line nearest to ``at`` on which a label from ``begin`` to ``end`` covers no other."""
+    tries = [at - 12.0 * k for n in range(12) for k in (n, -n) if at - 12.0 * k > top]
+    for height in tries:
+        if all(abs(height - other) >= 11 or end < low or begin > high for low, high, other in boxes):
+            return height
+    return at
 
 
 def _svg(shapes: Sequence[_Shape], size: tuple[int, int]) -> str:

@@ -79,25 +79,55 @@ class DigitsArithmetic:
             u = min(max(u, m.zero), m.one)
             return u * u * (3 - 2 * u)
 
+        def quotient(a: Any, b: Any) -> Any:
+            return a / b
+
+        def sine(a: Any) -> Any:
+            return quadrant(a, 0)
+
+        def cosine(a: Any) -> Any:
+            return quadrant(a, 1)
+
+        def tangent(a: Any) -> Any:
+            return quadrant(a, 0) / quadrant(a, 1)
+
+        def arcsine(a: Any) -> Any:
+            return m.asin(within(a)) * 180 / m.pi
+
+        def arccosine(a: Any) -> Any:
+            return m.acos(within(a)) * 180 / m.pi
+
+        def arctangent(a: Any) -> Any:
+            return m.atan(a) * 180 / m.pi
+
+        def direction(y: Any, x: Any) -> Any:
+            return m.atan2(y, x) * 180 / m.pi
+
+        def remainder(a: Any, b: Any) -> Any:
+            return a - b * m.floor(a / b)
+
+        def at_most(e: Any, b: Any, v: Any, w: Any) -> Any:
+            return v if e <= b else w
+
         return {
-            "div": (lambda a, b: a / b, 2),
+            "div": (quotient, 2),
             "sqrt": (root, 1),
-            "sind": (lambda a: quadrant(a, 0), 1),
-            "cosd": (lambda a: quadrant(a, 1), 1),
-            "tand": (lambda a: quadrant(a, 0) / quadrant(a, 1), 1),
-            "asind": (lambda a: m.asin(within(a)) * 180 / m.pi, 1),
-            "acosd": (lambda a: m.acos(within(a)) * 180 / m.pi, 1),
-            "atand": (lambda a: m.atan(a) * 180 / m.pi, 1),
-            "atan2d": (lambda y, x: m.atan2(y, x) * 180 / m.pi, 2),
+            "sind": (sine, 1),
+            "cosd": (cosine, 1),
+            "tand": (tangent, 1),
+            "asind": (arcsine, 1),
+            "acosd": (arccosine, 1),
+            "atand": (arctangent, 1),
+            "atan2d": (direction, 2),
             "abs": (abs, 1),
             "min": (min, 2),
             "max": (max, 2),
             "floor": (m.floor, 1),
-            "mod": (lambda a, b: a - b * m.floor(a / b), 2),
+            "mod": (remainder, 2),
             "exp": (m.exp, 1),
             "ln": (log, 1),
             "ease": (ease, 1),
-            "le": (lambda e, b, v, w: v if e <= b else w, 4),
+            "le": (at_most, 4),
         }
 
     def array(self, values: Sequence[Any]) -> Numbers:

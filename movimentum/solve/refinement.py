@@ -154,8 +154,10 @@ class RefinedMotion:
         floats = self.arithmetic.floats
         things = [
             WidePose(
-                *(floats(poses.origin[t, :, axis]) for axis in (0, 1)),
-                *(floats(poses.direction[t, :, axis]) for axis in (0, 1)),
+                floats(poses.origin[t, :, 0]),
+                floats(poses.origin[t, :, 1]),
+                floats(poses.direction[t, :, 0]),
+                floats(poses.direction[t, :, 1]),
                 floats(poses.angle[t]),
             )
             for t in range(len(poses.origin))
