@@ -24,6 +24,9 @@ Margin = Callable[[FloatArray], FloatArray]
 MARGIN_TOLERANCE = 4e-12
 """How far below zero a relative discriminant may come by rounding; nearer to zero than this, two solutions meet."""
 
+ROUNDING = 2e-14
+"""What rounding makes of a relative discriminant of zero."""
+
 SAMPLES = 9
 ROUNDS = 16
 
@@ -172,11 +175,13 @@ def _located(margin: Margin, place: FloatArray, width: FloatArray) -> FloatArray
 
 
 def _crossing(margin: Margin, good: float, bad: float) -> float:
-    """The time between ``good`` (solvable) and ``bad`` at which the solution ends, by repeated sectioning."""
+    """The time between ``good`` (solvable) and ``bad`` at which the solution ends, by repeated sectioning.
+
+    Where the margin falls below zero for good, that is where it passes zero, not where it passes the tolerance.
+    """
     for _ in range(18):
         points = np.linspace(good, bad, SAMPLES + 2)
-        values = margin(points)
-        below = np.nonzero(~(values >= -MARGIN_TOLERANCE))[0]
+        below = np.nonzero(~(margin(points) >= -ROUNDING))[0]
         first = int(below[0]) if len(below) else len(points) - 1
         if first == 0:
             return float(good)

@@ -18,6 +18,11 @@ SAME = 1e-7
 """Two values of an unknown of size one are the same solution."""
 
 
+def squared(value: float) -> float:
+    """The square; infinite where it overflows (Python's own power raises)."""
+    return value * value
+
+
 class Measures:
     """Compares states (at two instants, ``ahead`` apart) with what is carried over."""
 
@@ -67,10 +72,10 @@ class Measures:
                 continue
             if self.carried[n]:
                 scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else self.plan.size
-                carried += ((value - before) / scale) ** 2
+                carried += squared((value - before) / scale)
             elif isinstance(payload, PoseCos):
                 angle = math.acos(min(1.0, max(-1.0, float(now[1]))))
                 turned += angle * angle
             elif isinstance(payload, PoseX | PoseY):
-                moved += ((value - before) / self.plan.size) ** 2
+                moved += squared((value - before) / self.plan.size)
         return carried, turned, moved

@@ -32,7 +32,7 @@ from movimentum.solve.change_points import MARGIN_TOLERANCE
 from movimentum.solve.following import Choice
 from movimentum.solve.instants import Instants, at_offsets
 from movimentum.solve.kernels import State
-from movimentum.solve.measures import SAME, Measures
+from movimentum.solve.measures import SAME, Measures, squared
 from movimentum.solve.newton import newton
 from movimentum.solve.starts import free_start, newton_starts
 from movimentum.solve.tracks import track_scale, wound
@@ -274,7 +274,7 @@ class _Search:
         for i in self.wishes_after.get(number, ()):
             for place in self.errors_of.get(i, ()):
                 value = self.plan.wishes[place](self.state, self.instants.clocks)[0]
-                total += (float(np.ravel(value)[0]) / self.plan.size) ** 2
+                total += squared(float(np.ravel(value)[0]) / self.plan.size)
         return total
 
     def _decided(self, leaves: list[Candidate]) -> str:
