@@ -40,6 +40,11 @@ class Examination:
 
 def examine(motion: Motion) -> Examination:
     """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds."""
+    with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
+        return _examined(motion)
+
+
+def _examined(motion: Motion) -> Examination:
     found: list[Diagnostic] = []
     steps: list[StepReport] = []
     free: list[tuple[float, float, Way]] = []
