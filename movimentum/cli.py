@@ -15,7 +15,7 @@ from movimentum import __version__
 from movimentum.console import DONE, NO_SOLUTION, USAGE, Console, ReaderGone, guarded, wants_color
 from movimentum.errors import MovimentumError
 from movimentum.parameters import FrameRange, FrameRangeType, RationalType, TraceType, WordsType
-from movimentum.pipeline import MAX_FRAMES, MAX_PIXELS, Choices, Picture
+from movimentum.pipeline import MAX_FRAMES, MAX_NESTING, MAX_PIXELS, Choices, Picture
 
 if TYPE_CHECKING:
     from movimentum.pipeline import Outcome
@@ -101,6 +101,14 @@ MAX_FRAMES_OPTION = click.option(
     show_default=True,
     metavar="N",
     help="Refuse scripts that make more frames.",
+)
+MAX_NESTING_OPTION = click.option(
+    "--max-nesting",
+    type=click.IntRange(1, 300),
+    default=MAX_NESTING,
+    show_default=True,
+    metavar="N",
+    help="Refuse expressions with more brackets, signs, powers and functions inside one another.",
 )
 ACCURACY = click.option(
     "--accuracy",
@@ -222,6 +230,7 @@ Examples:
 @click.option("--watch", is_flag=True, help="Render again whenever the script or a sprite changes; Ctrl-C ends it.")
 @click.option("--open", "open_it", is_flag=True, help="Show the file when it is done.")
 @MAX_FRAMES_OPTION
+@MAX_NESTING_OPTION
 @click.option(
     "--max-pixels",
     type=click.IntRange(min=1),
@@ -254,13 +263,14 @@ def run(
     watch: bool,
     open_it: bool,
     max_frames: int,
+    max_nesting: int,
     max_pixels: int,
 ) -> int:
     """Render SCRIPT as an animation or as pictures."""
     if at is not None and frames is not None:
         raise click.UsageError("--at is one picture and --frames a range of them: give one of the two.")
     target = _output(script, output, ".gif" if at is None else ".png")
-    choices = Choices(fps, accuracy, None, on_failure, strict, max_frames)
+    choices = Choices(fps, accuracy, None, on_failure, strict, max_frames, max_nesting)
     picture = Picture(
         frames=None if frames is None else frames.of,
         at=at,
@@ -350,16 +360,21 @@ Examples:
 @FPS
 @STRICT
 @MAX_FRAMES_OPTION
+@MAX_NESTING_OPTION
 @SPEECH
 @click.pass_obj
-def check(console: Console, *, script: str, form: str, fps: Fraction | None, strict: bool, max_frames: int) -> int:
+def check(
+    console: Console, *, script: str, form: str, fps: Fraction | None, strict: bool, max_frames: int, max_nesting: int
+) -> int:
     """Say everything that can be said about SCRIPT without rendering it.
 
     Errors, warnings and notes, and for every step what was left to solve and what is still free.
     """
     from movimentum import pipeline
 
-    report, source = pipeline.check(script, Choices(fps=fps, strict=strict, max_frames=max_frames))
+    report, source = pipeline.check(
+        script, Choices(fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting)
+    )
     if form == "json":
         from movimentum.report import check_json
 
@@ -401,6 +416,7 @@ Examples:
 @STRICT
 @ON_FAILURE
 @MAX_FRAMES_OPTION
+@MAX_NESTING_OPTION
 @SPEECH
 @click.pass_obj
 def solve(
@@ -415,6 +431,7 @@ def solve(
     strict: bool,
     on_failure: str,
     max_frames: int,
+    max_nesting: int,
 ) -> int:
     """Write where everything is: a table with one row a frame.
 
@@ -428,7 +445,7 @@ def solve(
         raise click.UsageError("--digits needs --accuracy exact: the other tiers have the digits of a float64.")
     if output != "-" and Path(output).suffix.lower() not in SUFFIXES:
         raise click.UsageError(f"{output}: a table ends in one of {', '.join(SUFFIXES)}, or is - for CSV on stdout.")
-    choices = Choices(fps, accuracy, digits, on_failure, strict, max_frames)
+    choices = Choices(fps, accuracy, digits, on_failure, strict, max_frames, max_nesting)
     target = None if output == "-" else _output(script, output, ".csv")
 
     def work(source: SourceText) -> Outcome:
@@ -475,6 +492,7 @@ Examples:
 )
 @STRICT
 @MAX_FRAMES_OPTION
+@MAX_NESTING_OPTION
 @SPEECH
 @click.pass_obj
 def trade(
@@ -487,6 +505,7 @@ def trade(
     digits: int | None,
     strict: bool,
     max_frames: int,
+    max_nesting: int,
 ) -> int:
     """Measure what accuracy costs and what it buys on SCRIPT.
 
@@ -500,7 +519,7 @@ def trade(
         if Path(output).suffix.lower() not in (".png", ".svg"):
             raise click.UsageError(f"{output}: a plot ends in .png or .svg.")
         target = _output(script, output, ".svg")
-    choices = Choices(fps=fps, digits=digits, strict=strict, max_frames=max_frames)
+    choices = Choices(fps=fps, digits=digits, strict=strict, max_frames=max_frames, max_nesting=max_nesting)
     reports: list[pipeline.TradeReport] = []
 
     def work(source: SourceText) -> Outcome:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 MAX_FRAMES = 1_000_000
 MAX_PIXELS = 64_000_000
+MAX_NESTING = 100
 MAX_SCRIPT_BYTES = 16 * 1024 * 1024
 CHUNK = 2048
 """Frames solved at a time (fewer in scenes of very many things): NumPy's overhead is spread, memory stays flat."""
@@ -53,6 +54,7 @@ class Choices:
     on_failure: str = "stop"
     strict: bool = False
     max_frames: int = MAX_FRAMES
+    max_nesting: int = MAX_NESTING
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,12 +106,13 @@ def read(path: str) -> SourceText:
         ) from problem
 
 
-def understand(source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
+def understand(source: SourceText, max_pixels: int = MAX_PIXELS, max_nesting: int = MAX_NESTING) -> Scene:
     """Parse and resolve a script; raises `ScriptError` with everything that is wrong with it."""
     from movimentum.scene.build import build
     from movimentum.syntax.parser import parse
 
-    return build(parse(source), source, _image_size, max_pixels=max_pixels)
+    script = parse(source, max_nesting=max_nesting)
+    return build(script, source, _image_size, max_pixels=max_pixels)
 
 
 def arranged(scene: Scene, choices: Choices) -> Timeline:
@@ -234,7 +237,7 @@ def check(path: str, choices: Choices) -> tuple[CheckReport, SourceText]:
     duration: float | None = None
     try:
         source = read(path)
-        timeline = arranged(understand(source), choices)
+        timeline = arranged(understand(source, max_nesting=choices.max_nesting), choices)
         frames, duration = timeline.frame_count, float(timeline.end - timeline.start)
         solution = examined(timeline, choices)
     except UsageError:
@@ -266,7 +269,7 @@ def tabulate(
 
     if target is not None:
         refuse_unwritable(target)
-    timeline = arranged(understand(source), choices)
+    timeline = arranged(understand(source, max_nesting=choices.max_nesting), choices)
     start, stop = _chosen(timeline, frames)
     solution = solved(timeline, choices)
     motion = solution.motion
@@ -297,7 +300,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
     kind = check_output(target)
     background = None if picture.background is None else _color(picture.background)
     refuse_unwritable(target)
-    timeline = arranged(understand(source, picture.max_pixels), choices)
+    timeline = arranged(understand(source, picture.max_pixels, choices.max_nesting), choices)
     scene = timeline.scene
     options = PictureOptions(
         quality=Quality(picture.quality),
@@ -383,7 +386,7 @@ def trade(
 
     if target is not None:
         refuse_unwritable(target)
-    timeline = arranged(understand(source, max_pixels), choices)
+    timeline = arranged(understand(source, max_pixels, choices.max_nesting), choices)
     solution = solved(timeline, choices)
     count = timeline.frame_count
     tiers = measure_tiers(timeline, choices.digits or DEFAULT_DIGITS, progress)

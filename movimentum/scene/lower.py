@@ -122,7 +122,10 @@ def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> 
     value = values[id(nodes[-1])]
     if max(part.depth for part in value) > MAX_DEPTH:
         context.findings.error(
-            "limit/nesting", f"this goes deeper than the limit of {MAX_DEPTH} operations", nodes[-1].span
+            "limit/nesting",
+            f"this goes deeper than the limit of {MAX_DEPTH} operations",
+            nodes[-1].span,
+            helps=("give a name to a part of it: `x = …;`",),
         )
     return value if context.findings.errors == errors else None
 

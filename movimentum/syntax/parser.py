@@ -181,5 +181,5 @@ def _too_deep(span: Span, max_nesting: int) -> Diagnostic:
         f"this is nested deeper than the limit of {max_nesting} levels",
         span,
         notes=("brackets, minus signs, powers and functions inside one another count as levels; a long sum does not",),
-        helps=("give a name to a part of it: `x = …;`",),
+        helps=("give a name to a part of it: `x = …;`", f"`--max-nesting {min(3 * max_nesting, 300)}` allows more"),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from fractions import Fraction
 
 import click
@@ -75,3 +77,17 @@ def test_a_trace_names_a_thing_and_an_anchor() -> None:
     for text in ("Rod", "Rod.", ".B", "Rod.B.x", "1.B"):
         with pytest.raises(click.BadParameter):
             TraceType().convert(text, None, None)
+
+
+@pytest.mark.parametrize(("limit", "code"), [("100", 1), ("300", 0)])
+def test_the_limit_of_nesting_can_be_raised(tmp_path, limit, code):
+    script = tmp_path / "deep.mov"
+    script.write_text(f"Dot : .disc(2) c=[0,0]; @0 Dot.c = [{'(' * 150}1{')' * 150}, 0];")
+    done = subprocess.run(
+        [sys.executable, "-m", "movimentum", "check", str(script), "--max-nesting", limit],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == code
+    assert ("limit/nesting" in done.stdout + done.stderr) == (code == 1)
+    assert code == 0 or "--max-nesting 300" in done.stdout + done.stderr
