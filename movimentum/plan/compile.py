@@ -8,7 +8,7 @@ from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute
 from movimentum.plan.blocks import Block, Kernel, make_block
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.decompose import Decomposition, Group, decompose, driven_angles
-from movimentum.plan.equations import Equation, System
+from movimentum.plan.equations import Equation, Form, System
 from movimentum.plan.model import Plan
 from movimentum.plan.polynomial import Polynomial, plus
 from movimentum.plan.system import build_system, with_rates, with_rigidity
@@ -70,7 +70,7 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
 
 def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
     """``equation`` with the unknowns that are known to be constant replaced by their values."""
-    if not equation.unknowns & constants.keys():
+    if equation.form is Form.WINDING or not equation.unknowns & constants.keys():
         return equation
 
     def value(node: Expr) -> Expr | None:
