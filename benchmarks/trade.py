@@ -124,15 +124,15 @@ PAGE = """\
 
 ## Where the default should lie
 
-**Solving: `standard`.** Over the gallery a frame takes {standard} to solve and {drawing} to draw, so a faster tier could
-save {share:.1%} of the time a picture takes, at most. `draft` takes {draft}, needs {prepared} more to prepare, and is off
-by up to {draft_error:.2g} px ({visible} of {count} scripts by more than {invisible} px, which can be seen). It pays only
-for very many frames of mechanisms with large loops, like Walschaerts' gear.
+**Solving: `standard`.** Over the gallery a frame takes {standard} to solve and {drawing} to draw, so a faster tier
+could save {share:.1%} of the time a picture takes, at most. `draft` takes {draft}, needs {prepared} more to prepare,
+and is off by up to {draft_error:.2g} px ({visible} of {count} scripts by more than {invisible} px, which can be seen).
+It pays only for very many frames of mechanisms with large loops, like Walschaerts' gear.
 
 `standard` is within {standard_error:.0e} px of the truth in all of the gallery: no picture can tell. `high` costs
-{high:.0f} times as much per frame and gives every coordinate to the last bit; it is for tables, and it is *necessary* near
-singular positions, where `standard` loses up to half its digits (the extremes below). `exact` costs {exact:.0f} times as
-much and is for oracles and formulas.
+{high:.0f} times as much per frame and gives every coordinate to the last bit; it is for tables, and it is *necessary*
+near singular positions, where `standard` loses up to half its digits (the extremes below). `exact` costs {exact:.0f}
+times as much and is for oracles and formulas.
 
 **Drawing: `standard`.** Anti-aliased polygons are within {plain:.2f} of 255 levels (rms, median) of a picture
 supersampled 8 times; sprites of fine detail, which are filtered otherwise when they are enlarged, within 3 to 9. `high`

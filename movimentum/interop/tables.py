@@ -25,7 +25,7 @@ from movimentum.scene.model import Scene
 
 if TYPE_CHECKING:
     from movimentum.solve.motion import FloatArray, Poses
-    from movimentum.solve.refinement import RefinedPoses
+    from movimentum.solve.wide_poses import RefinedPoses
 
 SUFFIXES = (".csv", ".json", ".npz")
 
@@ -162,7 +162,7 @@ def _texts(chosen: tuple[Column, ...], poses: Poses) -> Iterator[tuple[str, ...]
     if not hasattr(poses, "scalars"):
         return None
     from movimentum.solve.digits import DigitsArithmetic
-    from movimentum.solve.refinement import RefinedPoses
+    from movimentum.solve.wide_poses import RefinedPoses
 
     if not isinstance(poses, RefinedPoses) or not isinstance(poses.evaluator.arithmetic, DigitsArithmetic):
         return None

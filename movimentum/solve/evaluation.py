@@ -97,6 +97,15 @@ class Evaluator:
             stack.pop()
         return self._constants[id(node)][1]
 
+    def given(self, value: Number) -> Expr:
+        """A constant that stands for a number of the arithmetic's own, shape (1,).
+
+        Its float tells nothing (it only keeps different numbers apart where expressions are compared).
+        """
+        node = Expr("const", (), math.sqrt(2.0 + len(self._constants)) / 3.0)
+        self._constants[id(node)] = node, value
+        return node
+
     def _literal(self, value: float) -> Number:
         if value == math.pi:
             return self.arithmetic.pi()

@@ -15,88 +15,29 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.expressions import Expr, symbols
+from movimentum.expressions import ZERO, Expr
 from movimentum.plan.blocks import Block
 from movimentum.plan.equations import Form
+from movimentum.plan.integrals import closed_form
 from movimentum.plan.system import stated_reference
-from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate, symbol_numbers
-from movimentum.scene.model import Thing, ThingAngle, ThingProperty, VariableComponent
+from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
+from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
 from movimentum.solve.digits import DigitsArithmetic
-from movimentum.solve.evaluation import Arithmetic, Evaluator, Number
+from movimentum.solve.evaluation import Arithmetic, Evaluator, Number, ordered
+from movimentum.solve.formulas import Formulas
 from movimentum.solve.instants import at_times
 from movimentum.solve.moments import evaluated
 from movimentum.solve.motion import Motion, Poses
 from movimentum.solve.polish import Context, Rows, make_rows, polished
-from movimentum.solve.stretches import Dead, Stretch
+from movimentum.solve.stretches import Dead
 from movimentum.solve.tracks import Piece, StillTrack, scale_of
 from movimentum.solve.wide import WideArithmetic
+from movimentum.solve.wide_poses import RefinedPoses, WidePose
 from movimentum.timeline.model import Timeline
 
 FloatArray = NDArray[np.float64]
 
 DEFAULT_DIGITS = 50
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WidePose:
-    """A thing over F instants: local origin (x, y), direction (c, s), turn in degrees."""
-
-    x: Number
-    y: Number
-    c: Number
-    s: Number
-    angle: Number
-
-    def taken(self, chosen: NDArray[np.int64] | slice) -> WidePose:
-        """Some of the instants."""
-        return WidePose(self.x[chosen], self.y[chosen], self.c[chosen], self.s[chosen], self.angle[chosen])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RefinedPoses(Poses):
-    """`Poses` rounded from more digits, which ``pose`` (by thing), ``scalars`` (a variable's components by (name,
-    axis)) and ``instants`` (the times) still have.
-    """
-
-    evaluator: Evaluator
-    pose: tuple[WidePose, ...]
-    scalars: dict[tuple[str, int | None], Number]
-    instants: Number
-    size: float
-    things: tuple[Thing, ...]
-
-    def coordinate(self, thing: int, local: tuple[float, float], axis: int) -> Number:
-        """(F,) one world coordinate of a thing's point, with all digits."""
-        pose = self.pose[thing]
-        x, y = (self.evaluator.constant(value) for value in stated_reference(self.things[thing], local))
-        if axis == 0:
-            return pose.x + (pose.c * x + -(pose.s * y))
-        return pose.y + (pose.s * x + pose.c * y)
-
-    def world(self, thing: int, local: tuple[float, float]) -> FloatArray:
-        """(F, 2) world positions of the point ``local`` of thing number ``thing``, rounded once."""
-        rounded = self.evaluator.arithmetic.rounded
-        return np.stack([rounded(self.coordinate(thing, local, axis)) for axis in (0, 1)], axis=-1)
-
-    def texts(self, value: Number) -> list[str]:
-        """(F,) numbers with the digits asked for; in `high`, the shortest text of the nearest float."""
-        arithmetic = self.evaluator.arithmetic
-        if isinstance(arithmetic, DigitsArithmetic):
-            return [arithmetic.text(item, self.size) for item in value]
-        return [repr(item) for item in (arithmetic.rounded(value) + 0.0).tolist()]
-
-    def select(self, chosen: NDArray[np.int64] | slice) -> RefinedPoses:
-        """The frames ``chosen`` (positions in these arrays, not frame numbers)."""
-        plain = Poses.select(self, chosen)
-        return RefinedPoses(
-            *(getattr(plain, name) for name in Poses.__dataclass_fields__),
-            evaluator=self.evaluator,
-            pose=tuple(pose.taken(chosen) for pose in self.pose),
-            scalars={key: value[chosen] for key, value in self.scalars.items()},
-            instants=self.instants[chosen],
-            size=self.size,
-            things=self.things,
-        )
 
 
 @dataclass(slots=True)
@@ -127,6 +68,8 @@ class RefinedMotion:
     _totals: dict[tuple[int, int], tuple[Fraction, Number]] = field(
         default_factory=dict[tuple[int, int], "tuple[Fraction, Number]"]
     )
+
+    _formulas: dict[int, Formulas] = field(default_factory=dict[int, Formulas])
 
     def __post_init__(self) -> None:
         self._evaluator = Evaluator(self.arithmetic)
@@ -295,7 +238,7 @@ class RefinedMotion:
                     wide[n], context.floats[n] = w, f
                 continue
             count = 1 if isinstance(track, StillTrack) else len(times)
-            digits = np.minimum(digits, self._block(stretch, piece, block, context, times, count))
+            digits = np.minimum(digits, self._block(number, piece, block, context, times, count))
             if isinstance(track, StillTrack):
                 self._still[key] = [wide[n] for n in block.unknowns], [context.floats[n] for n in block.unknowns]
         worst = int(np.argmin(digits))
@@ -304,7 +247,7 @@ class RefinedMotion:
         return wide, digits
 
     def _block(
-        self, stretch: Stretch, piece: Piece, block: Block, context: Context, times: list[Fraction], count: int
+        self, number: int, piece: Piece, block: Block, context: Context, times: list[Fraction], count: int
     ) -> FloatArray:
         """Solve one block; returns the digits that are right (not counting what is rough)."""
         plan, arithmetic = piece.plan, self.arithmetic
@@ -316,7 +259,7 @@ class RefinedMotion:
             return everywhere
         names = [plan.system.unknowns[n].name for n in block.unknowns]
         if block.form is Form.INTEGRAL:
-            self._accumulate(stretch, piece, block, context, times, start[:, 0])
+            self._accumulate(number, piece, block, context, times, start[:, 0])
             return everywhere
         if block.free and len(block.unknowns) > len(block.equations):
             self.attained.rough.update(dict.fromkeys(names))
@@ -340,36 +283,62 @@ class RefinedMotion:
     def _wind(self, residual: Expr, context: Context, unknown: int, guess: FloatArray) -> None:
         """angle - atan2d(sine, cosine) = 0, up to full turns, which ``guess`` knows."""
         sine, cosine = residual.args[1].args[0].args
-        values = self._evaluator.values([*_nodes(sine, cosine)], [sine, cosine], context.leaf)
+        values = self._evaluator.values(ordered([sine, cosine]), [sine, cosine], context.leaf)
         angle = self.arithmetic.call("atan2d", None, values)
         turns = np.rint((guess - self.arithmetic.rounded(angle)) / 360.0)
         context.wide[unknown] = angle + self.arithmetic.floats(360.0 * turns)
         context.floats[unknown] = self.arithmetic.rounded(context.wide[unknown])
 
+    def _formulas_of(self, number: int, piece: Piece) -> Formulas:
+        """What is known of stretch ``number`` as formulas of time."""
+        if number not in self._formulas:
+            unknowns = piece.plan.system.unknowns
+
+            def begun(n: int) -> Expr:
+                value = self._before(number).others.get(unknowns[n].payload)
+                return ZERO if value is None else self._evaluator.given(value)
+
+            start = self.base.stretches[number].segment.start
+            self._formulas[number] = Formulas(piece.plan, start, begun)
+        return self._formulas[number]
+
     def _accumulate(
-        self,
-        stretch: Stretch,
-        piece: Piece,
-        block: Block,
-        context: Context,
-        times: list[Fraction],
-        standard: FloatArray,
+        self, number: int, piece: Piece, block: Block, context: Context, times: list[Fraction], standard: FloatArray
     ) -> None:
-        """An integral without a closed form: by quadrature where its integrand depends on time alone and digits are
-        asked for; else as `standard` has it.
+        """An integral: in closed form where its integrand is a formula of time that has one, by quadrature where it is
+        a formula of time and digits are asked for; else as `standard` has it.
         """
         equation = piece.plan.system.equations[block.equations[0]]
         (unknown,) = block.unknowns
-        arithmetic = self.arithmetic
-        integrand = equation.integrand
-        assert integrand is not None
-        context.wide[unknown] = arithmetic.floats(standard)
-        context.floats[unknown] = standard
-        if not isinstance(arithmetic, DigitsArithmetic) or symbols(integrand) or symbol_numbers(integrand):
-            self.attained.rough[piece.plan.system.unknowns[unknown].name] = None
-            return
-        start = _start_of(equation.residual)
-        nodes = _nodes(integrand)
+        assert equation.integrand is not None
+        name, payload = piece.plan.system.unknowns[unknown].name, piece.plan.system.unknowns[unknown].payload
+        integrand = self._formulas_of(number, piece).of_time(equation.integrand)
+        start = self.base.stretches[number].segment.start
+        total = self._before(number).others.get(payload)
+        if total is None:
+            total = self._evaluator.rational(Fraction(0))
+        closed = None if integrand is None else closed_form(integrand, start)
+        if closed is not None:
+            value = total + self._evaluator.values(ordered([closed]), [closed], context.leaf)[0]
+        elif integrand is not None and isinstance(self.arithmetic, DigitsArithmetic):
+            value = total + self._quadrature((number, unknown), name, integrand, start, times, self.arithmetic)
+        else:
+            value = self.arithmetic.floats(standard)
+            self.attained.rough[name] = None
+        context.wide[unknown] = _spread(value, len(times))
+        context.floats[unknown] = self.arithmetic.rounded(context.wide[unknown])
+
+    def _quadrature(
+        self,
+        key: tuple[int, int],
+        name: str,
+        integrand: Expr,
+        start: Fraction,
+        times: list[Fraction],
+        arithmetic: DigitsArithmetic,
+    ) -> Number:
+        """The integral of a formula of time from ``start`` to each of ``times``, frame by frame."""
+        nodes = ordered([integrand])
         mpf = arithmetic.context.mpf
 
         def value(time: object) -> object:
@@ -381,22 +350,22 @@ class RefinedMotion:
 
             return self._evaluator.values(nodes, [integrand], leaf)[0][0]
 
-        key = (id(piece), block.number)
         values: list[object] = []
         for time in times:
             at, total = self._totals.get(key, (start, mpf(0)))
             if at > time:
                 at, total = start, mpf(0)
-            parts = max(1, math.ceil((time - at) * self.timeline.fps))
-            grid = [at - start + (time - at) * k / parts for k in range(parts + 1)]
-            points = [mpf(point.numerator) / point.denominator for point in grid]
-            more, error = arithmetic.context.quad(value, points, error=True) if time > at else (mpf(0), mpf(0))
-            if error > mpf(10) ** (-arithmetic.shown) * max(1, abs(more)):
-                self.attained.rough[piece.plan.system.unknowns[unknown].name] = None
-            self._totals[key] = time, total + more
-            values.append(total + more)
-        context.wide[unknown] = arithmetic.array(values)
-        context.floats[unknown] = arithmetic.rounded(context.wide[unknown])
+            if time > at:
+                parts = math.ceil((time - at) * self.timeline.fps)
+                grid = [at - start + (time - at) * k / parts for k in range(parts + 1)]
+                points = [mpf(point.numerator) / point.denominator for point in grid]
+                more, error = arithmetic.context.quad(value, points, error=True)
+                if not error <= mpf(10) ** (-arithmetic.shown) * max(1, abs(more)):
+                    self.attained.rough[name] = None
+                total = total + more
+            self._totals[key] = time, total
+            values.append(total)
+        return arithmetic.array(values)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -405,17 +374,6 @@ class _Moment:
 
     things: list[WidePose]
     others: dict[Hashable, Number]
-
-
-def _nodes(*roots: Expr) -> list[Expr]:
-    from movimentum.solve.evaluation import ordered
-
-    return ordered(roots)
-
-
-def _start_of(residual: Expr) -> Fraction:
-    """The instant from which an INTEGRAL equation (total - integral = 0) counts."""
-    return residual.args[1].args[0].start
 
 
 def _spread(value: Number, count: int) -> Number:

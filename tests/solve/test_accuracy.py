@@ -17,8 +17,9 @@ from movimentum.solve.digits import DigitsArithmetic
 from movimentum.solve.draft import drafted
 from movimentum.solve.evaluation import Evaluator, ordered
 from movimentum.solve.motion import Motion, Poses
-from movimentum.solve.refinement import RefinedPoses, refined
+from movimentum.solve.refinement import refined
 from movimentum.solve.wide import WideArithmetic
+from movimentum.solve.wide_poses import RefinedPoses
 from tests.solve.scenes import motion_of
 
 MP = mpmath.MPContext()
@@ -204,6 +205,35 @@ def test_integrals_have_their_digits() -> None:
         assert abs(MP.mpf(poses.texts(poses.scalars["a", None])[k]) - a) < MP.mpf(10) ** -48
         assert abs(MP.mpf(poses.texts(poses.scalars["b", None])[k]) - MP.atan(t)) < MP.mpf(10) ** -48
     assert not better.attained.rough
+
+
+@pytest.mark.parametrize("tier", ["high", "exact"])
+def test_integrals_of_integrals_and_over_steps(tier: str) -> None:
+    """Thrown at 40 degrees, caught by another acceleration: two quadratures, each going on through the step."""
+    motion = motion_of(
+        """.config(3, 100, 100);
+        Bar : .bar A = [0,0] B = A + [20,0];
+        @0 Bar.A = [.i(vx), 0]; Bar.angle = 0; vx = 1/3 + .i(a); a = .sin(40)*7;
+        @1 a = 1/7 - 3*.t;
+        @2"""
+    )
+    better = refined(motion, tier, 40 if tier == "exact" else None)
+    poses = better.poses(0, 7)
+    assert not better.attained.rough
+    first = MP.sin(radians(40)) * 7
+    for k in range(7):
+        t = mpf(Fraction(k, 3))
+        if k < 3:
+            v, x = mpf(Fraction(1, 3)) + first * t, t / 3 + first * t * t / 2
+        else:
+            u, v1, x1 = t - 1, mpf(Fraction(1, 3)) + first, mpf(Fraction(1, 3)) + first / 2
+            v = v1 + u / 7 - 3 * u * u / 2
+            x = x1 + v1 * u + u * u / 14 - u**3 / 2
+        if tier == "exact":
+            assert digits_right(poses.texts(poses.scalars["vx", None])[k], v) >= 39.0, k
+            assert digits_right(poses.texts(poses.coordinate(0, (0.0, 0.0), 0))[k], x) >= 39.0, k
+        assert poses.variables["vx"][k] == float(v)
+        assert poses.world(0, (0.0, 0.0))[k, 0] == float(x)
 
 
 def test_what_no_equation_gives_is_told() -> None:
