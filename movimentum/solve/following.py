@@ -175,12 +175,12 @@ def _instant(piece: Piece, choices: list[Choice]) -> Piece:
 def _first_track(piece: Piece, block: Block, choice: Choice) -> Track:
     here = np.array([piece.begin])
     values = np.array(choice.values)
+    if not block.moving:
+        return StillTrack(choice.values)
     if block.form is Form.WINDING:
         return AngleTrack(here, values)
     if block.form is Form.INTEGRAL:
         return TotalTrack(here, values)
-    if not block.moving:
-        return StillTrack(choice.values)
     if block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
         return SignTrack(choice.sign, np.zeros(0))
     if block.states:
