@@ -39,22 +39,12 @@ def refinement_diagnostics(motion: RefinedMotion) -> tuple[tuple[Diagnostic, ...
             ),
         )
     if attained.rough:
-        names = listed(
-            [f"`{name.lstrip('.')}`" if not name.startswith(".i#") else "an integral" for name in _few(attained.rough)]
-        )
         notes = (
             Diagnostic(
                 "solve/rough",
                 Severity.NOTE,
-                f"{names}: integrated along the path in float64 (some 12 digits); what depends on it is no more exact",
+                f"{listed(list(attained.rough))}: integrated along the path in float64 (some 12 digits, free motions"
+                " 8); what depends on it is no more exact",
             ),
         )
     return warnings, notes
-
-
-def _few(names: dict[str, None]) -> list[str]:
-    kept: list[str] = []
-    for name in names:
-        if not (name.startswith(".i#") and any(other.startswith(".i#") for other in kept)) and len(kept) < 4:
-            kept.append(name)
-    return kept

@@ -38,12 +38,13 @@ from movimentum.timeline.model import Timeline
 FloatArray = NDArray[np.float64]
 
 DEFAULT_DIGITS = 50
+AN_INTEGRAL = "an integral"
 
 
 @dataclass(slots=True)
 class Attained:
     """What could not be made as exact as asked: ``digits``, the fewest at any frame seen so far, at ``time``; ``rough``
-    are the names of values that no equation gives (integrals along the path, free motions), which stay those of
+    says what no equation gives (integrals along the path, free motions), which stay those of
     `standard`.
     """
 
@@ -68,7 +69,6 @@ class RefinedMotion:
     _totals: dict[tuple[int, int], tuple[Fraction, Number]] = field(
         default_factory=dict[tuple[int, int], "tuple[Fraction, Number]"]
     )
-
     _formulas: dict[int, Formulas] = field(default_factory=dict[int, Formulas])
 
     def __post_init__(self) -> None:
@@ -257,16 +257,17 @@ class RefinedMotion:
             (n,) = block.unknowns
             self._wind(plan.system.equations[block.equations[0]].residual, context, n, start[:, 0])
             return everywhere
-        names = [plan.system.unknowns[n].name for n in block.unknowns]
         if block.form is Form.INTEGRAL:
             self._accumulate(number, piece, block, context, times, start[:, 0])
             return everywhere
         if block.free and len(block.unknowns) > len(block.equations):
-            self.attained.rough.update(dict.fromkeys(names))
+            things = {t: None for n in block.unknowns if (t := plan.system.unknowns[n].thing) is not None}
+            self.attained.rough.update(
+                {f"the free motion of `{plan.system.scene.things[t].name}`": None for t in things}
+            )
         for n in block.states:
-            place = block.unknowns.index(n)
-            context.wide[n] = arithmetic.floats(start[:, place])
-            self.attained.rough[names[place]] = None
+            context.wide[n] = arithmetic.floats(start[:, block.unknowns.index(n)])
+            self.attained.rough[AN_INTEGRAL] = None
         chosen = [j for j, n in enumerate(block.unknowns) if n not in block.states]
         unknowns = [block.unknowns[j] for j in chosen]
         rows = self._rows.get((id(plan), block.number))
@@ -311,7 +312,7 @@ class RefinedMotion:
         equation = piece.plan.system.equations[block.equations[0]]
         (unknown,) = block.unknowns
         assert equation.integrand is not None
-        name, payload = piece.plan.system.unknowns[unknown].name, piece.plan.system.unknowns[unknown].payload
+        payload = piece.plan.system.unknowns[unknown].payload
         integrand = self._formulas_of(number, piece).of_time(equation.integrand)
         start = self.base.stretches[number].segment.start
         total = self._before(number).others.get(payload)
@@ -321,17 +322,16 @@ class RefinedMotion:
         if closed is not None:
             value = total + self._evaluator.values(ordered([closed]), [closed], context.leaf)[0]
         elif integrand is not None and isinstance(self.arithmetic, DigitsArithmetic):
-            value = total + self._quadrature((number, unknown), name, integrand, start, times, self.arithmetic)
+            value = total + self._quadrature((number, unknown), integrand, start, times, self.arithmetic)
         else:
             value = self.arithmetic.floats(standard)
-            self.attained.rough[name] = None
+            self.attained.rough[AN_INTEGRAL] = None
         context.wide[unknown] = _spread(value, len(times))
         context.floats[unknown] = self.arithmetic.rounded(context.wide[unknown])
 
     def _quadrature(
         self,
         key: tuple[int, int],
-        name: str,
         integrand: Expr,
         start: Fraction,
         times: list[Fraction],
@@ -361,7 +361,7 @@ class RefinedMotion:
                 points = [mpf(point.numerator) / point.denominator for point in grid]
                 more, error = arithmetic.context.quad(value, points, error=True)
                 if not error <= mpf(10) ** (-arithmetic.shown) * max(1, abs(more)):
-                    self.attained.rough[name] = None
+                    self.attained.rough[AN_INTEGRAL] = None
                 total = total + more
             self._totals[key] = time, total
             values.append(total)
