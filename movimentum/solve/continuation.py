@@ -2,8 +2,9 @@
 
 `trace` is a predictor–corrector continuation (Allgower & Georg, *Numerical Continuation Methods*, ch. 6) in time: the
 predictor continues position, velocity and acceleration, the corrector is Newton's method, and a step counts only if the
-corrector moved little and the two velocities integrate to the displacement. Steps shrink where that fails, and try to
-reach across a singular point (a change point) with the velocity they came with.
+corrector moved little, the two velocities integrate to the displacement, and the Jacobian's determinant keeps its sign.
+Steps shrink where that fails, and try to reach across a singular point (a change point) with the velocity they came
+with.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ def trace(
         v = rate
     times, values, rates = [tau], [x], [v]
     acceleration = np.zeros_like(x)
+    side = local.orientation(tau, x, scale)
     length = float(nodes[1] - nodes[0])
     for target in nodes[1:]:
         while tau < target:
@@ -47,6 +49,8 @@ def trace(
                 return node_track(times, values, rates, until)
             length = min(length, target - tau)
             step = _attempt(local, tau, length, x, v, acceleration, scale)
+            if step is not None and side * local.orientation(step[0], step[1], scale) < 0.0:
+                step = None  # a singular point on the way, or another path
             if step is None and length > SMALLEST_STEP * total:
                 length *= 0.5
                 continue
@@ -54,6 +58,7 @@ def trace(
                 step = _across(local, tau, total, high, times, values, rates, scale)
                 if step is None:
                     return node_track(times, values, rates, tau)
+                side = 0.0
             new_tau, new_x, new_v = step
             acceleration = (new_v - v) / (new_tau - tau)
             if smallest < 1e-6:
@@ -63,6 +68,7 @@ def trace(
             times.append(tau)
             values.append(x)
             rates.append(v)
+            side = side or local.orientation(tau, x, scale)
             length = 2.0 * grown
             smallest = 1.0
     return node_track(times, values, rates, max(until, high))

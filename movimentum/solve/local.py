@@ -21,6 +21,10 @@ SMALLEST_STEP = 1e-9
 """Of the stretch to be followed: where even that fails, the path ends."""
 
 
+SINGULAR = 1e-9
+"""Smallest singular value, of the largest, below which a Jacobian is singular."""
+
+
 @dataclass(slots=True, eq=False)
 class Local:
     """A block at one instant: Jacobian-related quantities from finite time differences of its inputs.
@@ -74,6 +78,22 @@ class Local:
             )
             y = y - free @ (free.T @ np.linalg.solve(factor, self.block.coupling @ carried))
         return np.asarray(np.linalg.solve(factor.T, y), dtype=np.float64), 1.0
+
+    def orientation(self, tau: float, x: FloatArray, scale: FloatArray) -> float:
+        """The sign of the Jacobian's determinant at core values ``x`` (n,); 0 where it is singular or not square.
+
+        Along a path it changes at singular points only: a landing with the other sign, without one, is on another path.
+        """
+        if self.block.rows != len(self.block.core):
+            return 0.0
+        state, clocks = self.probe(np.array([tau]))
+        rows, _ = scaled(jacobian_of(self.block, state, clocks, x[None]), scale)
+        if not np.isfinite(rows).all():
+            return 0.0
+        singular = np.linalg.svd(rows[0], compute_uv=False)
+        if not singular[-1] > SINGULAR * singular[0]:
+            return 0.0
+        return float(np.linalg.slogdet(rows[0])[0])
 
     def corrected(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, bool]:
         """Newton from core values ``x`` (n,) at an instant: where it ends (n,), and whether that is a solution."""
