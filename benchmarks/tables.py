@@ -102,9 +102,9 @@ def side_by_side(frames: int, found: Mapping[str, Sequence[Result]]) -> str:
         row.append(number(max(r.setup_ms for r in mine)))
         rows.append(row)
     head = ["µs/frame (× the best limit)", *found, "largest residual", "wrong frames", "set-up, ms"]
-    failed = sorted({f"{r.solver} ({r.error})" for results in found.values() for r in results if _absent(r)})
+    failed = sorted({r.solver for results in found.values() for r in results if _absent(r)})
     text = f"### {frames:,} frames\n\n" + _table(head, rows)
-    return text + ("\n\nNot installed: " + "; ".join(failed) + "." if failed else "")
+    return text + ("\n\nNot installed: " + ", ".join(failed) + "." if failed else "")
 
 
 def _absent(r: Result) -> bool:
