@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, substitute, symbol, symbols, walk
+from movimentum.expressions import ZERO, Expr, div, neg, substitute, symbol, symbols, walk
 from movimentum.plan import polynomial as poly
 from movimentum.plan.calculus import with_respect_to
 from movimentum.plan.codegen import Clocks, Compiled, compiled
 from movimentum.plan.decompose import Group
 from movimentum.plan.equations import Form, System
+from movimentum.plan.metric import anchor_metric
 from movimentum.plan.polynomial import Polynomial
+from movimentum.plan.reduction import back_substituted, eliminated_linear, line_and_conic, size_of_terms
 from movimentum.plan.roots import Roots, line_conic_roots, quadratic_roots, sign_of
-from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
+from movimentum.plan.unknowns import symbol_numbers
 
 
 class Kernel(StrEnum):
@@ -109,10 +110,10 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
         if form is None:
             return _general_block(number, system, group, clocks, moving)
         forms.append(poly.relative_to(form, inside))
-    eliminated, left = _eliminate(system, forms, inside, size)
+    eliminated, left = eliminated_linear(system, forms, inside, size)
     rest = [form for _, form in left]
     core = tuple(n for n in group.unknowns if n not in {n for n, _ in eliminated})
-    explicit = _back_substituted(eliminated)
+    explicit = back_substituted(eliminated)
     if not rest:
         return _block(number, Kernel.ASSIGN, system, group, clocks, moving, core, explicit, [])
     if all(poly.degree(form, inside) <= 1 for form in rest):
@@ -122,136 +123,18 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
     if len(core) == 1 and poly.degree(rest[0], inside) == 2:
         (u,) = core
         quadratic = [rest[0].get(m, ZERO) for m in ((u, u), (u,), ())]
-        quadratic.append(_size_of_terms(quadratic[2]))
+        quadratic.append(size_of_terms(quadratic[2]))
         roots = quadratic_roots(sign_of(number), *quadratic)
         return _closed_block(number, Kernel.POLYNOMIAL, system, group, clocks, moving, core, explicit, roots)
     if len(core) == 2:
-        outputs = _dyad(rest, core)
+        outputs = line_and_conic(rest, core)
         if outputs is not None:
             roots = line_conic_roots(sign_of(number), outputs[:3], outputs[3:])
             return _closed_block(number, Kernel.DYAD, system, group, clocks, moving, core, explicit, roots)
     # not the expanded polynomials: as compositions the residuals are shorter, and so are their derivatives
-    values = {unknown: expr for unknown, expr in explicit}
     memo: dict[Expr, Expr] = {symbol(unknown): expr for unknown, expr in explicit}
-    residuals = [
-        substitute(
-            system.equations[group.equations[i]].residual,
-            lambda node: values.get(node.payload) if node.op == "symbol" else None,
-            memo,
-        )
-        for i, _ in left
-    ]
+    residuals = [substitute(system.equations[group.equations[i]].residual, lambda _: None, memo) for i, _ in left]
     return _newton_block(number, system, group, clocks, moving, explicit, (core, residuals))
-
-
-def _eliminate(
-    system: System, forms: list[Polynomial], inside: set[int], size: float
-) -> tuple[list[tuple[int, Polynomial]], list[tuple[int, Polynomial]]]:
-    """Gaussian elimination of what is linear with a constant pivot: ``(unknown, polynomial that gives it)`` in order,
-    and the rows left, each with its place among ``forms``.
-
-    The pivot is the largest coefficient, weighted by the unknown's own size (a cosine is of size 1, a position of the
-    scene's size), in the row with the fewest unknowns.
-    """
-    weight = {n: 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else size for n in inside}
-    left = list(enumerate(forms))
-    eliminated: list[tuple[int, Polynomial]] = []
-    while True:
-        best: tuple[tuple[int, float], int, int] | None = None
-        for i, (_, form) in enumerate(left):
-            if poly.degree(form) != 1:
-                continue
-            for monomial, coefficient in form.items():
-                if monomial and coefficient.value is not None:
-                    rank = (len(form), -abs(coefficient.value) * weight[monomial[0]])
-                    if best is None or rank < best[0]:
-                        best = rank, i, monomial[0]
-        if best is None:
-            return eliminated, left
-        _, i, unknown = best
-        row = left[i][1]
-        pivot = row[(unknown,)]
-        given = {m: neg(div(c, pivot)) for m, c in row.items() if m != (unknown,)}
-        after = [(place, poly.replaced(form, unknown, given)) for k, (place, form) in enumerate(left) if k != i]
-        if any(form is None for _, form in after):
-            return eliminated, left
-        left = [(place, form) for place, form in after if form is not None]
-        eliminated.append((unknown, given))
-
-
-def _back_substituted(eliminated: list[tuple[int, Polynomial]]) -> list[tuple[int, Expr]]:
-    """The eliminated unknowns as expressions of the core and the inputs."""
-    values: dict[object, Expr] = {}
-    memo: dict[Expr, Expr] = {}
-    result: list[tuple[int, Expr]] = []
-    for unknown, given in reversed(eliminated):
-        expr = substitute(
-            poly.to_expression(given), lambda node: values.get(node.payload) if node.op == "symbol" else None, memo
-        )
-        values[unknown] = expr
-        memo[symbol(unknown)] = expr
-        result.append((unknown, expr))
-    return result
-
-
-def _size_of_terms(expr: Expr) -> Expr:
-    """The sum of the absolute values of the terms that ``expr`` adds up: what its rounding error is relative to."""
-    total = ZERO
-    stack = [expr]
-    while stack:
-        node = stack.pop()
-        if node.op in ("add", "neg"):
-            stack.extend(node.args)
-        else:
-            total = add(total, call("abs", node))
-    return total
-
-
-def _is_circle(form: Polynomial, core: Sequence[int]) -> bool:
-    p, q = core
-    return form.get((p, p), ZERO) == form.get((q, q), ZERO) and (p, q) not in form
-
-
-def _dyad(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) -> list[Expr] | None:
-    """Line and conic of two equations in two unknowns.
-
-    One of them is linear, or both are quadratic with proportional quadratic parts; None otherwise.
-    """
-    p, q = core
-    quadratic = ((p, p), (p, q), (q, q))
-    orders = [poly.degree(form) for form in forms]
-    if max(orders) > 2 or min(orders) == 0:
-        return None
-    if min(orders) == 1:
-        line, conic = sorted(forms, key=poly.degree)
-    else:
-        first = [form.get(m, ZERO) for form in forms[:1] for m in quadratic]
-        second = [form.get(m, ZERO) for form in forms[1:] for m in quadratic]
-        if any(c.value is None for c in first + second):
-            return None
-        a, b = np.array([c.value for c in first]), np.array([c.value for c in second])
-        k = int(np.argmax(np.abs(b)))
-        ratio = a[k] / b[k]
-        if np.max(np.abs(a - ratio * b)) > 1e-14 * np.max(np.abs(a)):
-            return None
-        conic = min(forms, key=lambda form: (not _is_circle(form, core), len(form)))  # a direction's own unit circle
-        difference = poly.plus(forms[0], poly.scaled(forms[1], const(-ratio)))
-        line = {m: c for m, c in difference.items() if len(m) < 2}
-        if not any(line.get((n,)) for n in core):
-            return None
-    a, b, c = (conic.get(m, ZERO) for m in quadratic)
-    if a.value is not None and b.value is not None and c.value is not None:
-        mean = 0.5 * (a.value + c.value)
-        if max(abs(a.value - mean), abs(b.value)) <= 4e-15 * abs(mean):  # a circle but for rounding
-            a = c = const(mean)
-            b = ZERO
-    return [
-        line.get((p,), ZERO),
-        line.get((q,), ZERO),
-        neg(line.get((), ZERO)),
-        *(a, b, c),
-        *(conic.get(m, ZERO) for m in ((p,), (q,), ())),
-    ]
 
 
 def _general_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
@@ -433,38 +316,3 @@ def _closed_block(
     """A block whose core is given by ``roots``."""
     block = _block(number, kernel, system, group, clocks, moving, core, explicit, [roots.margin, *roots.values])
     return replace(block, formulas=(*zip(core, roots.values, strict=True), *explicit), margin=roots.margin)
-
-
-def anchor_metric(
-    system: System, core: Sequence[int]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], tuple[int, ...]]:
-    """The sum of squared speeds of all anchors of the things in ``core``, as v' M v + 2 v' C w + (what v does not
-    change).
-
-    v are the speeds of the unknowns ``core``, w those of the same things' other pose unknowns, which are known. Returns
-    M (n, n), C (n, p) and the p numbers of the latter. Unknowns that move no anchor get a tiny weight of their own, so
-    that they too stay where nothing drives them.
-    """
-    place = {system.unknowns[n].payload: k for k, n in enumerate(core)}
-    coupled: list[int] = []
-    for thing in system.scene.things:
-        payloads = [kind(thing.number) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
-        if any(payload in place for payload in payloads):
-            coupled += [system.number_of[p] for p in payloads if p in system.number_of and p not in place]
-    n = len(core)
-    place |= {system.unknowns[number].payload: n + k for k, number in enumerate(coupled)}
-    whole = np.zeros((n + len(coupled), n + len(coupled)))
-    for thing in system.scene.things:
-        columns = [place.get(kind(thing.number)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
-        if all(k is None or k >= n for k in columns):
-            continue
-        rx, ry = system.reference[thing.number]
-        for anchor in thing.anchors:
-            dx, dy = anchor.local[0] - rx, anchor.local[1] - ry
-            for form in ((1.0, 0.0, dx, -dy), (0.0, 1.0, dy, dx)):
-                for i, ki in enumerate(columns):
-                    for j, kj in enumerate(columns):
-                        if ki is not None and kj is not None:
-                            whole[ki, kj] += form[i] * form[j]
-    scale = float(np.max(np.diag(whole)[:n], initial=0.0)) or 1.0
-    return whole[:n, :n] + 1e-9 * scale * np.eye(n), whole[:n, n:], tuple(coupled)

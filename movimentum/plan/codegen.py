@@ -1,7 +1,8 @@
 """Python source for lists of expressions, straight-line code with shared subexpressions computed once.
 
 A generated function ``f(u, k, g)`` takes ``u``, indexable by unknown number, ``k``, indexable by clock number, and the
-sign ``g`` of its branch (if it has one), and returns a tuple of values. Everything in it broadcasts, so one call serves a single instant or all frames.
+sign ``g`` of its branch (if it has one), and returns a tuple of values. Everything in it broadcasts, so one call
+serves a single instant or all frames.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 A batched dense solver spends most of its time on overhead where the systems are small and there are many; unrolled over
 arrays of frames each operation is one array operation, and zeros cost nothing. The order of pivots is fixed beforehand
-from samples of the matrix (Markowitz 1957, with a threshold: Duff, Erisman & Reid, *Direct Methods for Sparse Matrices*,
-ch. 7), so it must be verified where it is used.
+from samples of the matrix (Markowitz 1957, with a threshold: Duff, Erisman & Reid, *Direct Methods for Sparse
+Matrices*, ch. 7), so it must be verified where it is used.
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ class System:
     """Everything that must hold in one segment, in numbered unknowns.
 
     ``reference`` maps a thing to the local coordinates of its reference anchor, ``number_of`` an unknown's payload to
-    its number. ``shift`` is the world point that the poses' positions are relative to. ``shift`` is the world point that pose positions are relative to.
+    its number. ``shift`` is the world point that the poses' positions are relative to.
     """
 
     scene: Scene

@@ -6,11 +6,15 @@ straight-line function a run costs what its arithmetic costs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
-from movimentum.plan.codegen import Clocks, Compiled, Writer, function_of
+from movimentum.plan.codegen import Clocks, Writer, function_of
 from movimentum.plan.equations import Form
 
 
@@ -23,7 +27,7 @@ class Run:
     """
 
     blocks: tuple[int, ...]
-    function: Compiled
+    function: Callable[..., NDArray[np.float64] | None]
 
 
 Schedule = tuple[Run | int, ...]
@@ -61,7 +65,7 @@ def schedule(blocks: Sequence[Block], needed: frozenset[int], clocks: Clocks, la
     return tuple(result)
 
 
-def _function(blocks: Sequence[Block], clocks: Clocks) -> Compiled:
+def _function(blocks: Sequence[Block], clocks: Clocks) -> Callable[..., Any]:
     writer = Writer(clocks)
     margins: list[str] = []
     stores: list[str] = []

@@ -1,9 +1,9 @@
 """All solutions of a small polynomial block, by homotopy continuation.
 
 A start system x_i^d_i = r_i, whose solutions are known, is deformed into the block's equations along a random complex
-path; with probability one its solutions lead to all isolated solutions (Sommese & Wampler, *The Numerical Solution of
-Systems of Polynomials Arising in Engineering and Science*, ch. 2 and 8). Many paths of a linkage end at infinity (circles
-meet there); those that stay finite and end real are assembly modes.
+path; with probability one its solutions lead to all isolated solutions (Sommese & Wampler, *The Numerical Solution
+of Systems of Polynomials Arising in Engineering and Science*, ch. 2 and 8). Many paths of a linkage end at infinity
+(circles meet there); those that stay finite and end real are assembly modes.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ def _negligible(value: float | None) -> bool:
 
 
 def all_solutions(block: Block, state: State, k: Sequence[FloatArray], scale: FloatArray) -> Roots | None:
-    """All real solutions of a square block at one instant (``state`` and ``k`` as of that instant); None where the method
-    does not apply: no polynomials, too many paths.
+    """All real solutions of a square block at one instant (``state`` and ``k`` as of that instant); None where the
+    method does not apply: no polynomials, too many paths.
     """
     if block.rows != len(block.core) or block.free or block.states:
         return None
@@ -95,12 +95,12 @@ class _Problem:
 
     def starts(self) -> ComplexArray:
         """All solutions of the start system (paths, n)."""
-        roots = [
-            constant ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d)
-            for constant, d in zip(self.constants, self.degrees, strict=True)
-        ]
+        roots: list[ComplexArray] = []
+        for i, constant in enumerate(self.constants):
+            d = int(self.degrees[i])
+            roots.append(complex(constant) ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d))
         grid = np.meshgrid(*roots, indexing="ij")
-        return np.stack([part.reshape(-1) for part in grid], axis=-1)
+        return np.stack([part.reshape(-1) for part in grid], axis=-1).astype(np.complex128)
 
     def _values(self, x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """F (paths, n) and its Jacobian (paths, n, n)."""
@@ -125,20 +125,21 @@ class _Problem:
         slope = self.turn * self.degrees * x ** (self.degrees - 1)
         left, right = (1.0 - t)[:, None], t[:, None]
         whole = right[..., None] * jacobian
-        index = np.arange(x.shape[1])
-        whole[:, index, index] += left * slope
+        for i in range(x.shape[1]):
+            whole[:, i, i] += left[:, 0] * slope[:, i]
         return left * start + right * values, whole, values - start
 
 
 def _solve(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
     try:
-        return np.linalg.solve(matrix, right[..., None])[..., 0]
+        result = np.linalg.solve(matrix, right[..., None])[..., 0]
     except np.linalg.LinAlgError:
-        return np.einsum("pij,pj->pi", np.linalg.pinv(matrix), right)
+        result = np.einsum("pij,pj->pi", np.linalg.pinv(matrix), right)
+    return np.asarray(result, dtype=np.complex128)
 
 
 def _track(problem: _Problem) -> tuple[ComplexArray, bool]:
-    """Follow all paths from t = 0 to 1, each with its own step; returns the finite ends and whether all came to an end."""
+    """Follow all paths from t = 0 to 1, each with its own step: the finite ends, and whether all came to an end."""
     x = problem.starts()
     count = len(x)
     t = np.zeros(count)

@@ -182,7 +182,7 @@ class Assembly:
             state, bad = evaluated(only, instants, windings=self.angles)
             self._fill(where, only.plan, state, stretch.base.now)
             if bad.any():
-                self._hold(np.arange(offset, where.stop)[bad], instants.tau[bad], only, stretch)
+                self._hold(offset + np.nonzero(bad)[0], instants.tau[bad], only, stretch)
             return
         for number in np.unique(of_piece):
             chosen = np.nonzero(of_piece == number)[0]
