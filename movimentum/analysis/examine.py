@@ -10,14 +10,13 @@ import numpy as np
 from movimentum.analysis.freedom import BlockRank, Way, block_ranks
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.analysis.verify import first_shortfall
-from movimentum.analysis.words import listed, number, time_text
+from movimentum.analysis.words import counted, listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Scene
 from movimentum.solve.carry import Snapshot
 from movimentum.solve.motion import Motion
 from movimentum.solve.stretches import Beginning, Dead, Stretch
 from movimentum.source import Span
-
 
 MOST_NOTES = 8
 """So many things may each have a note of their own; more are told together."""
@@ -66,6 +65,7 @@ def _examined(motion: Motion) -> Examination:
             *_free_motions(stretch, ranks),
             *_jumps(motion, index),
             *_unresolved(stretch),
+            *_ill_conditioned(motion, stretch),
             *_redundancies(stretch, ranks),
         ):
             key = (diagnostic.code, diagnostic.span, diagnostic.message.split(" at t = ")[0])
@@ -274,11 +274,32 @@ def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
             severity=Severity.WARNING,
             message=f"between t = {begin} and {end} things move too fast to be followed all the way",
             span=stretch.plan.system.scene.steps[stretch.segment.step].span,
-            notes=(
-                f"{len(piece.nodes)} instants of that time were looked at; a change point between them, or full turns"
-                " of what is not driven, may be missed",
-            ),
+            notes=(f"a change point between the {len(piece.nodes)} instants looked at, or full turns, may be missed",),
             helps=("a step in the middle lets each half be followed on its own",),
+        )
+
+
+def _ill_conditioned(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
+    span = next((s for s in motion.spans(0, motion.timeline.frame_count) if s[0] is stretch), None)
+    if span is None or any(t.kind == "start" for t in stretch.troubles):
+        return
+    from movimentum.analysis.conditioning import nearly_singular
+
+    scene = stretch.plan.system.scene
+    for found in nearly_singular(motion, *span):
+        names = listed([f"`{scene.things[t].name}`" for t in _things_of(stretch, (found.block,))])
+        when = time_text(float(stretch.segment.start) + found.time)
+        known = number(motion.size * found.condition * 2.2e-16, 1)
+        yield Diagnostic(
+            code="solve/ill-conditioned",
+            severity=Severity.NOTE,
+            message=f"nearly singular at t = {when}, with a condition of {number(found.condition, 2)}:"
+            f" {names or 'what is solved here'}",
+            span=_span_of_blocks(stretch, (found.block,)),
+            notes=(
+                f"in {counted(found.frames, 'frame')} of this step; positions there are known to about {known} pixels",
+            ),
+            helps=("`--accuracy high` solves such frames to the last digit",),
         )
 
 

@@ -59,6 +59,9 @@ def _of_stretch(motion: Motion, stretch: Stretch, low: int, high: int) -> Shortf
     solved_for = {n for block in plan.blocks for n in block.unknowns}
     rows = [e for e in rows if symbol_numbers(e.original or e.residual) <= solved_for]
     function = compiled([e.original or e.residual for e in rows], clocks)
+    # clocks that only the constraints as they are stated read
+    more = [float(stretch.segment.start - start) + instants.tau for start in clocks.starts[len(plan.clocks) :]]
+    known = instants.clocks
     for piece in stretch.pieces:
         if isinstance(piece, Dead):
             continue
@@ -66,7 +69,7 @@ def _of_stretch(motion: Motion, stretch: Stretch, low: int, high: int) -> Shortf
             state, bad = evaluated(piece, instants)
             inside = (instants.tau >= piece.begin) & (instants.tau <= piece.end)
             worst = np.where(bad & inside, np.inf, 0.0)
-            values = function(state, instants.clocks)
+            values = function(state, (*known, *more))
             for row, value in zip(rows, values, strict=True):
                 size = 1.0 if row.constraint is None else motion.size
                 off = np.abs(np.broadcast_to(value, len(worst))) / size

@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 Probe = Callable[[FloatArray], tuple[State, tuple[FloatArray, ...]]]
 """Upstream state and clocks at given offsets."""
 
-SMALLEST_STEP = 1e-9
+SMALLEST_STEP = 1e-10
 """Of the stretch to be followed: where even that fails, the path ends."""
 
 

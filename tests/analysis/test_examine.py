@@ -225,3 +225,54 @@ def test_step_reports_count_what_is_left():
     more = more.replace("@0", "".join(f"Z{i} : .disc(2) c=[{i},0]; " for i in range(100)) + "@0", 1)
     _, examination = examined(more)
     assert examination.steps[0].unknowns == 2
+
+
+def test_near_singular_frames_are_told_with_their_condition():
+    # a parallelogram whose crank stands exactly at its change point in one frame of each half turn
+    text = """.config(12);
+    Crank : .bar O=[0,0] P=[40,0];  Rocker : .bar O=[100,0] P=[140,0];  Coupler : .bar A=[40,0] B=[140,0];
+    @0 Crank.O=[0,0]; Crank.angle={start} + 90*.t; Rocker.O=[100,0]; Coupler.A=Crank.P; Coupler.B=Rocker.P;
+       Coupler.angle ~ 0;
+    @2"""
+    (note,), _, examination = found(text.format(start=90), "solve/ill-conditioned")
+    print(note.message, *note.notes)
+    assert examination.fault == 0
+    assert note.severity is Severity.NOTE
+    assert "at t = 1," in note.message
+    assert float(re.search(r"condition of ([\d.e+]+)", note.message).group(1)) > 1e6
+    assert note.notes[0].startswith("in 1 frame ")
+    none, _, _ = found(text.format(start=91.3), "solve/ill-conditioned")
+    assert none == []
+
+
+def test_a_newton_block_binds_where_it_folds():
+    # a bar on two parallel legs of 50 only shifts, so its z is on a circle about (50, 40); a rod of 50 from there to a
+    # point that goes to the right holds until that is 100 away: at (50 + 60, 40 + 80)
+    text = """.config(25);
+    L : .bar a=[0,0] b=[0,50]; R : .bar a=[100,0] b=[100,50]; B : .bar x=[0,50] y=[100,50] z=[50,90];
+    K : .bar p=[50,90] q=[90,120];
+    @0 L.a=[0,0]; R.a=[100,0]; L.b=B.x; R.b=B.y; K.p=B.z; K.q=[90 + 40*.t, 120]; B.angle ~ 0;
+    @4"""
+    motion, examination = examined(text)
+    assert "newton" in {str(b.kernel) for b in motion.stretches[0].plan.blocks}
+    assert examination.fault == 3
+    assert examination.diagnostics[0].code == "solve/unreachable"
+    binds = min(t.begin for t in motion.stretches[0].troubles)
+    print(f"binds at {binds:.12f}, expected 0.5")
+    assert abs(binds - 0.5) < 1e-9 * 4
+
+
+def test_a_conflict_inside_a_large_scene_is_named_alone():
+    chain = " ".join(f"L{i} : .bar a=[{10 * i},0] b=[{10 * i + 10},0];" for i in range(20))
+    hung = " ".join(f"L{i}.a=L{i - 1}.b; L{i}.angle={i}*.t;" for i in range(1, 20))
+    (conflict,), source, _ = found(
+        f""".config(25); {chain} A : .bar a=[0,0] b=[30,40]; B : .bar a=[100,0] b=[70,40]; C : .bar a=[50,100] b=[50,5];
+        @0 L0.a=[0,0]; L0.angle=90*.t; {hung}
+           A.a=[0,0]; B.a=[100,0]; C.a=[50,100]; A.b=P; B.b=P; C.b=P; P ~ [50,30];
+        @1""",
+        "constraint/conflict",
+    )
+    named = places(conflict, source)
+    print(conflict.label, sorted(named))
+    assert not any(text.startswith("L") for text in named)
+    assert {text[0] for text in named} <= set("ABCP")
