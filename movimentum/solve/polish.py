@@ -214,7 +214,10 @@ def _singular(
     for n, value in zip(rows.unknowns, best, strict=True):
         context.wide[n][place : place + 1] = value
         context.floats[n] = context.evaluator.arithmetic.rounded(context.wide[n])
-    return right if right > 0.0 else -float(np.log10(FARTHEST))
+    if right >= context.evaluator.arithmetic.digits:
+        return right
+    # steps that shrink by a constant factor leave several times the last one
+    return max(right - 1.0, 0.0) if right > 0.0 else -float(np.log10(FARTHEST))
 
 
 def _double_root(plan: Plan, rows: Rows, here: Context, size: FloatArray) -> float:

@@ -145,6 +145,22 @@ def test_a_dead_centre_hit_exactly() -> None:
             assert [MP.mpf(text) for text in texts] == [45 * k - 45 for k in range(9)], (tier, digits)
 
 
+@pytest.mark.parametrize("tier", ["high", "exact"])
+def test_where_digits_are_lost_it_is_told(tier: str) -> None:
+    """Four solutions meet at t = 1/2: no claim is made that does not hold."""
+    motion = motion_of(
+        """.config(4, 60, 60); Bar : .bar A = [10,10] B = A + [20,0];
+        @0 Bar.A = [10,10]; Bar.angle = x; (x - 1)^4 = (.t - 1/2)^2*(.t - 1/2)^2; x > 0.4; @1"""
+    )
+    better = refined(motion, tier)
+    poses = better.poses(0, 5)
+    assert better.attained.time == Fraction(1, 2)
+    assert 5.0 <= better.attained.digits < 15.5
+    for k, text in enumerate(poses.texts(poses.scalars["x", None])):
+        off = abs(MP.mpf(text) - mpf(Fraction(1, 2) + Fraction(k, 4)))
+        assert off <= motion.size * 10.0**-better.attained.digits if k == 2 else off < 1e-15
+
+
 def test_nearly_parallel_lines() -> None:
     motion = motion_of(
         """.config(4, 400, 300);
