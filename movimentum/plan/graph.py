@@ -5,46 +5,103 @@ Small and dependency-free on purpose: importing a graph library costs more than 
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
 
 def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[int], list[int]]:
     """A maximum matching of rows to columns; ``rows[i]`` lists the columns that row i may take.
 
-    Rows are tried in order, each by an augmenting path (Kuhn's algorithm, without recursion), so the set of matched
-    rows is the lexicographically first one: earlier rows win over later rows (transversal matroid). Returns ``(of_row,
-    of_column)``, -1: unmatched.
+    The set of matched rows is the lexicographically first one that can be: earlier rows win over later rows
+    (transversal matroid). What has no choice is matched first (Karp & Sipser 1981), which leaves next to nothing for
+    augmenting paths; then rows without a column take that of a later row where an alternating path leads there.
+    Returns ``(of_row, of_column)``, -1: unmatched.
     """
-    of_row = [-1] * len(rows)
-    of_column = [-1] * columns
+    of_row, of_column = _forced_matching(rows, columns)
     for start in range(len(rows)):
-        visited: set[int] = set()
-        for column in rows[start]:  # most rows find a free column at once
-            if of_column[column] < 0:
-                of_row[start], of_column[column] = column, start
-                break
-        else:
-            path: list[tuple[int, int]] = []  # (row, position of the next column to try)
-            stack = [(start, 0)]
-            while stack:
-                row, position = stack[-1]
-                if position == len(rows[row]):
-                    stack.pop()
-                    if path:
-                        path.pop()
-                    continue
-                stack[-1] = (row, position + 1)
-                column = rows[row][position]
-                if column in visited:
-                    continue
-                visited.add(column)
-                path.append((row, column))
-                owner = of_column[column]
-                if owner < 0:
-                    for matched_row, matched_column in path:
-                        of_row[matched_row], of_column[matched_column] = matched_column, matched_row
-                    break
-                stack.append((owner, 0))
+        if of_row[start] < 0:
+            for row, column in _alternating(rows, of_column, start)[0]:
+                of_row[row], of_column[column] = column, row
+    for start in range(len(rows)):
+        if of_row[start] < 0:
+            _, came, last = _alternating(rows, of_column, start)
+            if last > start:
+                row = last
+                of_row[last] = -1
+                while row != start:
+                    before, column = came[row]
+                    of_row[before], of_column[column] = column, before
+                    row = before
+    return of_row, of_column
+
+
+def _alternating(
+    rows: Sequence[Sequence[int]], of_column: Sequence[int], start: int
+) -> tuple[list[tuple[int, int]], dict[int, tuple[int, int]], int]:
+    """Search the alternating paths from an unmatched row: an augmenting path (empty if there is none), for each row
+    reached the (row, column) it was reached by, and the last row reached.
+    """
+    came: dict[int, tuple[int, int]] = {start: (-1, -1)}
+    stack = [start]
+    last = start
+    while stack:
+        row = stack.pop()
+        for column in rows[row]:
+            owner = of_column[column]
+            if owner < 0:
+                path = [(row, column)]
+                while row != start:
+                    before, column = came[row]
+                    path.append((before, column))
+                    row = before
+                return path[::-1], came, last
+            if owner not in came:
+                came[owner] = (row, column)
+                last = max(last, owner)
+                stack.append(owner)
+    return [], came, last
+
+
+def _forced_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[int], list[int]]:
+    """A matching found by taking what has one choice left, again and again; where everything has several, the first
+    row takes the column that the fewest others want.
+    """
+    of_row, of_column = [-1] * len(rows), [-1] * columns
+    users: list[list[int]] = [[] for _ in range(columns)]
+    for i, row in enumerate(rows):
+        for column in row:
+            users[column].append(i)
+    row_left = [len(row) for row in rows]
+    column_left = [len(wanting) for wanting in users]
+    queue = deque([(i, -1) for i, left in enumerate(row_left) if left == 1])
+    queue.extend((-1, column) for column, left in enumerate(column_left) if left == 1)
+
+    def match(row: int, column: int) -> None:
+        of_row[row], of_column[column] = column, row
+        for other in users[column]:
+            row_left[other] -= 1
+            if row_left[other] == 1 and of_row[other] < 0:
+                queue.append((other, -1))
+        for other in rows[row]:
+            column_left[other] -= 1
+            if column_left[other] == 1 and of_column[other] < 0:
+                queue.append((-1, other))
+
+    for start in range(len(rows) + 1):
+        while queue:
+            row, column = queue.popleft()
+            if row < 0 and of_column[column] < 0:
+                row = next((other for other in users[column] if of_row[other] < 0), -1)
+            elif row >= 0 and of_row[row] < 0:
+                column = next((other for other in rows[row] if of_column[other] < 0), -1)
+            else:
+                continue
+            if row >= 0 and column >= 0:
+                match(row, column)
+        if start < len(rows) and of_row[start] < 0 and row_left[start] > 0:
+            free = [column for column in rows[start] if of_column[column] < 0]
+            if free:
+                match(start, min(free, key=column_left.__getitem__))
     return of_row, of_column
 
 
