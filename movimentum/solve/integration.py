@@ -18,6 +18,9 @@ FloatArray = NDArray[np.float64]
 
 DRIFT_TOLERANCE = 1e-10
 """Error of a step of least motion, in units of the unknowns' scale."""
+COARSEST = 1e-5
+STEPS_PER_NODE = 50
+"""So many steps for each of the path's nodes; a motion that needs more is given a tenth of the accuracy each time."""
 
 # Dormand & Prince 5(4), Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, table II.5.2
 _C = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
@@ -61,10 +64,15 @@ def drift(
     slope = velocity(tau, x)
     times, values, rates = [tau], [x], [slope]
     length = float(nodes[1] - nodes[0])
+    tolerance, budget = DRIFT_TOLERANCE, STEPS_PER_NODE * len(nodes)
+    spent = 0
     for target in nodes[1:]:
         while tau < target:
             if tau >= until:
                 return node_track(times, values, rates, until)
+            spent += 1
+            if spent % budget == 0:
+                tolerance = min(10.0 * tolerance, COARSEST)
             length = min(length, target - tau)
             slopes = [slope]
             y = x
@@ -79,13 +87,13 @@ def drift(
             cubic_slope = 1.125 * (y - x) / length + (3 * slope - 5 * slopes[-1]) / 16
             off = velocity(tau + 0.25 * length, cubic) - cubic_slope
             error = max(error, 0.03 * float(np.max(np.abs(off) * length / scale)))
-            if not np.isfinite(error) or error > DRIFT_TOLERANCE or not converged:
+            if not np.isfinite(error) or error > tolerance or not converged:
                 if length <= SMALLEST_STEP * total:
                     return node_track(times, values, rates, tau)
                 length *= (
                     0.5
                     if not np.isfinite(error) or error == 0.0
-                    else max(0.2, min(0.5, 0.9 * (DRIFT_TOLERANCE / error) ** 0.2))
+                    else max(0.2, min(0.5, 0.9 * (tolerance / error) ** 0.2))
                 )
                 continue
             tau = target if target - tau - length < 1e-12 * total else tau + length
@@ -94,7 +102,7 @@ def drift(
             times.append(tau)
             values.append(x)
             rates.append(slope)
-            length *= min(4.0, 0.9 * (DRIFT_TOLERANCE / max(error, 1e-300)) ** 0.2)
+            length *= min(4.0, 0.9 * (tolerance / max(error, 1e-300)) ** 0.2)
     return node_track(times, values, rates, max(until, high))
 
 

@@ -12,7 +12,7 @@ from movimentum.scene.model import AnchorCoordinate, Relation, ThingAngle, Varia
 from tests.properties.scenes import grown, known_poses
 from tests.solve.scenes import motion_of, residuals, rigidity, value
 
-STEADY = settings(derandomize=True, deadline=None, max_examples=60)
+STEADY = settings(derandomize=True, deadline=None, max_examples=40)
 
 
 def frames(text, fps=None):
@@ -137,7 +137,7 @@ def null_space_size(motion, poses, frame):
     return len(columns) - int(np.sum(singular > 1e-6 * singular[0]))
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(derandomize=True, deadline=None, max_examples=40)
 @given(st.integers(0, 10**6), st.integers(1, 4), st.integers(0, 3))
 def test_the_reported_freedom_is_the_null_space_of_an_independent_jacobian(seed, count, dropped):
     built = grown(seed, count)
