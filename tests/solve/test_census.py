@@ -219,7 +219,8 @@ def test_triads_near_change_points():
         conditions.append(1 / worst)
         assert error < 1e-7, best.script()
     print(
-        f"{len(errors)} triads near change points, condition up to {max(conditions):.0f}: largest error {max(errors):.1e}"
+        f"{len(errors)} triads near change points, condition up to {max(conditions):.0f}:"
+        f" largest error {max(errors):.1e}"
     )
 
 
