@@ -44,17 +44,21 @@ def nearly_singular(motion: Motion, stretch: Stretch, low: int, high: int) -> It
             continue
         frames = motion.instants(stretch, low, high).tau
         frames = frames[(frames >= piece.begin) & (frames <= piece.end)]
+        instants = piece.instants(piece.nodes)
+        at_nodes, _ = piece.solve(instants, windings=False)  # once for all blocks, not once for each
         for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
             if not block.moving or block.form is not Form.PLAIN:
                 continue
             conditions: FloatArray | None = None
             chosen = frames
             if isinstance(track, SignTrack) and block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
-                chosen = frames[_near_minima(piece, block, frames)][:MOST_FRAMES]
+                margins = np.broadcast_to(kernels.quadratic(block, at_nodes, instants.clocks).margin, len(piece.nodes))
+                chosen = frames[_near_minima(piece, margins, frames)][:MOST_FRAMES]
+                if len(chosen) == 0:
+                    continue
                 conditions = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), LARGEST**2))
             elif isinstance(track, NodeTrack) and not block.free and block.rows == len(block.core):
-                at_nodes = _conditions(piece, block, track.tau, track.values)
-                if not (at_nodes > 0.01 * WORTH_TELLING).any():
+                if not (_conditions(piece, block, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
                     continue
                 chosen = frames[:MOST_FRAMES]
                 conditions = _conditions(piece, block, chosen, None)
@@ -72,9 +76,10 @@ def _margins(piece: Piece, block: Block, tau: FloatArray) -> FloatArray:
     return np.broadcast_to(kernels.quadratic(block, state, instants.clocks).margin, len(tau))
 
 
-def _near_minima(piece: Piece, block: Block, frames: FloatArray) -> NDArray[np.bool_]:
-    """Which frames lie between the neighbours of a node at which the discriminant is least and small."""
-    v = _margins(piece, block, piece.nodes)
+def _near_minima(piece: Piece, v: FloatArray, frames: FloatArray) -> NDArray[np.bool_]:
+    """Which frames lie between the neighbours of a node at which the margin ``v`` (one for each node) is least and
+    small.
+    """
     least = np.nonzero((v[1:-1] <= v[:-2]) & (v[1:-1] <= v[2:]) & (v[1:-1] < NEAR))[0]
     ends = [(0, 1)] if v[0] < NEAR else []
     ends += [(len(v) - 2, len(v) - 1)] if v[-1] < NEAR else []

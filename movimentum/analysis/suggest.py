@@ -25,6 +25,7 @@ from movimentum.solve.stretches import Beginning, Stretch
 FloatArray = NDArray[np.float64]
 
 MOST_CANDIDATES = 6
+LARGE = 1000
 CLEAR = 0.01
 """How far from equality, in units of the scene's size (or radians), an inequality must stay to be offered."""
 
@@ -55,7 +56,8 @@ def follow_candidates(stretch: Stretch, beginning: Beginning, part: Part) -> lis
     selection: Selection = beginning.selection
     length = float(stretch.segment.end - stretch.segment.start)
     result: list[Followed] = []
-    for candidate in part.candidates[:MOST_CANDIDATES]:
+    most = MOST_CANDIDATES if len(plan.blocks) < LARGE else 2  # following a very large scene takes a while
+    for candidate in part.candidates[:most]:
         choices = [candidate.choices.get(number, choice) for number, choice in enumerate(selection.choices or [])]
         piece, gaps = follow(plan, stretch.segment.start, beginning.time, length, choices)
         horizon = min((gap.begin for gap in gaps), default=piece.end)
