@@ -150,12 +150,14 @@ def _continue(
     selector, time = violated
     carry = carry_at(stretch, piece, time, stretch.base)
     resume = min(time + max(1e-9 * length, 1e-15), length)
-    for _ in range(40):  # just far enough for the violation to be seen
-        state, _ = piece.evaluate(piece.instants(np.array([resume])))
-        value = float(np.ravel(plan.selectors[selector](state, piece.instants(np.array([resume])).clocks)[0])[0])
-        if value < -2.0 * SELECTOR_TOLERANCE * plan.size or resume >= length:
-            break
-        resume = min(time + 2.0 * (resume - time), length)
+    with np.errstate(all="ignore"):
+        for _ in range(40):  # just far enough for the violation to be seen
+            instants = piece.instants(np.array([resume]))
+            state, _ = piece.evaluate(instants)
+            value = float(np.ravel(plan.selectors[selector](state, instants.clocks)[0])[0])
+            if value < -2.0 * SELECTOR_TOLERANCE * plan.size or resume >= length:
+                break
+            resume = min(time + 2.0 * (resume - time), length)
     selection = select(plan, stretch.segment.start, resume, ahead, carry, totals_of(plan, carry))
     piece.end = time
     stretch.troubles[:] = [t for t in stretch.troubles if t.kind != "gap" or t.begin < time]
@@ -173,7 +175,7 @@ def _first_violation(piece: Piece, gaps: list[Gap]) -> tuple[int, float] | None:
     best: tuple[int, float] | None = None
     horizon = min((gap.begin for gap in gaps), default=piece.end)
     nodes = piece.nodes[piece.nodes <= horizon]
-    if len(nodes) < 2:
+    if len(nodes) < 2 or not plan.selectors:
         return None
     with np.errstate(all="ignore"):
         instants = piece.instants(nodes)
