@@ -46,6 +46,6 @@ def test_random_scripts():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("block", range(8))
+@pytest.mark.parametrize("block", range(2))
 def test_many_random_scripts(block):
-    survey(range(1000 * block + 1000, 1000 * block + 2000))
+    survey(range(1000 * block + 1000, 1000 * block + 1150))
