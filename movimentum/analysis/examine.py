@@ -12,6 +12,7 @@ from movimentum.analysis.report import StepReport, step_report
 from movimentum.analysis.verify import first_shortfall
 from movimentum.analysis.words import counted, listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.plan.blocks import Kernel
 from movimentum.scene.model import Scene
 from movimentum.solve.carry import Snapshot
 from movimentum.solve.motion import Motion
@@ -95,7 +96,12 @@ def _ambiguities(stretch: Stretch) -> Iterator[Diagnostic]:
         for part in beginning.selection.parts:
             if part.decided_by != "drawn":
                 continue
-            from movimentum.analysis.suggest import described, follow_candidates, selecting_inequalities
+            from movimentum.analysis.suggest import (
+                described,
+                follow_candidates,
+                selecting_inequalities,
+                selecting_wish,
+            )
 
             followed = follow_candidates(stretch, beginning, part)
             texts = selecting_inequalities(stretch.plan, followed)
@@ -105,6 +111,8 @@ def _ambiguities(stretch: Stretch) -> Iterator[Diagnostic]:
             for k, (candidate, text) in enumerate(zip(part.candidates, texts, strict=False)):
                 what = described(stretch.plan, candidate)
                 notes.append(f"{'chosen' if k == 0 else f'solution {k + 1}'}: {what or 'differs in what is not drawn'}")
+                if text is None:
+                    text = selecting_wish(stretch.plan, part, k)
                 if text is not None:
                     helps.append(f"`{text}` selects {'the one chosen' if k == 0 else f'solution {k + 1}'}")
             if count > len(followed):
@@ -112,13 +120,17 @@ def _ambiguities(stretch: Stretch) -> Iterator[Diagnostic]:
             if not part.complete:
                 notes.append("there may be more: not all combinations were tried")
             things = _things_of(stretch, part.blocks)
+            blocks = stretch.plan.blocks
+            choosing = tuple(
+                n for n in part.blocks if blocks[n].margin is not None or blocks[n].kernel is Kernel.NEWTON
+            )
             yield Diagnostic(
                 code="constraint/ambiguous",
                 severity=Severity.WARNING,
                 message=f"{count} solutions at t = {time_text(float(stretch.segment.start) + beginning.time)}"
                 f" for {listed([f'`{scene.things[t].name}`' for t in things]) or 'the variables'};"
                 " the one turned least from how it is drawn was taken",
-                span=_span_of_blocks(stretch, part.blocks),
+                span=_span_of_blocks(stretch, choosing),
                 notes=tuple(notes),
                 helps=tuple(helps),
             )

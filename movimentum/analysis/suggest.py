@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import atan2d
 from movimentum.scene.model import Scene, ThingAngle, VariableComponent
+from movimentum.scene.names import symbol_name
 from movimentum.solve.candidates import Candidate, Part, Selection
 from movimentum.solve.following import follow
 from movimentum.solve.kernels import State
@@ -207,6 +208,27 @@ def _best(plan: Plan, options: list[_Option], index: int, count: int) -> str | N
         if a[0] | b[0] == everyone
     ]
     return min(pairs)[1] if pairs else None
+
+
+def selecting_wish(plan: Plan, part: Part, index: int) -> str | None:
+    """A wish that selects candidate ``index`` where no inequality stays true (a crank turns through all angles).
+
+    It is about the angle or the variable in which the candidate differs most from the nearest other one; None where
+    there is none.
+    """
+    best: tuple[float, str] | None = None
+    mine = part.candidates[index].values
+    for n, value in sorted(mine.items()):
+        payload = plan.system.unknowns[n].payload
+        if not isinstance(payload, ThingAngle | VariableComponent):
+            continue
+        scale = 57.0 if isinstance(payload, ThingAngle) else plan.size
+        others = [other.values[n] for k, other in enumerate(part.candidates) if k != index]
+        apart = min(abs(value - other) for other in others) / scale
+        if apart > CLEAR and (best is None or apart > best[0] * (1.0 + 1e-9)):
+            rounded = round(value, max(0, 2 - int(np.floor(np.log10(scale * apart)))))
+            best = apart, f"{symbol_name(plan.system.scene, payload)} ~ {rounded + 0.0:g};"
+    return None if best is None else best[1]
 
 
 def described(plan: Plan, candidate: Candidate) -> str:

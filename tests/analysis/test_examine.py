@@ -276,3 +276,20 @@ def test_a_conflict_inside_a_large_scene_is_named_alone():
     print(conflict.label, sorted(named))
     assert not any(text.startswith("L") for text in named)
     assert {text[0] for text in named} <= set("ABCP")
+
+
+def test_where_no_inequality_stays_true_a_wish_is_offered():
+    # the crank turns through all angles, so nothing about its direction holds all along
+    text = """.config(12, 600, 400);
+    Wheel : .bar C=[60,60] P=C+[40,0]; Rod : .bar A=[0,0] B=A+[160,0];
+    @0 Wheel.C=[120,200]; Wheel.P=Wheel.C+[_,0].r(90*.t); Rod.A=Wheel.P; Rod.B=[x,200]; x > Wheel.C.x; {more}
+    @8"""
+    (warning,), _, _ = found(text.replace("{more}", ""), "constraint/ambiguous")
+    wishes = [re.match(r"`(.+?)`", line).group(1) for line in warning.helps]
+    assert len(wishes) == 2
+    starts = []
+    for wish in wishes:
+        motion, examination = examined(text.replace("{more}", wish))
+        assert [d for d in examination.diagnostics if d.severity is not Severity.NOTE] == []
+        starts.append(motion.poses(0, 1).angle[0, 0])
+    assert starts == pytest.approx([0, 180])
