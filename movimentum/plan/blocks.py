@@ -50,6 +50,8 @@ class Block:
     ``metric``        free blocks: (n, n), the quadratic form that sums the squared speeds of all anchors
     ``coupling``      free blocks: (n, p), its mixed part with the pose unknowns ``coupled`` of the same things that are
                       known already
+    ``wishes``        free blocks: compiled; the ``wish_count`` errors of the wishes that draw it, and their derivatives
+                      ``wish_slopes`` at ``wish_entries`` (error, core)
     ``inputs``        the unknowns of earlier blocks that it reads
     ``moving``        whether anything in it can change with time
     ``phases``        compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
@@ -85,6 +87,10 @@ class Block:
     form: Form = Form.PLAIN
     states: tuple[int, ...] = ()
     integrands: Compiled | None = None
+    wishes: Compiled | None = None
+    wish_count: int = 0
+    wish_slopes: Compiled | None = None
+    wish_entries: tuple[tuple[int, int], ...] = ()
 
 
 def make_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int], size: float) -> Block:

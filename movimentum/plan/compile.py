@@ -13,6 +13,7 @@ from movimentum.plan.model import Plan
 from movimentum.plan.polynomial import Polynomial, plus
 from movimentum.plan.system import build_system, with_rates, with_rigidity
 from movimentum.plan.unknowns import Accumulated, Rate, symbol_numbers, unknown_number
+from movimentum.plan.wishes import with_wishes
 from movimentum.scene.model import Anonymous, Scene
 from movimentum.timeline.model import Segment
 
@@ -40,13 +41,17 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
     clocks = Clocks()
     blocks: list[Block] = []
     moving: set[int] = set()
+    known: set[int] = set()
     constants: dict[int, Expr] = {}
     folded = list(system.equations)
     for group in _needed(system, decomposition):
         for e in group.equations:
             folded[e] = _folded(folded[e], constants)
         block = make_block(len(blocks), replace(system, equations=folded), group, clocks, moving, size)
+        if block.free:
+            block = with_wishes(block, system.wishes, known, clocks)
         blocks.append(block)
+        known |= set(block.unknowns)
         if block.kernel is Kernel.ASSIGN and all(root.value is not None for _, root in block.formulas):
             constants |= dict(block.formulas)
         if block.moving:

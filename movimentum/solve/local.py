@@ -10,13 +10,24 @@ from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import jacobian_of, newton, null_space, relative_error, residual_of, scaled
+from movimentum.solve.newton import (
+    jacobian_of,
+    newton,
+    null_space,
+    relative_error,
+    residual_of,
+    scaled,
+    toward,
+    wishes_of,
+)
 
 FloatArray = NDArray[np.float64]
 
 Probe = Callable[[FloatArray], tuple[State, tuple[FloatArray, ...]]]
 """Upstream state and clocks at given offsets."""
 
+FOLLOWING = 8.0
+"""How fast a wish is followed: what it is off by falls to a third in an eighth of a time unit."""
 SMALLEST_STEP = 1e-10
 """Of the stretch to be followed: where even that fails, the path ends."""
 
@@ -77,6 +88,11 @@ class Local:
                 [(np.broadcast_to(state[n], 3)[1] - np.broadcast_to(state[n], 3)[2]) / span for n in self.block.coupled]
             )
             y = y - free @ (free.T @ np.linalg.solve(factor, self.block.coupling @ carried))
+        if self.block.wishes is not None and free.shape[1]:
+            errors, slopes = wishes_of(self.block, state, clocks, repeated)
+            rows_of_wishes = np.linalg.solve(factor, slopes[0].T).T
+            want = -(errors[1] - errors[2]) / span - FOLLOWING * errors[0]
+            y = y + free @ toward(rows_of_wishes @ free, want - rows_of_wishes @ y)
         return np.asarray(np.linalg.solve(factor.T, y), dtype=np.float64), 1.0
 
     def orientation(self, tau: float, x: FloatArray, scale: FloatArray) -> float:

@@ -51,6 +51,29 @@ def jacobian_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) 
     return result
 
 
+def wishes_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The errors (F, p) of the wishes that draw a block, and their Jacobian (F, p, n), at core values ``x`` (F, n)."""
+    errors = np.zeros((len(x), block.wish_count))
+    jacobian = np.zeros((len(x), block.wish_count, len(block.core)))
+    if block.wishes is not None and block.wish_slopes is not None:
+        for j, n in enumerate(block.core):
+            u[n] = x[:, j]
+        for i, value in enumerate(block.wishes(u, k)):
+            errors[:, i] = value
+        for (i, j), value in zip(block.wish_entries, block.wish_slopes(u, k), strict=True):
+            jacobian[:, i, j] = value
+    return errors, jacobian
+
+
+def toward(rows: FloatArray, want: FloatArray) -> FloatArray:
+    """The damped least-squares solution of rows @ step = want: as far as the rows let it, bounded where they do not."""
+    size = float(np.max(np.abs(rows), initial=0.0))
+    if size == 0.0 or not np.isfinite(rows).all() or not np.isfinite(want).all():
+        return np.zeros(rows.shape[1])
+    normal = rows.T @ rows + (1e-3 * size) ** 2 * np.eye(rows.shape[1])
+    return np.asarray(np.linalg.solve(normal, rows.T @ want), dtype=np.float64)
+
+
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The Jacobian with unknowns in units of ``scale`` and rows of unit length, and those rows' lengths (F, m)."""
     wide = jacobian * scale

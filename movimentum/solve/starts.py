@@ -17,7 +17,7 @@ from movimentum.solve.carry import Carry
 from movimentum.solve.homotopy import all_solutions
 from movimentum.solve.kernels import State
 from movimentum.solve.local import projected, triangle
-from movimentum.solve.newton import freedom_of, jacobian_of, newton, null_space, residual_of, scaled
+from movimentum.solve.newton import freedom_of, jacobian_of, newton, null_space, residual_of, scaled, toward, wishes_of
 
 FloatArray = NDArray[np.float64]
 
@@ -115,25 +115,34 @@ def free_start(
         if isinstance(payload, PoseCos) and payload.thing not in known and PoseSin(payload.thing) in place
     ]
 
+    # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it
+    wished = block.wishes is not None and not any(unknowns[n].thing in known for n in block.core)
+
     def least_from(begin: FloatArray) -> FloatArray | None:
         held: list[tuple[int, int, float]] = []
         x: FloatArray | None = begin
         if fresh:
-            x = _least(block, one, clocks, begin, fresh, [], origin, pull, scale)
+            x = _least(block, one, clocks, begin, fresh, [], origin, pull, scale, wished)
             if x is None:
                 return None
             held = [(jc, js, float(np.arctan2(x[js], x[jc]))) for jc, js in fresh]
-        y = _least(block, one, clocks, x, [], held, origin, pull, scale)
+        y = _least(block, one, clocks, x, [], held, origin, pull, scale, wished)
         x, good = projected(block, lambda _: (one, clocks), 0.0, x if y is None else y, triangle(metric))
         return x if good else None
 
-    def cost(x: FloatArray) -> tuple[float, float]:
+    def cost(x: FloatArray) -> tuple[float, float, float]:
         turn = float(sum(np.arctan2(x[js], x[jc]) ** 2 for jc, js in fresh))
-        return round(turn, 9), float((x - origin) @ metric @ (x - origin))
+        off = float(np.sum(wishes_of(block, one, clocks, x[None])[0] ** 2)) / plan.size**2 if wished else 0.0
+        return round(off, 9), round(turn, 9), float((x - origin) @ metric @ (x - origin))
 
     nearest = least_from(origin)
     if nearest is not None and freedom_of(block, one, clocks, nearest, scale) > 0:
-        return Starts([nearest], True)
+        if not wished or cost(nearest)[0] == 0.0:
+            return Starts([nearest], True)
+        # the wish is not met from there: perhaps it can be from elsewhere (a stretched chain cannot tell how to fold)
+        begins = sorted(newton_starts(plan, block, state, k, carry, scale).solutions, key=cost)[:BEGINS]
+        found = [nearest, *(x for begin in begins if (x := least_from(begin)) is not None)]
+        return Starts([min(found, key=cost)], True)
     starts = newton_starts(plan, block, state, k, carry, scale)
     if nearest is not None:
         others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME]
@@ -163,10 +172,12 @@ def _least(
     origin: FloatArray,
     pull: FloatArray,
     scale: FloatArray,
+    wished: bool,
 ) -> FloatArray | None:
     """Minimise turns (where given) or the distance from ``origin`` in ``metric`` under the block's equations, with the
     directions in ``held`` fixed; ``pull`` is the gradient that the known part of the same poses adds. Gauss–Newton
-    steps in the null space of the constraints (Nocedal & Wright, ch. 18).
+    steps in the null space of the constraints (Nocedal & Wright, ch. 18). With ``wished``, the block's wishes come
+    before both.
     """
     metric = block.metric
     assert metric is not None
@@ -186,6 +197,12 @@ def _least(
         _, free, inverse = null_space(rows[0])
         restore = -(inverse @ right) * scale
         free = free * scale[:, None]
+        if wished and free.shape[1]:  # first as near to the wishes as can be, then what is left of the freedom
+            errors, slopes = wishes_of(block, state, k, x[None])
+            along = slopes[0] @ free
+            restore = restore + free @ toward(along, -(errors[0] + slopes[0] @ restore))
+            _, indifferent, _ = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), 1e-6)
+            free = free @ indifferent
         if turns:
             gradient = np.zeros(len(x))
             weight = _turn_metric(x, turns, metric)

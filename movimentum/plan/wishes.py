@@ -1,0 +1,42 @@
+"""Wishes of a free block: what its free motion is drawn toward."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from movimentum.expressions import Expr
+from movimentum.plan.blocks import Block
+from movimentum.plan.calculus import with_respect_to
+from movimentum.plan.codegen import Clocks, compiled
+from movimentum.plan.equations import Wish
+from movimentum.plan.unknowns import symbol_numbers
+
+
+def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: Clocks) -> Block:
+    """``block`` with the errors of the wishes that speak of its core and of what is ``known`` before it."""
+    core = set(block.core)
+    errors: list[Expr] = []
+    for wish in wishes:
+        reads = symbol_numbers(*wish.errors)
+        if reads & core and reads <= core | known:
+            errors.extend(wish.errors)
+    if not errors:
+        return block
+    entries: list[tuple[int, int]] = []
+    slopes: list[Expr] = []
+    for i, error in enumerate(errors):
+        present = symbol_numbers(error)
+        for j, n in enumerate(block.core):
+            if n in present:
+                entries.append((i, j))
+                slopes.append(with_respect_to(error, n))
+    return replace(
+        block,
+        wishes=compiled(errors, clocks),
+        wish_count=len(errors),
+        wish_slopes=compiled(slopes, clocks),
+        wish_entries=tuple(entries),
+        inputs=block.inputs | (symbol_numbers(*errors) - core),
+        moving=True,  # it goes toward the wish even if nothing else moves
+    )
