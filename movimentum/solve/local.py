@@ -90,7 +90,7 @@ class Local:
             y = y - free @ (free.T @ np.linalg.solve(factor, self.block.coupling @ carried))
         if self.block.wishes is not None and free.shape[1]:
             errors, slopes = wishes_of(self.block, state, clocks, repeated)
-            rows_of_wishes = np.linalg.solve(factor, slopes[0].T).T
+            rows_of_wishes = np.asarray(np.linalg.solve(factor, slopes[0].T).T, dtype=np.float64)
             want = -(errors[1] - errors[2]) / span - FOLLOWING * errors[0]
             y = y + free @ toward(rows_of_wishes @ free, want - rows_of_wishes @ y)
         return np.asarray(np.linalg.solve(factor.T, y), dtype=np.float64), 1.0

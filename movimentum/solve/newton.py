@@ -69,8 +69,8 @@ def toward(rows: FloatArray, want: FloatArray) -> FloatArray:
     """The damped least-squares solution of rows @ step = want: as far as the rows let it, bounded where they do not."""
     size = float(np.max(np.abs(rows), initial=0.0))
     if size == 0.0 or not np.isfinite(rows).all() or not np.isfinite(want).all():
-        return np.zeros(rows.shape[1])
-    normal = rows.T @ rows + (1e-3 * size) ** 2 * np.eye(rows.shape[1])
+        return np.zeros(int(rows.shape[1]), dtype=np.float64)
+    normal = np.asarray(rows.T @ rows + (1e-3 * size) ** 2 * np.eye(rows.shape[1]), dtype=np.float64)
     return np.asarray(np.linalg.solve(normal, rows.T @ want), dtype=np.float64)
 
 
