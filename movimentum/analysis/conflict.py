@@ -59,9 +59,7 @@ class _Part:
         self, plan: Plan, unknowns: tuple[int, ...], equations: tuple[int, ...], tau: float, carry: Carry
     ) -> None:
         system = plan.system
-        clocks = Clocks()
-        for start in plan.clocks:
-            clocks.number(start)
+        clocks = Clocks(plan.clocks)
         self.plan = plan
         self.tau = tau
         self.equations = equations
@@ -143,9 +141,7 @@ class _Part:
     def original(self, equation: int, x: FloatArray) -> float:
         """What an equation of the script is off by, in script units, at core values ``x``."""
         source = self.plan.system.equations[equation]
-        clocks = Clocks()
-        for start in self.plan.clocks:
-            clocks.number(start)
+        clocks = Clocks(self.plan.clocks)
         function = compiled([source.original or source.residual], clocks)
         state: State = [0.0] * len(self.plan.system.unknowns)  # others cancel, or they would be in this part
         for j, n in enumerate(self.block.core):

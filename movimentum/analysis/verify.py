@@ -52,9 +52,7 @@ def _of_stretch(motion: Motion, stretch: Stretch, low: int, high: int) -> Shortf
         for e in system.equations
         if e.form is Form.PLAIN and not any(isinstance(system.unknowns[n].payload, Rate) for n in e.unknowns)
     ]
-    clocks = Clocks()
-    for start in plan.clocks:
-        clocks.number(start)
+    clocks = Clocks(plan.clocks)
     instants = motion.instants(stretch, low, high)
     solved_for = {n for block in plan.blocks for n in block.unknowns}
     rows = [e for e in rows if symbol_numbers(e.original or e.residual) <= solved_for]

@@ -7,7 +7,7 @@ serves a single instant or all frames.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -28,11 +28,11 @@ _RENAMED = {"abs": "absolute", "min": "minimum", "max": "maximum"}
 
 
 class Clocks:
-    """Numbers the clocks (by their start) that a plan's code reads."""
+    """Numbers the clocks (by their start) that a plan's code reads; ``starts`` are numbered already."""
 
-    def __init__(self) -> None:
-        self.starts: list[Fraction] = []
-        self._number: dict[Fraction, int] = {}
+    def __init__(self, starts: Iterable[Fraction] = ()) -> None:
+        self.starts: list[Fraction] = list(starts)
+        self._number: dict[Fraction, int] = {start: number for number, start in enumerate(self.starts)}
 
     def number(self, start: Fraction) -> int:
         """The number of the clock that starts at ``start``."""

@@ -46,8 +46,6 @@ class Plan:
                 for block in self.blocks
                 if windings or block.form is not Form.WINDING or awaited & set(block.unknowns)
             )
-            clocks = Clocks()
-            for start in self.clocks:
-                clocks.number(start)
+            clocks = Clocks(self.clocks)
             found = self._schedules[windings] = schedule(self.blocks, needed, clocks)
         return found

@@ -56,9 +56,7 @@ def make_rows(plan: Plan, residuals: Sequence[Expr], unknowns: Sequence[int]) ->
             if n in present:
                 entries.append((i, j))
                 slopes.append(with_respect_to(residual, n))
-    clocks = Clocks()
-    for start in plan.clocks:
-        clocks.number(start)
+    clocks = Clocks(plan.clocks)
     jacobian = compiled(slopes, clocks)
     return Rows(tuple(residuals), ordered(residuals), tuple(unknowns), tuple(entries), tuple(slopes), jacobian)
 

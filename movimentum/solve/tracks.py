@@ -179,9 +179,7 @@ class Piece:
         order = pivot_order(samples * track_scale(self.plan, block), block.entries)
         if len(order) < size:
             return None
-        clocks = Clocks()
-        for start in self.plan.clocks:
-            clocks.number(start)
+        clocks = Clocks(self.plan.clocks)
         entries = dict(zip(block.entries, block.slopes, strict=True))
         return compiled(newton_steps(size, entries, block.residuals, order), clocks)
 
