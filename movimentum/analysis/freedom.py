@@ -130,9 +130,11 @@ def _told(plan: Plan, block: Block, x: FloatArray, velocity: FloatArray) -> Free
         if all(j is None for j in columns):
             continue
         vx, vy, vc, vs = (0.0 if j is None else float(velocity[j]) for j in columns)
-        c = 1.0 if columns[2] is None else float(x[columns[2]])
-        s = 0.0 if columns[3] is None else float(x[columns[3]])
+        frame = system.frame(t)
+        drawn = frame.of_thing(1.0, 0.0)
+        c, s = (drawn[i] if j is None else float(x[j]) for i, j in enumerate(columns[2:]))
         turn = c * vs - s * vc
+        c, s = frame.to_thing(c, s)
         small = 1e-6 * largest * plan.size
         if max(abs(vx), abs(vy), abs(turn) * plan.size) <= small:
             continue
@@ -169,7 +171,7 @@ def _seen(plan: Plan, thing: int, velocity: tuple[float, float, float], directio
     """Where to draw how one thing moves: the point that it turns about, unless that is far away: then it slides."""
     vx, vy, turn = velocity
     c, s = direction
-    rx, ry = plan.system.reference[thing]
+    rx, ry = plan.system.frame(thing).origin
     speed = float(np.hypot(vx, vy))
     if abs(turn) * 4.0 * plan.size > speed:
         # the point at w from the reference has the velocity v + turn * perp(w), which is 0 at the pivot
@@ -191,7 +193,7 @@ def _way(
     vx, vy, turn = velocity
     c, s = direction
     body = plan.system.scene.things[thing]
-    rx, ry = plan.system.reference[thing]
+    rx, ry = plan.system.frame(thing).origin
     reference = next(a.name for a in body.anchors if a.local == (rx, ry))
     if abs(turn) * plan.size <= 1e-6 * max(abs(vx), abs(vy)):
         along = 0 if abs(vx) >= abs(vy) else 1

@@ -7,6 +7,7 @@ serves a single instant or all frames.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -47,14 +48,19 @@ class Writer:
 
     Unknowns are read from ``u``, except those that `define` has put into local variables. ``signs`` maps the numbers of
     blocks to the text of their signs.
+
+    A text that stands for a value is an atom (a name, an element, a number) or an atom's negative, ``(-t1)``. Every
+    operation is a pass over all frames, so negatives are carried along instead of computed, and constant factors
+    of factors are gathered.
     """
 
     def __init__(self, clocks: Clocks) -> None:
         self.clocks = clocks
-        self.lines: list[str] = []
         self.names: dict[Expr, str] = {}
         self.signs: dict[object, str] = {}
-        self._pairs: dict[Expr, str] = {}
+        self._lines: list[tuple[tuple[str, ...], str]] = []
+        self._local_of: dict[str, str] = {}
+        self._multiples: dict[str, tuple[float, str]] = {}  # local name: (factor, of what)
         self._fixed: set[Expr] = set()  # nodes that depend on nothing but signs
 
     def name(self, root: Expr) -> str:
@@ -74,17 +80,23 @@ class Writer:
         text = self.names[Expr("symbol", (), unknown)] = self.name(root)
         return text
 
-    def local(self, text: str) -> str:
-        """A new local variable with the value of ``text``."""
-        target = f"t{len(self.lines)}"
-        self.lines.append(f" {target} = {text}")
+    def lines(self, tail: Sequence[str]) -> list[str]:
+        """The code, followed by ``tail``: only what that needs; what is used once stands where it is used."""
+        return [*_tidied(self._lines, tail), *tail]
+
+    def _local(self, text: str) -> str:
+        """The local variable with the value of ``text``."""
+        target = self._local_of.get(text)
+        if target is None:
+            target = self._local_of[text] = f"t{len(self._lines)}"
+            self._lines.append(((target,), text))
         return target
 
     def _text(self, node: Expr) -> str:
         match node.op:
             case "const":
                 value = node.value or 0.0
-                return repr(value) if value >= 0.0 else f"({value!r})"
+                return repr(value) if value >= 0.0 else f"(-{-value!r})"
             case "symbol":
                 return f"u[{unknown_number(node.payload)}]"
             case "clock":
@@ -97,39 +109,136 @@ class Writer:
     def _operation(self, node: Expr, a: list[str]) -> str:
         match node.op:
             case "neg":
-                return f"(-{a[0]})"
+                return _negative(a[0])
             case "sind" | "cosd":
-                pair = self._pairs.get(node.args[0])
+                call = f"sincosd({a[0]})"
+                pair = self._local_of.get(call)
                 if pair is None:
-                    pair = self._pairs[node.args[0]] = f"a{len(self._pairs)}"
-                    self.lines.append(f" s{pair}, c{pair} = sincosd({a[0]})")
+                    pair = self._local_of[call] = f"a{len(self._lines)}"
+                    self._lines.append(((f"s{pair}", f"c{pair}"), call))
                 return ("s" if node.op == "sind" else "c") + pair
             case "add":
-                other = node.args[1]
-                subtracted = other.op == "neg"
-                return self.local(f"{a[0]} - {self.names[other.args[0]]}" if subtracted else f"{a[0]} + {a[1]}")
+                return self._sum(*map(_split, a))
             case "mul":
-                return self.local(f"{a[0]} * {a[1]}")
+                return self._product(*map(_split, a))
             case "div":
+                (below, x), (negative, y) = map(_split, a)
                 if node.args[1] in self._fixed and not node.args[1].value:  # a Python float refuses to divide by zero
-                    return self.local(f"{a[0]} / float64({a[1]})")
-                return self.local(f"{a[0]} / {a[1]}")
+                    y = f"float64({y})"
+                text = self._local(f"{x} / {y}")
+                return _negative(text) if below != negative else text
             case "pow":
-                squared = node.exponent == 2.0
-                return self.local(f"{a[0]} * {a[0]}" if squared else f"power({a[0]}, {node.exponent!r})")
+                if node.exponent == 2.0:
+                    _, x = _split(a[0])
+                    return self._local(f"{x} * {x}")
+                return self._local(f"power({a[0]}, {node.exponent!r})")
             case op if op in _CALLS:
-                return self.local(f"{op}({', '.join(a)})")
+                return self._local(f"{op}({', '.join(a)})")
             case op if op in _RENAMED:
-                return self.local(f"{_RENAMED[op]}({', '.join(a)})")
+                return self._local(f"{_RENAMED[op]}({', '.join(a)})")
             case op:
                 raise NotImplementedError(op)
+
+    def _sum(self, one: tuple[bool, str], other: tuple[bool, str]) -> str:
+        if one == other:
+            return self._product((False, "2.0"), one)
+        (below, x), (negative, y) = one, other
+        if below != negative:
+            return self._local(f"{y} - {x}" if below else f"{x} - {y}")
+        text = self._local(f"{x} + {y}" if x <= y else f"{y} + {x}")
+        return _negative(text) if below else text
+
+    def _product(self, one: tuple[bool, str], other: tuple[bool, str]) -> str:
+        (below, x), (negative, y) = one, other
+        if _is_number(y):
+            x, y = y, x
+        factor = _is_number(x)
+        inner = self._multiples.get(y)
+        if factor and inner is not None:
+            gathered = float(x) * inner[0]
+            if 1e-300 < gathered < 1e300:
+                x, y = repr(gathered), inner[1]
+        text = self._local(f"{x} * {y}" if factor or x <= y else f"{y} * {x}")
+        if factor:
+            self._multiples.setdefault(text, (float(x), y))
+        return _negative(text) if below != negative else text
+
+
+def _split(text: str) -> tuple[bool, str]:
+    """Whether a value's text is a negative, and the atom."""
+    return (True, text[2:-1]) if text.startswith("(-") else (False, text)
+
+
+def _negative(text: str) -> str:
+    return text[2:-1] if text.startswith("(-") else f"(-{text})"
+
+
+def _is_number(atom: str) -> bool:
+    return atom[0].isdigit()
+
+
+_LOCAL = re.compile(r"\b(?:t|sa|ca)\d+\b")
+LONGEST = 120
+"""Characters of an expression that is written where it is used."""
+
+
+def _tidied(lines: Sequence[tuple[tuple[str, ...], str]], tail: Sequence[str]) -> list[str]:
+    """Assignments without what ``tail`` does not need, what is used once written where it is used, and what is used no
+    more deleted: the buffers of a few thousand frames stay in the processor's cache only if they are given back early.
+    """
+    uses: dict[str, int] = {}
+
+    def count(text: str) -> None:
+        for name in _LOCAL.findall(text):
+            uses[name] = uses.get(name, 0) + 1
+
+    for text in tail:
+        count(text)
+    needed: list[tuple[tuple[str, ...], str]] = []
+    for targets, text in reversed(lines):
+        if any(target in uses for target in targets):
+            needed.append((targets, text))
+            count(text)
+    needed.reverse()
+    written: list[tuple[str, str]] = []
+    waiting: dict[str, str] = {}
+
+    def inserted(text: str) -> str:
+        chosen: dict[str, str] = {}
+        length = len(text)
+        for name in _LOCAL.findall(text):
+            held = waiting.pop(name, None)
+            if held is None:
+                continue
+            length += len(held)
+            if length > LONGEST:
+                written.append((name, held))
+            else:
+                chosen[name] = f"({held})"
+        return _LOCAL.sub(lambda found: chosen.get(found[0], found[0]), text) if chosen else text
+
+    in_tail = set(_LOCAL.findall(" ".join(tail)))
+    for targets, text in needed:
+        text = inserted(text)
+        if len(targets) == 1 and uses[targets[0]] == 1 and targets[0] not in in_tail:
+            waiting[targets[0]] = text
+        else:
+            written.append((", ".join(targets), text))
+    last = {name: place for place, (_, text) in enumerate(written) for name in _LOCAL.findall(text)}
+    result: list[str] = []
+    for place, (targets, text) in enumerate(written):
+        result.append(f" {targets} = {text}")
+        done = [name for name in dict.fromkeys(_LOCAL.findall(text)) if last[name] == place and name not in in_tail]
+        if done:
+            result.append(f" del {', '.join(done)}")
+    return result
 
 
 def compiled(outputs: Sequence[Expr], clocks: Clocks) -> Compiled:
     """The generated function, over float64 arrays that broadcast; NotImplementedError for an operation without code."""
     writer = Writer(clocks)
     values = "".join(f"{writer.name(expr)}, " for expr in outputs)
-    return function_of(["def f(u, k, g=1.0):", *writer.lines, f" return ({values})"])
+    return function_of(["def f(u, k, g=1.0):", *writer.lines([f" return ({values})"])])
 
 
 def function_of(lines: Sequence[str]) -> Compiled:

@@ -11,6 +11,7 @@ from enum import StrEnum
 
 from movimentum.expressions import Expr
 from movimentum.plan import polynomial as poly
+from movimentum.plan.frames import DRAWN, BodyFrame
 from movimentum.plan.polynomial import Polynomial
 from movimentum.plan.unknowns import Unknown
 from movimentum.scene.model import Scene
@@ -87,8 +88,8 @@ class Wish:
 class System:
     """Everything that must hold in one segment, in numbered unknowns.
 
-    ``reference`` maps a thing to the local coordinates of its reference anchor, ``number_of`` an unknown's payload to
-    its number. ``shift`` is the world point that the poses' positions are relative to.
+    ``frames`` maps each thing that a constraint mentions to its frame, ``number_of`` an unknown's payload to its
+    number. ``shift`` is the world point that the poses' positions are relative to.
     """
 
     scene: Scene
@@ -97,6 +98,10 @@ class System:
     equations: Sequence[Equation]
     selectors: tuple[Selector, ...]
     wishes: tuple[Wish, ...]
-    reference: dict[int, tuple[float, float]]
+    frames: dict[int, BodyFrame]
     number_of: dict[Hashable, int]
     shift: tuple[float, float] = (0.0, 0.0)
+
+    def frame(self, thing: int) -> BodyFrame:
+        """The frame in which a thing's pose is measured."""
+        return self.frames.get(thing, DRAWN)

@@ -77,8 +77,9 @@ def _function(blocks: Sequence[Block], clocks: Clocks) -> Callable[..., Any]:
             margins.append(writer.name(block.margin))
         elif block.partial:  # infinite and nan both give nan
             margins += [f"({text} - {text})" for _, text in locals_]
-    lines = ["def f(u, k, g):", *writer.lines, *stores]
+    tail = list(stores)
     if margins:
-        lines.append(f" m = {margins[0]}")
-        lines += [f" m = minimum(m, {text})" for text in margins[1:]]
-    return function_of([*lines, " return m" if margins else " return None"])
+        tail.append(f" m = {margins[0]}")
+        tail += [f" m = minimum(m, {text})" for text in margins[1:]]
+    tail.append(" return m" if margins else " return None")
+    return function_of(["def f(u, k, g):", *writer.lines(tail)])

@@ -34,9 +34,9 @@ def anchor_metric(
         columns = [place.get(kind(thing.number)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
         if all(k is None or k >= n for k in columns):
             continue
-        rx, ry = system.reference[thing.number]
+        frame = system.frame(thing.number)
         for anchor in thing.anchors:
-            dx, dy = anchor.local[0] - rx, anchor.local[1] - ry
+            dx, dy = frame.local(anchor.local)
             for form in ((1.0, 0.0, dx, -dy), (0.0, 1.0, dy, dx)):
                 for i, ki in enumerate(columns):
                     for j, kj in enumerate(columns):

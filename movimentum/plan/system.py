@@ -26,6 +26,7 @@ from movimentum.expressions import (
 from movimentum.plan import polynomial as poly
 from movimentum.plan.calculus import differentiate
 from movimentum.plan.equations import Equation, Form, Selector, System, Wish
+from movimentum.plan.frames import DRAWN, body_frames
 from movimentum.plan.integrals import closed_form
 from movimentum.plan.polynomial import Polynomial
 from movimentum.plan.rewriting import angle_rows, squared
@@ -98,7 +99,7 @@ class _Builder:
         self.equations: list[Equation] = []
         self.selectors: list[Selector] = []
         self.wishes: list[Wish] = []
-        self.reference = _reference_anchors(scene, segment.active)
+        self.frames = body_frames(scene, segment.active)
         self.shift = scene_shift(scene)
         self.memo: dict[Expr, Expr] = {}
         self.constraint: Constraint | None = None
@@ -130,9 +131,8 @@ class _Builder:
         payload = node.payload
         match payload:
             case AnchorCoordinate(thing, anchor, axis):
-                ax, ay = self.scene.things[thing].anchors[anchor].coordinates
-                rx, ry = stated_reference(self.scene.things[thing], self.reference[thing])
-                dx, dy = sub(ax, rx), sub(ay, ry)
+                point = self.scene.things[thing].anchors[anchor]
+                dx, dy = self.frames[thing].stated(point.coordinates, point.local)
                 base = self.pose(thing, PoseX if axis == 0 else PoseY)
                 if self.shift[axis] != 0.0:
                     base = add(base, const(self.shift[axis]))
@@ -265,28 +265,6 @@ class _Builder:
         self.add_equation(residual, form, number)
 
 
-def stated_reference(thing: Thing, local: tuple[float, float]) -> tuple[Expr, Expr]:
-    """The reference anchor's coordinates (`System.reference`) as the script states them."""
-    return next(
-        (anchor.coordinates for anchor in thing.anchors if anchor.local == local), (const(local[0]), const(local[1]))
-    )
-
-
-def _reference_anchors(scene: Scene, active: Iterable[Constraint]) -> dict[int, tuple[float, float]]:
-    """Each thing's reference anchor: one that an equation names on its own, so that the pose is as sparse as the
-    script.
-    """
-    chosen: dict[int, int] = {}
-    for constraint in active:
-        if constraint.relation is not Relation.EQUAL:
-            continue
-        for side in (constraint.left, constraint.right):
-            payload = side[0].payload
-            if len(side) == 2 and isinstance(payload, AnchorCoordinate):
-                chosen.setdefault(payload.thing, payload.anchor)
-    return {thing.number: thing.anchors[chosen.get(thing.number, 0)].local for thing in scene.things if thing.anchors}
-
-
 def build_system(scene: Scene, segment: Segment) -> System:
     """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`."""
     builder = _Builder(scene, segment)
@@ -303,7 +281,7 @@ def _finished(builder: _Builder) -> System:
         equations=tuple(builder.equations),
         selectors=tuple(builder.selectors),
         wishes=tuple(builder.wishes),
-        reference=builder.reference,
+        frames=builder.frames,
         number_of=dict(builder.number_of),
         shift=builder.shift,
     )
@@ -324,7 +302,7 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
 
     Things in ``driven`` get their direction from their angle (c = cos, s = sin); the others have c^2 + s^2 = 1 and
     their angle follows the direction continuously. Directed are the things of which a constraint turns an anchor about
-    the reference anchor, and those which could be seen turning about it.
+    its frame's origin, and those which could be seen turning about it.
     """
     builder = _reopened(system)
     for thing in system.scene.things:
@@ -350,13 +328,14 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
                     )
                 )
             continue
+        turn_cosine, turn_sine = builder.frames.get(t, DRAWN).turn_of(cosine, sine)
         norm = sub(add(mul(cosine, cosine), mul(sine, sine)), ONE)
         builder.add_equation(norm, poly.from_expression(norm), None, t)
         angle = builder.unknown(ThingAngle(t), f"{thing.name}.angle")
         builder.equations.append(
             Equation(
                 number=len(builder.equations),
-                residual=sub(symbol(angle), call("atan2d", sine, cosine)),
+                residual=sub(symbol(angle), call("atan2d", turn_sine, turn_cosine)),
                 unknowns=frozenset({angle, *symbol_numbers(cosine, sine)}),
                 targets=(angle,),
                 thing=t,

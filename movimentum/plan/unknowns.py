@@ -1,8 +1,8 @@
 """The unknowns of a system, by number; a lowered expression's symbols are these numbers.
 
-A thing's pose is four unknowns: the world position (x, y) of its *reference anchor*, and its direction
-(c, s) = (cos, sin) of its turn, tied by c^2 + s^2 = 1. Every anchor is then linear in the pose, handedness
-cannot flip, and one quadratic replaces the n(n-1)/2 distances between n anchors.
+A thing's pose is four unknowns, those of its frame (see `plan.frames`): the world position (x, y) of the frame's
+origin, and the direction (c, s) of its x axis, tied by c^2 + s^2 = 1. Every anchor is then linear in the pose,
+handedness cannot flip, and one quadratic replaces the n(n-1)/2 distances between n anchors.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ from movimentum.scene.model import ThingAngle, ThingProperty
 
 @dataclass(frozen=True, slots=True)
 class PoseX:
-    """World x of a thing's reference anchor, relative to the system's shift."""
+    """World x of the origin of a thing's frame, relative to the system's shift."""
 
     thing: int
 
 
 @dataclass(frozen=True, slots=True)
 class PoseY:
-    """World y of a thing's reference anchor, relative to the system's shift."""
+    """World y of the origin of a thing's frame, relative to the system's shift."""
 
     thing: int
 
 
 @dataclass(frozen=True, slots=True)
 class PoseCos:
-    """Cosine of a thing's turn."""
+    """Cosine of the direction of a thing's frame."""
 
     thing: int
 
 
 @dataclass(frozen=True, slots=True)
 class PoseSin:
-    """Sine of a thing's turn."""
+    """Sine of the direction of a thing's frame."""
 
     thing: int
 

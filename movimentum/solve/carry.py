@@ -1,6 +1,6 @@
 """What is carried from one segment (or piece) to the next: the pose of the scene at an instant, and just before it.
 
-Poses are kept in the scene's terms, so that a plan with other reference anchors can read them.
+Poses are kept in the scene's terms, so that a plan with other frames can read them.
 """
 
 from __future__ import annotations
@@ -40,13 +40,14 @@ class Snapshot:
         payload = system.unknowns[unknown].payload
         if isinstance(payload, PosePart | ThingAngle):
             pose = self.things[payload.thing]
-            if isinstance(payload, PoseCos):
-                return pose.c
-            if isinstance(payload, PoseSin):
-                return pose.s
             if isinstance(payload, ThingAngle):
                 return pose.angle
-            rx, ry = system.reference[payload.thing]
+            frame = system.frame(payload.thing)
+            if isinstance(payload, PoseCos):
+                return frame.of_thing(pose.c, pose.s)[0]
+            if isinstance(payload, PoseSin):
+                return frame.of_thing(pose.c, pose.s)[1]
+            rx, ry = frame.origin
             if isinstance(payload, PoseX):
                 return pose.x + (pose.c * rx - pose.s * ry) - system.shift[0]
             return pose.y + (pose.s * rx + pose.c * ry) - system.shift[1]

@@ -73,9 +73,17 @@ class Measures:
             if self.carried[n]:
                 scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else self.plan.size
                 carried += squared((value - before) / scale)
-            elif isinstance(payload, PoseCos):
-                angle = math.acos(min(1.0, max(-1.0, float(now[1]))))
-                turned += angle * angle
+            elif isinstance(payload, PoseCos | PoseSin):
+                other = system.number_of[(PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)]
+                if state[other] is not None and (other > n or other not in unknowns):  # once, when both are known
+                    turned += squared(self._turn(payload.thing, state))
             elif isinstance(payload, PoseX | PoseY):
                 moved += squared((value - before) / self.plan.size)
         return carried, turned, moved
+
+    def _turn(self, thing: int, state: State) -> float:
+        """How far a thing is turned from how it was drawn at the second instant, in radians."""
+        system = self.plan.system
+        parts = (np.broadcast_to(state[system.number_of[part(thing)]], 2)[1] for part in (PoseCos, PoseSin))
+        cosine, _ = system.frame(thing).to_thing(*map(float, parts))
+        return math.acos(min(1.0, max(-1.0, cosine)))

@@ -47,6 +47,7 @@ def placements(plan: Plan, state: State, base: Snapshot) -> list[Placement]:
             n = number_of.get(payload)
             return None if n is None else state[n]
 
+        frame = plan.system.frame(t)
         angle = value(ThingAngle(t))
         c, s = value(PoseCos(t)), value(PoseSin(t))
         if c is None or s is None:
@@ -54,9 +55,11 @@ def placements(plan: Plan, state: State, base: Snapshot) -> list[Placement]:
                 s, c = sincosd(np.asarray(angle))
             else:
                 c, s = np.float64(before.c), np.float64(before.s)
+        else:
+            c, s = frame.to_thing(c, s)
         if angle is None:
             angle = np.float64(before.angle)
-        rx, ry = plan.system.reference.get(t, (0.0, 0.0))
+        rx, ry = frame.origin
         x, y = value(PoseX(t)), value(PoseY(t))
         if x is not None and shift[0] != 0.0:
             x = x + shift[0]

@@ -19,7 +19,6 @@ from movimentum.expressions import ZERO, Expr
 from movimentum.plan.blocks import Block
 from movimentum.plan.equations import Form
 from movimentum.plan.integrals import closed_form
-from movimentum.plan.system import stated_reference
 from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
 from movimentum.solve.digits import DigitsArithmetic
@@ -171,6 +170,7 @@ class RefinedMotion:
         things: list[WidePose] = []
         for thing in piece.plan.system.scene.things:
             t = thing.number
+            frame = piece.plan.system.frame(t)
             old = before.things[t]
             angle = value(ThingAngle(t))
             c, s = value(PoseCos(t)), value(PoseSin(t))
@@ -178,8 +178,10 @@ class RefinedMotion:
                 c, s = old.c, old.s
                 if angle is not None:
                     c, s = (self.arithmetic.call(op, None, [angle]) for op in ("cosd", "sind"))
-            reference = stated_reference(thing, piece.plan.system.reference.get(t, (0.0, 0.0)))
-            rx, ry = (self._evaluator.constant(v) for v in reference)
+            elif frame.turned:
+                ax, ay = (self._evaluator.constant(v) for v in frame.stated_axis)
+                c, s = c * ax + s * ay, s * ax + -(c * ay)
+            rx, ry = (self._evaluator.constant(v) for v in frame.stated_origin)
             x, y = value(PoseX(t)), value(PoseY(t))
             dx, dy = (self._evaluator.decimal(v) for v in piece.plan.system.shift)
             x = old.x + (old.c * rx + -(old.s * ry)) if x is None else x + dx

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
+from movimentum.plan.frames import BodyFrame
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Carry
@@ -33,6 +34,20 @@ class Starts:
 
     solutions: list[FloatArray]
     complete: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    """Where a core holds the direction of a thing's frame."""
+
+    cosine: int
+    sine: int
+    frame: BodyFrame
+
+    def angle(self, x: FloatArray) -> float:
+        """How far the thing is turned from how it was drawn, in radians."""
+        c, s = self.frame.to_thing(float(x[self.cosine]), float(x[self.sine]))
+        return float(np.arctan2(s, c))
 
 
 def _first_instant(state: State, k: Sequence[FloatArray], copies: int) -> tuple[State, tuple[FloatArray, ...]]:
@@ -110,7 +125,7 @@ def free_start(
     unknowns = plan.system.unknowns
     place = {unknowns[n].payload: j for j, n in enumerate(block.core)}
     fresh = [
-        (j, place[PoseSin(payload.thing)])
+        _Turn(j, place[PoseSin(payload.thing)], plan.system.frame(payload.thing))
         for payload, j in place.items()
         if isinstance(payload, PoseCos) and payload.thing not in known and PoseSin(payload.thing) in place
     ]
@@ -125,13 +140,13 @@ def free_start(
             x = _least(block, one, clocks, begin, fresh, [], origin, pull, scale, wished)
             if x is None:
                 return None
-            held = [(jc, js, float(np.arctan2(x[js], x[jc]))) for jc, js in fresh]
+            held = [(turn.cosine, turn.sine, float(np.arctan2(x[turn.sine], x[turn.cosine]))) for turn in fresh]
         y = _least(block, one, clocks, x, [], held, origin, pull, scale, wished)
         x, good = projected(block, lambda _: (one, clocks), 0.0, x if y is None else y, triangle(metric))
         return x if good else None
 
     def cost(x: FloatArray) -> tuple[float, float, float]:
-        turn = float(sum(np.arctan2(x[js], x[jc]) ** 2 for jc, js in fresh))
+        turn = float(sum(turn.angle(x) ** 2 for turn in fresh))
         off = float(np.sum(wishes_of(block, one, clocks, x[None])[0] ** 2)) / plan.size**2 if wished else 0.0
         return round(off, 9), round(turn, 9), float((x - origin) @ metric @ (x - origin))
 
@@ -151,13 +166,12 @@ def free_start(
     return Starts([min(found, key=cost)] if found else [], True)
 
 
-def _turn_metric(x: FloatArray, fresh: list[tuple[int, int]], metric: FloatArray) -> FloatArray:
+def _turn_metric(x: FloatArray, fresh: Sequence[_Turn], metric: FloatArray) -> FloatArray:
     """Sum of squared turns, with a trace of the anchor metric so that it is definite."""
     result = 1e-6 * metric / float(np.max(np.diag(metric)))
-    for jc, js in fresh:
-        c, s = x[jc], x[js]
+    for turn in fresh:
         direction = np.zeros(len(x))
-        direction[jc], direction[js] = -s, c
+        direction[turn.cosine], direction[turn.sine] = -x[turn.sine], x[turn.cosine]
         result = result + np.outer(direction, direction)
     return result
 
@@ -167,7 +181,7 @@ def _least(
     state: State,
     k: Sequence[FloatArray],
     start: FloatArray,
-    turns: list[tuple[int, int]],
+    turns: Sequence[_Turn],
     held: list[tuple[int, int, float]],
     origin: FloatArray,
     pull: FloatArray,
@@ -206,10 +220,10 @@ def _least(
         if turns:
             gradient = np.zeros(len(x))
             weight = _turn_metric(x, turns, metric)
-            for jc, js in turns:
-                angle = np.arctan2(x[js], x[jc])
-                gradient[jc] += -angle * x[js]
-                gradient[js] += angle * x[jc]
+            for turn in turns:
+                angle = turn.angle(x)
+                gradient[turn.cosine] += -angle * x[turn.sine]
+                gradient[turn.sine] += angle * x[turn.cosine]
         else:
             weight = metric
             gradient = metric @ (x - origin) + pull

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.plan.system import stated_reference
+from movimentum.plan.frames import stated_point
 from movimentum.scene.model import Thing
 from movimentum.solve.digits import DigitsArithmetic
 from movimentum.solve.evaluation import Evaluator, Number
@@ -47,7 +47,7 @@ class RefinedPoses(Poses):
     def coordinate(self, thing: int, local: tuple[float, float], axis: int) -> Number:
         """(F,) one world coordinate of a thing's point, with all digits."""
         pose = self.pose[thing]
-        x, y = (self.evaluator.constant(value) for value in stated_reference(self.things[thing], local))
+        x, y = (self.evaluator.constant(value) for value in stated_point(self.things[thing], local))
         if axis == 0:
             return pose.x + (pose.c * x + -(pose.s * y))
         return pose.y + (pose.s * x + pose.c * y)

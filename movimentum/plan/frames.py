@@ -1,0 +1,142 @@
+"""Body frames: in which frame of reference each thing's pose is measured.
+
+A thing's pose is the place of one of its anchors and the direction from there to another one, not the place of its
+local origin and its turn from how it was drawn. Both anchors are then (0, 0) and (L, 0) in the body's frame, so
+that the difference of the two has one coefficient instead of two, whatever pose the thing was drawn in: a joint's
+two circles are circles in the unknowns as they stand, and a loop of bars costs half the arithmetic.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, sub, symbols
+from movimentum.scene.model import AnchorCoordinate, Constraint, Relation, Scene, Thing, ThingAngle
+
+Point = tuple[float, float]
+Vector = tuple[Expr, Expr]
+Number = TypeVar("Number")
+
+
+@dataclass(frozen=True, slots=True)
+class BodyFrame:
+    """A thing's frame: ``origin`` (a point of the thing as drawn) and the unit vector ``axis`` of its x axis (in the
+    thing as drawn), as floats and as the script states them.
+
+    ``ahead`` is the anchor that the x axis goes through, as a point of the thing as drawn (None: not turned).
+    """
+
+    origin: Point = (0.0, 0.0)
+    axis: Point = (1.0, 0.0)
+    stated_origin: Vector = (ZERO, ZERO)
+    stated_axis: Vector = (ONE, ZERO)
+    distance: Expr = ZERO
+    ahead: Point | None = None
+
+    @property
+    def turned(self) -> bool:
+        """Whether the frame's direction differs from the drawn thing's."""
+        return self.axis != (1.0, 0.0)
+
+    def local(self, point: Point) -> Point:
+        """A point of the thing as drawn, in this frame."""
+        dx, dy = point[0] - self.origin[0], point[1] - self.origin[1]
+        ax, ay = self.axis
+        return dx * ax + dy * ay, dy * ax - dx * ay
+
+    def stated(self, point: Vector, local: Point) -> Vector:
+        """`local` with all the digits of the script's own numbers; ``local`` tells the frame's anchors."""
+        if local == self.origin:
+            return ZERO, ZERO
+        if local == self.ahead:
+            return self.distance, ZERO
+        dx, dy = sub(point[0], self.stated_origin[0]), sub(point[1], self.stated_origin[1])
+        if not self.turned:
+            return dx, dy
+        ax, ay = self.stated_axis
+        return add(mul(dx, ax), mul(dy, ay)), sub(mul(dy, ax), mul(dx, ay))
+
+    def of_thing(self, c: float, s: float) -> tuple[float, float]:
+        """The direction (cosine, sine) of this frame when the thing is turned by (c, s) from how it was drawn."""
+        return c * self.axis[0] - s * self.axis[1], s * self.axis[0] + c * self.axis[1]
+
+    def to_thing(self, c: Number, s: Number) -> tuple[Number, Number]:
+        """How far the thing is turned (cosine, sine) when this frame's direction is (c, s); floats or (F,) arrays."""
+        if not self.turned:
+            return c, s
+        ax, ay = self.axis
+        return c * ax + s * ay, s * ax - c * ay  # pyright: ignore[reportOperatorIssue, reportUnknownVariableType]
+
+    def turn_of(self, c: Expr, s: Expr) -> tuple[Expr, Expr]:
+        """`to_thing` of expressions."""
+        if not self.turned:
+            return c, s
+        ax, ay = self.stated_axis
+        return add(mul(ax, c), mul(ay, s)), sub(mul(ax, s), mul(ay, c))
+
+
+DRAWN = BodyFrame()
+"""The frame of a thing that no constraint mentions: as it was drawn."""
+
+
+def stated_point(thing: Thing, local: Point) -> Vector:
+    """An anchor's coordinates as the script states them, given as it is drawn."""
+    return next(
+        (anchor.coordinates for anchor in thing.anchors if anchor.local == local), (const(local[0]), const(local[1]))
+    )
+
+
+def body_frames(scene: Scene, active: Iterable[Constraint]) -> dict[int, BodyFrame]:
+    """Each thing's frame: its origin is an anchor that an equation names on its own, so that the pose is as sparse as
+    the script, its x axis goes through the next anchor that an equation names.
+
+    A thing whose angle a constraint mentions is not turned: its direction is that angle's, exactly.
+    """
+    origins: dict[int, int] = {}
+    joined: dict[int, set[int]] = {}
+    named: dict[int, set[int]] = {}
+    measured: set[int] = set()
+    for constraint in active:
+        if constraint.relation is Relation.EQUAL:
+            for side in (constraint.left, constraint.right):
+                payload = side[0].payload
+                if len(side) == 2 and isinstance(payload, AnchorCoordinate):
+                    origins.setdefault(payload.thing, payload.anchor)
+                    joined.setdefault(payload.thing, set()).add(payload.anchor)
+        for payload in symbols(*constraint.left, *constraint.right):
+            if isinstance(payload, ThingAngle):
+                measured.add(payload.thing)
+                named.setdefault(payload.thing, set())
+            elif isinstance(payload, AnchorCoordinate):
+                named.setdefault(payload.thing, set()).add(payload.anchor)
+    result: dict[int, BodyFrame] = {}
+    for t, anchors in named.items():
+        thing = scene.things[t]
+        if thing.anchors:
+            others = () if t in measured else (*sorted(joined.get(t, ())), *sorted(anchors))
+            result[t] = _frame(thing, origins.get(t, 0), others)
+    return result
+
+
+def _frame(thing: Thing, origin: int, named: Iterable[int]) -> BodyFrame:
+    """The frame at anchor ``origin``, turned towards the first of the anchors ``named`` that lies elsewhere."""
+    place = thing.anchors[origin].local
+    stated = stated_point(thing, place)
+    for number in named:
+        anchor = thing.anchors[number]
+        size = max(abs(anchor.local[0] - place[0]), abs(anchor.local[1] - place[1]))
+        if size == 0.0 or not math.isfinite(size):
+            continue
+        dx, dy = (sub(a, b) for a, b in zip(stated_point(thing, anchor.local), stated, strict=True))
+        # in units of a power of two, so that no square overflows; exact where the axis is one of the drawing's
+        unit = const(math.ldexp(1.0, math.frexp(size)[1]))
+        ex, ey = div(dx, unit), div(dy, unit)
+        length = call("sqrt", add(mul(ex, ex), mul(ey, ey)))
+        ax, ay = div(ex, length), div(ey, length)
+        if ax.value is None or ay.value is None or not length.value:
+            continue
+        return BodyFrame(place, (ax.value, ay.value), stated, (ax, ay), mul(unit, length), anchor.local)
+    return BodyFrame(place, (1.0, 0.0), stated)
