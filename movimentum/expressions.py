@@ -61,7 +61,11 @@ class Expr:
         self.args = args
         self.payload = payload
         self.origin = origin
-        self.depth = 1 + max((arg.depth for arg in args), default=0)
+        depth = 0
+        for arg in args:
+            if arg.depth > depth:
+                depth = arg.depth
+        self.depth = depth + 1
         self._hash = hash((op, args, payload))
 
     def __hash__(self) -> int:
@@ -338,6 +342,11 @@ def walk(*roots: Expr) -> Iterator[Expr]:
     """Every distinct node below ``roots``, arguments before their users (no recursion)."""
     seen: set[Expr] = set()
     for root in roots:
+        if not root.args:
+            if root not in seen:
+                seen.add(root)
+                yield root
+            continue
         stack: list[tuple[Expr, bool]] = [(root, False)]
         while stack:
             node, ready = stack.pop()

@@ -75,7 +75,7 @@ def _followed(plan: Plan, stretch: Stretch, part: Part, state: State, count: int
     inside = {n for number in part.blocks for n in plan.blocks[number].unknowns}
     things = {plan.system.unknowns[n].thing for n in inside}
     anchors: dict[tuple[int, int], FloatArray] = {}
-    for t, placement in enumerate(placements(plan, state, stretch.base.now)):
+    for t, placement in placements(plan, state, stretch.base.now):
         if t in things:
             for i, anchor in enumerate(scene.things[t].anchors):
                 x, y = anchor.local

@@ -69,6 +69,7 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
         wishes=tuple(compiled([error], clocks) for error in errors),
         wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
         clocks=tuple(clocks.starts),
+        bodies=system.bodies(),
         size=size,
     )
 

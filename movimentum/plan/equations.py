@@ -13,8 +13,8 @@ from movimentum.expressions import Expr
 from movimentum.plan import polynomial as poly
 from movimentum.plan.frames import DRAWN, BodyFrame
 from movimentum.plan.polynomial import Polynomial
-from movimentum.plan.unknowns import Unknown
-from movimentum.scene.model import Scene
+from movimentum.plan.unknowns import BodyUnknowns, PoseCos, PosePart, PoseSin, PoseX, PoseY, Unknown
+from movimentum.scene.model import Scene, ThingAngle
 from movimentum.timeline.model import Segment
 
 
@@ -101,6 +101,18 @@ class System:
     frames: dict[int, BodyFrame]
     number_of: dict[Hashable, int]
     shift: tuple[float, float] = (0.0, 0.0)
+
+    def mentioned(self) -> list[int]:
+        """The things whose pose or turn constraints mention."""
+        return sorted({p.thing for p in self.number_of if isinstance(p, PosePart | ThingAngle)})
+
+    def bodies(self) -> tuple[BodyUnknowns, ...]:
+        """The unknowns of every thing that has any, in the order of things."""
+        get = self.number_of.get
+        return tuple(
+            BodyUnknowns(t, get(PoseX(t)), get(PoseY(t)), get(PoseCos(t)), get(PoseSin(t)), get(ThingAngle(t)))
+            for t in self.mentioned()
+        )
 
     def frame(self, thing: int) -> BodyFrame:
         """The frame in which a thing's pose is measured."""

@@ -9,7 +9,7 @@ from movimentum.plan.blocks import Block
 from movimentum.plan.codegen import Clocks, Compiled
 from movimentum.plan.equations import Form, System
 from movimentum.plan.fused import Schedule, schedule
-from movimentum.plan.unknowns import symbol_numbers
+from movimentum.plan.unknowns import BodyUnknowns, symbol_numbers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,7 +19,8 @@ class Plan:
     ``checks`` are the equations that determine nothing (redundant where they hold); ``check_values`` gives for each its
     residual and the size of its terms. ``selectors`` has one function for each of `System.selectors`, ``wishes`` one
     for each error of `System.wishes` (``wish_of``: which wish). ``clocks`` are the starts of the clocks that all
-    compiled functions read as ``k``. ``size`` is the scene's size in pixels.
+    compiled functions read as ``k``. ``bodies`` are the unknowns of all things that constraints mention. ``size`` is
+    the scene's size in pixels.
     """
 
     system: System
@@ -30,6 +31,7 @@ class Plan:
     selectors: tuple[Compiled, ...]
     wishes: tuple[Compiled, ...]
     wish_of: tuple[int, ...]
+    bodies: tuple[BodyUnknowns, ...]
     size: float
     _schedules: dict[bool, Schedule] = field(default_factory=dict[bool, Schedule])
 

@@ -26,7 +26,7 @@ from movimentum.expressions import (
 from movimentum.plan import polynomial as poly
 from movimentum.plan.calculus import differentiate
 from movimentum.plan.equations import Equation, Form, Selector, System, Wish
-from movimentum.plan.frames import DRAWN, body_frames
+from movimentum.plan.frames import DRAWN, BodyFrame, body_frames
 from movimentum.plan.integrals import closed_form
 from movimentum.plan.polynomial import Polynomial
 from movimentum.plan.rewriting import angle_rows, squared
@@ -91,7 +91,9 @@ def scene_shift(scene: Scene) -> tuple[float, float]:
 class _Builder:
     """Collects unknowns and equations while a segment is lowered."""
 
-    def __init__(self, scene: Scene, segment: Segment) -> None:
+    def __init__(
+        self, scene: Scene, segment: Segment, frames: dict[int, BodyFrame], shift: tuple[float, float]
+    ) -> None:
         self.scene = scene
         self.segment = segment
         self.unknowns: list[Unknown] = []
@@ -99,8 +101,8 @@ class _Builder:
         self.equations: list[Equation] = []
         self.selectors: list[Selector] = []
         self.wishes: list[Wish] = []
-        self.frames = body_frames(scene, segment.active)
-        self.shift = scene_shift(scene)
+        self.frames = frames
+        self.shift = shift
         self.memo: dict[Expr, Expr] = {}
         self.constraint: Constraint | None = None
         self.integrals = 0
@@ -267,7 +269,7 @@ class _Builder:
 
 def build_system(scene: Scene, segment: Segment) -> System:
     """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`."""
-    builder = _Builder(scene, segment)
+    builder = _Builder(scene, segment, body_frames(scene, segment.active), scene_shift(scene))
     for constraint in segment.active:
         builder.constrain(constraint)
     return _finished(builder)
@@ -288,7 +290,7 @@ def _finished(builder: _Builder) -> System:
 
 
 def _reopened(system: System) -> _Builder:
-    builder = _Builder(system.scene, system.segment)
+    builder = _Builder(system.scene, system.segment, system.frames, system.shift)
     builder.unknowns = list(system.unknowns)
     builder.number_of = dict(system.number_of)
     builder.equations = list(system.equations)
@@ -305,14 +307,13 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
     its frame's origin, and those which could be seen turning about it.
     """
     builder = _reopened(system)
-    for thing in system.scene.things:
-        t = thing.number
+    for t in system.mentioned():
+        thing = system.scene.things[t]
         c, s = system.number_of.get(PoseCos(t)), system.number_of.get(PoseSin(t))
         angle = system.number_of.get(ThingAngle(t))
-        if _is_mentioned(system, t):
-            builder.pose(t, PoseX)
-            builder.pose(t, PoseY)
-        if c is None and s is None and not (_is_mentioned(system, t) and _can_be_seen_turning(thing)):
+        builder.pose(t, PoseX)
+        builder.pose(t, PoseY)
+        if c is None and s is None and not _can_be_seen_turning(thing):
             continue
         cosine, sine = builder.pose(t, PoseCos), builder.pose(t, PoseSin)
         if angle is not None and t in driven:
@@ -343,10 +344,6 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
             )
         )
     return _finished(builder)
-
-
-def _is_mentioned(system: System, thing: int) -> bool:
-    return any(kind(thing) in system.number_of for kind in (PoseX, PoseY, PoseCos, PoseSin, ThingAngle))
 
 
 def _can_be_seen_turning(thing: Thing) -> bool:

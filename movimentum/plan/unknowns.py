@@ -46,6 +46,20 @@ PosePart = PoseX | PoseY | PoseCos | PoseSin
 
 
 @dataclass(frozen=True, slots=True)
+class BodyUnknowns:
+    """The numbers of a thing's unknowns: its frame's place (x, y) and direction (c, s), its turn; None for what a
+    system does not have.
+    """
+
+    thing: int
+    x: int | None
+    y: int | None
+    c: int | None
+    s: int | None
+    angle: int | None
+
+
+@dataclass(frozen=True, slots=True)
 class Rate:
     """The time derivative of unknown number ``of``."""
 

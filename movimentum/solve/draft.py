@@ -18,7 +18,7 @@ from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Snapshot
 from movimentum.solve.instants import Instants
 from movimentum.solve.kernels import State
-from movimentum.solve.moments import evaluated, placements
+from movimentum.solve.moments import Placement, evaluated, placements
 from movimentum.solve.motion import Motion
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece
@@ -173,17 +173,19 @@ def _error(
     """The farthest any anchor is, at ``tau`` (F,), from where the path has it."""
     if not usable.any():
         return 0.0
-    states: list[State] = []
-    for table in (hermite.at(tau), truth):
+
+    def placed(table: FloatArray, *, interpolated: bool) -> list[tuple[int, Placement]]:
         state: State = [None] * len(plan.system.unknowns)
         for n, values in zip(known, table, strict=True):
             state[n] = values
-        states.append(state)
-    _normalise(plan, states[0])
+        if interpolated:
+            _normalise(plan, state)
+        return placements(plan, state, base)
+
     worst = 0.0
-    pairs = zip(*(placements(plan, state, base) for state in states), strict=True)
-    for thing, (drawn, right) in zip(plan.system.scene.things, pairs, strict=True):
-        for anchor in thing.anchors:
+    pairs = zip(placed(hermite.at(tau), interpolated=True), placed(truth, interpolated=False), strict=True)
+    for (t, drawn), (_, right) in pairs:
+        for anchor in plan.system.scene.things[t].anchors:
             x, y = anchor.local
             dx = (drawn.x + (drawn.c * x - drawn.s * y)) - (right.x + (right.c * x - right.s * y))
             dy = (drawn.y + (drawn.s * x + drawn.c * y)) - (right.y + (right.s * x + right.c * y))

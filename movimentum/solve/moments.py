@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import sincosd
-from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
+from movimentum.plan.unknowns import PosePart, Rate
 from movimentum.scene.model import Thing, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solve.carry import Carry, Snapshot, ThingPose
 from movimentum.solve.instants import Instants
@@ -35,44 +34,34 @@ class Placement:
     angle: Values
 
 
-def placements(plan: Plan, state: State, base: Snapshot) -> list[Placement]:
-    """Every thing's placement; what the plan does not know stays as in ``base``."""
-    number_of, shift = plan.system.number_of, plan.system.shift
-    result: list[Placement] = []
-    for thing in plan.system.scene.things:
-        t = thing.number
-        before = base.things[t]
+def placements(plan: Plan, state: State, base: Snapshot) -> list[tuple[int, Placement]]:
+    """The placement of every thing that constraints mention, by its number; all others stay as in ``base``."""
+    dx, dy = plan.system.shift
+    result: list[tuple[int, Placement]] = []
 
-        def value(payload: Hashable) -> Values | None:
-            n = number_of.get(payload)
-            return None if n is None else state[n]
+    def value(number: int | None) -> Values | None:
+        return None if number is None else state[number]
 
-        frame = plan.system.frame(t)
-        angle = value(ThingAngle(t))
-        c, s = value(PoseCos(t)), value(PoseSin(t))
-        if c is None or s is None:
-            if angle is not None:
-                s, c = sincosd(np.asarray(angle))
-            else:
-                c, s = np.float64(before.c), np.float64(before.s)
-        else:
+    for body in plan.bodies:
+        before = base.things[body.thing]
+        frame = plan.system.frame(body.thing)
+        angle = value(body.angle)
+        c, s = value(body.c), value(body.s)
+        if c is not None and s is not None:
             c, s = frame.to_thing(c, s)
+        elif angle is not None:
+            s, c = sincosd(np.asarray(angle))
+        else:
+            c, s = np.float64(before.c), np.float64(before.s)
         if angle is None:
             angle = np.float64(before.angle)
         rx, ry = frame.origin
-        x, y = value(PoseX(t)), value(PoseY(t))
-        if x is not None and shift[0] != 0.0:
-            x = x + shift[0]
-        if y is not None and shift[1] != 0.0:
-            y = y + shift[1]
-        if x is None:
-            x = np.float64(before.x + (before.c * rx - before.s * ry))
-        if y is None:
-            y = np.float64(before.y + (before.s * rx + before.c * ry))
-        if rx == 0.0 == ry:
-            result.append(Placement(x, y, c, s, angle))
-        else:
-            result.append(Placement(x - (c * rx - s * ry), y - (s * rx + c * ry), c, s, angle))
+        x, y = value(body.x), value(body.y)
+        x = before.x + (before.c * rx - before.s * ry) if x is None else x + dx if dx != 0.0 else x
+        y = before.y + (before.s * rx + before.c * ry) if y is None else y + dy if dy != 0.0 else y
+        if rx != 0.0 or ry != 0.0:
+            x, y = x - (c * rx - s * ry), y - (s * rx + c * ry)
+        result.append((body.thing, Placement(np.asarray(x), np.asarray(y), c, s, angle)))
     return result
 
 
@@ -83,9 +72,9 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
         array = np.ravel(value)
         return float(array[index] if len(array) > 1 else array[0])
 
-    things = tuple(
-        ThingPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle)) for p in placements(plan, state, base)
-    )
+    things = list(base.things)
+    for t, p in placements(plan, state, base):
+        things[t] = ThingPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle))
     others = dict(base.others)
     known = set(base.known)
     for unknown in plan.system.unknowns:
@@ -93,7 +82,7 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
             known.add(unknown.payload.thing)
         elif not isinstance(unknown.payload, Rate) and state[unknown.number] is not None:
             others[unknown.payload] = pick(state[unknown.number])
-    return Snapshot(things, others, frozenset(known))
+    return Snapshot(tuple(things), others, frozenset(known))
 
 
 def carry_at(stretch: Stretch, piece: Piece, time: float, base: Carry) -> Carry:
@@ -162,6 +151,7 @@ class Assembly:
         self.direction = np.zeros((things, 2, count)).transpose(0, 2, 1)
         self.angle = np.zeros((things, count))
         self.visible = np.zeros((things, count), dtype=np.bool_)
+        self.moved: set[int] = set()  # things that anything but a pose to rest in has been written for
         self.solved = np.ones(count, dtype=np.bool_)
         self.properties: dict[tuple[int, str], FloatArray] = {}
         for stretch in motion.stretches:
@@ -202,12 +192,14 @@ class Assembly:
                 self._hold(places[bad], part.tau[bad], piece, stretch)
 
     def _fill(self, places: NDArray[np.intp] | slice, plan: Plan, state: State, base: Snapshot) -> None:
-        for t, placement in enumerate(placements(plan, state, base)):
-            self.origin[t, places, 0] = placement.x
-            self.origin[t, places, 1] = placement.y
-            self.direction[t, places, 0] = placement.c
-            self.direction[t, places, 1] = placement.s
-            self.angle[t, places] = placement.angle
+        mentioned: set[int] = set()
+        for t, placement in placements(plan, state, base):
+            self._place(t, places, placement)
+            mentioned.add(t)
+        self.moved |= mentioned
+        for t, pose in enumerate(base.things):
+            if t not in mentioned:
+                self._rest(t, places, pose)
         number_of = plan.system.number_of
         for (thing, name), values in self.properties.items():
             n = number_of.get(ThingProperty(thing, name))
@@ -223,11 +215,31 @@ class Assembly:
                 else:
                     values[places, axis] = value
 
+    def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: Placement | ThingPose) -> None:
+        self.origin[thing, places, 0] = pose.x
+        self.origin[thing, places, 1] = pose.y
+        self.direction[thing, places, 0] = pose.c
+        self.direction[thing, places, 1] = pose.s
+        self.angle[thing, places] = pose.angle
+
+    def _rest(self, thing: int, places: NDArray[np.intp] | slice, pose: ThingPose) -> None:
+        """A thing that stays where it is. The arrays come as zeros that cost nothing until they are written to, which
+        is what a thousand still things as drawn are made of.
+        """
+        if thing in self.moved:
+            self._place(thing, places, pose)
+            return
+        for array, values in ((self.origin, (pose.x, pose.y)), (self.direction, (pose.c, pose.s))):
+            for axis, value in enumerate(values):
+                if value != 0.0:
+                    array[thing, places, axis] = value
+        if pose.angle != 0.0:
+            self.angle[thing, places] = pose.angle
+
     def _fill_moment(self, places: NDArray[np.intp], moment: Snapshot) -> None:
         for t, pose in enumerate(moment.things):
-            self.origin[t, places] = (pose.x, pose.y)
-            self.direction[t, places] = (pose.c, pose.s)
-            self.angle[t, places] = pose.angle
+            self._place(t, places, pose)
+        self.moved.update(range(len(moment.things)))
         for (thing, name), values in self.properties.items():
             values[places] = moment.others.get(ThingProperty(thing, name), _default(self.scene.things[thing], name))
         for name, values in self.variables.items():
@@ -254,7 +266,7 @@ class Assembly:
     def finished(self) -> Poses:
         """The poses, all finite."""
         finite = np.ones(len(self.frames), dtype=np.bool_)
-        of_things = [np.moveaxis(array, 1, 0) for array in (self.origin, self.direction, self.angle)]
+        of_things = [array[t] for t in sorted(self.moved) for array in (self.origin, self.direction, self.angle)]
         with np.errstate(all="ignore"):
             for array in (*of_things, *self.properties.values(), *self.variables.values()):
                 if not np.isfinite(np.sum(array)):
