@@ -15,8 +15,10 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.plan.blocks import Kernel
 from movimentum.scene.model import Scene
 from movimentum.solve.carry import Snapshot
+from movimentum.solve.integration import DRIFT_TOLERANCE
 from movimentum.solve.motion import Motion
 from movimentum.solve.stretches import Beginning, Dead, Stretch
+from movimentum.solve.tracks import NodeTrack
 from movimentum.source import Span
 
 MOST_NOTES = 8
@@ -66,6 +68,7 @@ def _examined(motion: Motion) -> Examination:
             *_free_motions(stretch, ranks),
             *_jumps(motion, index),
             *_unresolved(stretch),
+            *_inaccurate(motion, stretch),
             *_ill_conditioned(motion, stretch),
             *_redundancies(stretch, ranks),
         ):
@@ -289,6 +292,33 @@ def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
             notes=(f"a change point between the {len(piece.nodes)} instants looked at, or full turns, may be missed",),
             helps=("a step in the middle lets each half be followed on its own",),
         )
+
+
+def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
+    """Free motion that was integrated with less accuracy than usual, because it would not have come to an end."""
+    for piece in stretch.pieces:
+        if isinstance(piece, Dead):
+            continue
+        for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
+            if not isinstance(track, NodeTrack) or track.tolerance <= DRIFT_TOLERANCE:
+                continue
+            scene = stretch.plan.system.scene
+            names = listed([f"`{scene.things[t].name}`" for t in _things_of(stretch, (block.number,))])
+            many = counted(len(track.tau), "step")
+            known = number(motion.size * track.tolerance, 1)
+            yield Diagnostic(
+                code="solve/inaccurate",
+                severity=Severity.WARNING,
+                message=f"the free motion of {names or 'what is solved here'} was followed less accurately than usual",
+                span=scene.steps[stretch.segment.step].span,
+                notes=(
+                    f"after {many} it would not have come to an end otherwise; constraints are met all the same",
+                    "how far it is off is not known"
+                    if np.isinf(track.tolerance)
+                    else f"each step may be off by {known} pixels along what is free",
+                ),
+                helps=("a constraint that takes the freedom away makes it exact; what drives it may be slowed down",),
+            )
 
 
 def _ill_conditioned(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:

@@ -19,11 +19,12 @@ FloatArray = NDArray[np.float64]
 DRIFT_TOLERANCE = 1e-10
 """Error of a step of least motion, in units of the unknowns' scale."""
 COARSEST = 1e-5
-STEPS_PER_NODE = 3
-"""So many steps for each of the path's nodes; a motion that needs more is given a tenth of the accuracy each time."""
-ROUNDS = 6
-"""Times that the budget of steps is spent, each with ten times the tolerance, before accuracy is given up: a motion
-that is drawn by something wild must come to an end too."""
+STEPS, STEPS_PER_NODE, MOST_NODES = 500, 2, 2000
+"""So many steps in all and for each of the path's nodes (of which no more are looked at); a motion that needs more is
+given a hundredth of the accuracy each time."""
+ROUNDS = 3
+"""Times that the budget of steps is spent, each with a hundred times the tolerance, before accuracy is given up: a
+motion that is drawn by something wild must come to an end too."""
 
 # Dormand & Prince 5(4), Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, table II.5.2
 _C = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
@@ -57,6 +58,8 @@ def drift(
     assert block.metric is not None
     low, high = float(nodes[0]), float(nodes[-1])
     total = high - low
+    if len(nodes) > MOST_NODES:
+        nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), low, high)
     factor = triangle(block.metric)
 
@@ -67,17 +70,21 @@ def drift(
     slope = velocity(tau, x)
     times, values, rates = [tau], [x], [slope]
     length = float(nodes[1] - nodes[0])
-    tolerance, budget = DRIFT_TOLERANCE, STEPS_PER_NODE * len(nodes) + 150
+    tolerance, budget = DRIFT_TOLERANCE, STEPS + STEPS_PER_NODE * len(nodes)
     spent = 0
+
+    def track(end: float) -> NodeTrack:
+        return node_track(times, values, rates, end, np.inf if spent > ROUNDS * budget else tolerance)
+
     for target in nodes[1:]:
         while tau < target:
             if tau >= until:
-                return node_track(times, values, rates, until)
+                return track(until)
             spent += 1
             if spent > 3 * ROUNDS * budget:
-                return node_track(times, values, rates, tau)
+                return track(tau)
             if spent % budget == 0:
-                tolerance = min(10.0 * tolerance, COARSEST)
+                tolerance = min(100.0 * tolerance, COARSEST)
             length = min(length, target - tau)
             slopes = [slope]
             y = x
@@ -96,7 +103,7 @@ def drift(
                 error = min(error, tolerance)
             if not np.isfinite(error) or error > tolerance or not converged:
                 if length <= SMALLEST_STEP * total or spent > 2 * ROUNDS * budget:
-                    return node_track(times, values, rates, tau)
+                    return track(tau)
                 length *= (
                     0.5
                     if not np.isfinite(error) or error == 0.0
@@ -111,7 +118,7 @@ def drift(
             rates.append(slope)
             hurried = spent > ROUNDS * budget
             length *= 4.0 if hurried else min(4.0, 0.9 * (tolerance / max(error, 1e-300)) ** 0.2)
-    return node_track(times, values, rates, max(until, high))
+    return track(max(until, high))
 
 
 def flow(

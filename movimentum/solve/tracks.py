@@ -61,12 +61,17 @@ class SignTrack:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeTrack:
-    """A Newton block: core values (K, n) and their rates (K, n) at nodes ``tau`` (K,); solved up to ``until``."""
+    """A Newton block: core values (K, n) and their rates (K, n) at nodes ``tau`` (K,); solved up to ``until``.
+
+    ``tolerance`` is the error of a step, in units of the unknowns' scale, where the nodes were integrated and not
+    solved for; infinite where accuracy was given up.
+    """
 
     tau: FloatArray
     values: FloatArray
     rates: FloatArray
     until: float
+    tolerance: float = 0.0
 
     def guess(self, tau: FloatArray) -> FloatArray:
         """(n, F) cubic Hermite interpolation between nodes (held beyond the last)."""
@@ -82,9 +87,11 @@ class NodeTrack:
         return a[:, j] + w * (da[:, j] + w * (second[:, j] + w * third[:, j]))
 
 
-def node_track(times: list[float], values: list[FloatArray], rates: list[FloatArray], until: float) -> NodeTrack:
+def node_track(
+    times: list[float], values: list[FloatArray], rates: list[FloatArray], until: float, tolerance: float = 0.0
+) -> NodeTrack:
     """A track from lists of K times, values (n,) and rates (n,)."""
-    return NodeTrack(np.array(times), np.array(values), np.array(rates), until)
+    return NodeTrack(np.array(times), np.array(values), np.array(rates), until, tolerance)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from movimentum.analysis.examine import examine
 from tests.solve.scenes import anchor, motion_of
 
 
@@ -68,3 +69,15 @@ def test_a_chain_dragged_by_its_end_keeps_its_joints():
     assert poses.solved.all()
     for i in range(4):
         assert np.max(np.abs(anchor(motion, poses, f"L{i}.B") - anchor(motion, poses, f"L{i + 1}.A"))) < 1e-9
+
+
+@pytest.mark.slow
+def test_accuracy_that_is_given_up_is_told():
+    """What nothing determines, drawn by something that shakes a hundred times a second for ever faster."""
+    motion = motion_of(
+        ".config(10, 300, 300); Arm : .bar A=[100,100] B=[200,100]; Rod : .bar A=[200,100] B=[250,150];"
+        "@0 Arm.A=[100,100]; Arm.angle = 40*.sin(9000000*.t^2); Rod.A=Arm.B; @0.1"
+    )
+    told = [d for d in examine(motion).diagnostics if d.code == "solve/inaccurate"]
+    assert len(told) == 1
+    assert "`Rod`" in told[0].message
