@@ -218,7 +218,7 @@ class _Search:
             if place >= len(options):
                 stack.pop()
                 continue
-            if stopped or visits >= VISITS or len(leaves) >= most:
+            if stopped or visits >= VISITS + 2 * len(numbers) or len(leaves) >= most:
                 stopped = True
                 break
             stack[-1] = (options, place + 1)
