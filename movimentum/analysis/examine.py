@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from movimentum.analysis.claims import claim_diagnostics
 from movimentum.analysis.freedom import BlockRank, Way, block_ranks
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.analysis.verify import first_shortfall
@@ -83,6 +84,10 @@ def _examined(motion: Motion) -> Examination:
         if missing is not None:
             found.append(missing)
             fault = 3
+    if motion.accuracy != "draft":
+        broken = list(claim_diagnostics(motion))
+        found.extend(broken)
+        fault = fault or (1 if broken else 0)
     order = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.NOTE: 2}
     return Examination(tuple(sorted(found, key=lambda item: order[item.severity])), tuple(steps), fault, tuple(free))
 

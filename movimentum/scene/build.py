@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import count
 
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import ScriptError
+from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
 from movimentum.scene.constants import exact
+from movimentum.scene.drafts import Draft
 from movimentum.scene.findings import Findings
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
@@ -27,7 +28,6 @@ from movimentum.scene.model import (
 )
 from movimentum.scene.resolve import (
     AngleUse,
-    Meanings,
     PropertyUse,
     ThingTable,
     VariableUse,
@@ -38,10 +38,10 @@ from movimentum.source import SourceText, Span
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import (
     Blank,
+    Claim,
     Comparison,
     Config,
     Definition,
-    Expression,
     Name,
     Script,
     Statement,
@@ -51,26 +51,6 @@ from movimentum.syntax.tree import (
 
 MAX_MESSAGES = 200
 """How many diagnostics of one script are shown."""
-
-_RELATIONS = {
-    Comparison.EQUAL: Relation.EQUAL,
-    Comparison.WISH: Relation.WISH,
-    Comparison.BELOW: Relation.BELOW,
-    Comparison.AT_MOST: Relation.BELOW,
-    Comparison.ABOVE: Relation.ABOVE,
-    Comparison.AT_LEAST: Relation.ABOVE,
-}
-
-
-@dataclass(frozen=True, slots=True)
-class _Draft:
-    """A statement whose names are resolved; ``right`` is None where it only ends a key."""
-
-    step: int
-    statement: Statement
-    left: tuple[Expression, ...]
-    right: tuple[Expression, ...] | None
-    meanings: Meanings
 
 
 def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixels: int = MAX_PIXELS) -> Scene:
@@ -86,7 +66,11 @@ def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixe
     )
     times, spans, drafts = _steps(script, table, findings)
     inference, sound = _kinds(drafts, findings)
-    statements = _statements(sound, times, inference, table, findings) if inference else []
+    stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
+    claimed = [draft for draft in sound if isinstance(draft.statement, Claim)]
+    report_undetermined(stated, claimed, findings)
+    statements = _statements(stated, times, inference, table, findings) if inference else []
+    claims = build_claims(claimed, times, inference, table, findings) if inference else []
     if not spans:
         _report_no_step(script, findings)
     findings.items.sort(key=lambda item: item.span.start if item.span else -1)
@@ -97,17 +81,17 @@ def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixe
     for item in statements:
         by_step[item.step].append(item)
     steps = tuple(
-        Step(number, time, span, tuple(by_step[number]))
+        Step(number, time, span, tuple(by_step[number]), tuple(claim for claim in claims if claim.step == number))
         for number, (time, span) in enumerate(zip(times, spans, strict=True))
     )
     return Scene(
         source=source,
         config=config,
         things=things,
-        variables=_variables(sound, inference),
+        variables=_variables(stated, inference),
         steps=steps,
         diagnostics=tuple(findings.items),
-        mentioned=_mentioned(sound),
+        mentioned=_mentioned(stated),
     )
 
 
@@ -127,17 +111,17 @@ def _folder(source: SourceText) -> str:
 # --- steps ----------------------------------------------------------------------------------------
 
 
-def _steps(script: Script, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[_Draft]]:
+def _steps(script: Script, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[Draft]]:
     """Step times and spans, and the statements whose names are known."""
     times: list[Fraction] = []
     spans: list[Span] = []
-    drafts: list[_Draft] = []
-    early: Statement | None = None
+    drafts: list[Draft] = []
+    early: Statement | Claim | None = None
     for item in script.items:
         if isinstance(item, StepHeader):
             times.append(_time(item, times, spans, findings))
             spans.append(item.span)
-        elif isinstance(item, Statement):
+        elif isinstance(item, Statement | Claim):
             if not spans and early is None:
                 early = item
             draft = _draft(item, max(len(spans) - 1, 0), table, findings)
@@ -188,18 +172,18 @@ def _report_no_step(script: Script, findings: Findings) -> None:
 # --- statements -----------------------------------------------------------------------------------
 
 
-def _draft(statement: Statement, step: int, table: ThingTable, findings: Findings) -> _Draft | None:
+def _draft(statement: Statement | Claim, step: int, table: ThingTable, findings: Findings) -> Draft | None:
     left = tuple(postorder(statement.left))
     ends = isinstance(statement.right, Blank)
     right = None if ends else tuple(postorder(statement.right))
     meanings = resolve(left if right is None else (*left, *right), table, findings)
-    return None if meanings is None else _Draft(step, statement, left, right, meanings)
+    return None if meanings is None else Draft(step, statement, left, right, meanings)
 
 
-def _kinds(drafts: list[_Draft], findings: Findings) -> tuple[Inference | None, list[_Draft]]:
+def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, list[Draft]]:
     """The kinds of all expressions, and the statements without mistakes in them."""
     inference = Inference(findings)
-    sound: list[_Draft] = []
+    sound: list[Draft] = []
     for draft in drafts:
         errors = findings.errors
         statement = draft.statement
@@ -222,14 +206,15 @@ def _kinds(drafts: list[_Draft], findings: Findings) -> tuple[Inference | None, 
 
 
 def _statements(
-    drafts: list[_Draft], times: Sequence[Fraction], inference: Inference, table: ThingTable, findings: Findings
+    drafts: list[Draft], times: Sequence[Fraction], inference: Inference, table: ThingTable, findings: Findings
 ) -> list[Constraint | Ending]:
     made: list[Constraint | Ending] = []
     blanks, numbers = count(), count()
     stated: set[tuple[str, Relation]] = set()
     for draft in drafts:
         statement = draft.statement
-        relation = _RELATIONS[statement.comparison]
+        assert isinstance(statement, Statement)
+        relation = draft.relation
         key = key_text(statement.left, draft.meanings, table)
         if draft.right is None:
             if (key, relation) not in stated:
@@ -243,7 +228,7 @@ def _statements(
 
 
 def _constraint(
-    draft: _Draft,
+    draft: Draft,
     time: Fraction,
     key: str,
     number: int,
@@ -262,14 +247,14 @@ def _constraint(
     yield Constraint(
         number=number,
         step=draft.step,
-        relation=_RELATIONS[statement.comparison],
+        relation=draft.relation,
         key=key,
         left=left,
         right=right,
         span=statement.span,
         left_span=statement.left.span,
         anchor=anchor if isinstance(anchor, AnchorRef) else None,
-        strict=statement.comparison in (Comparison.BELOW, Comparison.ABOVE),
+        strict=draft.strict,
     )
 
 
@@ -295,7 +280,7 @@ def _warn_nothing_to_end(
 # --- what the scene needs to know of it all -------------------------------------------------------
 
 
-def _variables(drafts: list[_Draft], inference: Inference) -> dict[str, Variable]:
+def _variables(drafts: list[Draft], inference: Inference) -> dict[str, Variable]:
     """The variables of all constraints, in the order of their first uses."""
     found: dict[str, Variable] = {}
     for draft in drafts:
@@ -309,7 +294,7 @@ def _variables(drafts: list[_Draft], inference: Inference) -> dict[str, Variable
     return found
 
 
-def _mentioned(drafts: list[_Draft]) -> dict[int, int]:
+def _mentioned(drafts: list[Draft]) -> dict[int, int]:
     """Thing number -> first step with a constraint that mentions it, on either side."""
     found: dict[int, int] = {}
     for draft in drafts:

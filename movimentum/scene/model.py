@@ -131,6 +131,12 @@ class Thing:
         """Whether the thing has a pose of its own."""
         return self.shape is not Shape.LINE
 
+    def undriven(self, name: str) -> float:
+        """What a property ("opacity", "red", "green", "blue") is where nothing states it."""
+        if name == "opacity":
+            return 1.0
+        return float((self.color or (0, 0, 0))[("red", "green", "blue").index(name)])
+
 
 # --- constraints ----------------------------------------------------------------------------------
 
@@ -167,8 +173,29 @@ class Constraint:
 
 
 @dataclass(frozen=True, slots=True)
+class Claim:
+    """What should come out, and has no say in what does: ``left RELATION right`` to within ``tolerance``.
+
+    Laid out as `Constraint` (``number`` counts claims only; the relation is never a wish); a component whose side is a
+    bare ``_`` is not claimed and left out. ``tolerance`` None: a default that depends on the scene's size.
+    ``told`` has what each side is in the script.
+    """
+
+    number: int
+    step: int
+    relation: Relation
+    key: str
+    left: tuple[Expr, ...]
+    right: tuple[Expr, ...]
+    span: Span
+    told: tuple[str, str]
+    strict: bool = False
+    tolerance: Fraction | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Ending:
-    """``lhs = _;`` (or ``<``, ``>``, ``~``): ends what was stated under the key."""
+    """``lhs = _;`` (or ``<``, ``>``, ``~``): ends what was stated (in `Step.claims`: claimed) under the key."""
 
     step: int
     relation: Relation
@@ -178,12 +205,13 @@ class Ending:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """``@t`` with its statements, in the order written."""
+    """``@t`` with its statements and its claims, in the order written."""
 
     number: int
     time: Fraction
     span: Span
     statements: tuple[Constraint | Ending, ...]
+    claims: tuple[Claim | Ending, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

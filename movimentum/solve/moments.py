@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import sincosd
 from movimentum.plan.unknowns import PosePart, Rate
-from movimentum.scene.model import Thing, ThingAngle, ThingProperty, VariableComponent
+from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
 from movimentum.solve.carry import Carry, Snapshot, ThingPose
 from movimentum.solve.instants import Instants
 from movimentum.solve.kernels import State
@@ -157,7 +157,7 @@ class Assembly:
         for stretch in motion.stretches:
             for payload in stretch.plan.system.number_of:
                 if isinstance(payload, ThingProperty) and (payload.thing, payload.name) not in self.properties:
-                    default = _default(scene.things[payload.thing], payload.name)
+                    default = scene.things[payload.thing].undriven(payload.name)
                     self.properties[payload.thing, payload.name] = np.full(count, default)
         self.variables = {
             name: np.zeros((count, 2) if variable.is_vector else count) for name, variable in scene.variables.items()
@@ -241,7 +241,7 @@ class Assembly:
             self._place(t, places, pose)
         self.moved.update(range(len(moment.things)))
         for (thing, name), values in self.properties.items():
-            values[places] = moment.others.get(ThingProperty(thing, name), _default(self.scene.things[thing], name))
+            values[places] = moment.others.get(ThingProperty(thing, name), self.scene.things[thing].undriven(name))
         for name, values in self.variables.items():
             for axis in (0, 1) if values.ndim == 2 else (None,):
                 value = moment.others.get(VariableComponent(name, axis), 0.0)
@@ -283,11 +283,3 @@ class Assembly:
             variables=self.variables,
             solved=self.solved & finite,
         )
-
-
-def _default(thing: Thing, name: str) -> float:
-    """What a property is where nothing states it."""
-    if name == "opacity":
-        return 1.0
-    color = thing.color or (0, 0, 0)
-    return float(color[("red", "green", "blue").index(name)])

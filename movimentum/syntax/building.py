@@ -17,6 +17,7 @@ from movimentum.syntax.tree import (
     AnchorDefinition,
     Blank,
     Call,
+    Claim,
     Clock,
     Comparison,
     Config,
@@ -135,6 +136,12 @@ class Builder:
         """``left = right;``."""
         left, comparison, right, _ = pieces
         return Statement(_bare(left), Comparison(comparison), _bare(right), span=_span(pieces[:3]))
+
+    def claim(self, pieces: Sequence[Piece]) -> Claim:
+        """``.claim left = right .within(tolerance);``."""
+        _, left, comparison, right, *within = pieces
+        tolerance = _bare(within[2]) if len(within) > 1 else None
+        return Claim(_bare(left), Comparison(comparison), _bare(right), tolerance, span=_span(pieces[:-1]))
 
     # --- expressions ---
 

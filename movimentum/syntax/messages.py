@@ -35,6 +35,7 @@ _WORDS = {
     "MINUS": "`-`",
     "WORD": "an option",
     "CONFIG": "`.config`",
+    "WITHIN": "`.within(…)`",
 }
 _ORDER = ("SEMICOLON", "RPAR", "RSQB", "RBRACE", "COMMA", "COLON", "LPAR", "LSQB", "ABOVE", "EQUAL")
 _LOOKALIKES = {
@@ -97,9 +98,14 @@ def expected_words(accepted: frozenset[str]) -> str:
     if names >= _RELATIONS:
         words.append("`=`, `<`, `>` or `~`")
         names -= _RELATIONS
+    elif names >= _RELATIONS - {"TILDE"}:
+        words.append("`=`, `<` or `>`")
+        names -= _RELATIONS
     if names >= _SHAPES:
         words.append("a shape")
         names -= _SHAPES | {"STRING"}
+    if names > {"WITHIN"} and "WORD" in names:
+        names -= {"WITHIN"}
     words.extend(_WORDS[name] for name in _ORDER if name in names)
     names -= set(_ORDER)
     if "CIRCUMFLEX" in names or "STAR" in names:

@@ -12,9 +12,11 @@ from movimentum.syntax.automaton import Unexpected, run
 from movimentum.syntax.building import Builder, Refusal
 from movimentum.syntax.tree import (
     AnchorDefinition,
+    Claim,
     Config,
     Definition,
     Expression,
+    Item,
     Option,
     Script,
     Statement,
@@ -156,8 +158,10 @@ def _check_depth(script: Script, max_nesting: int) -> None:
         raise ScriptError(errors)
 
 
-def _expressions(item: Config | Definition | StepHeader | Statement) -> list[Expression]:
+def _expressions(item: Item) -> list[Expression]:
     match item:
+        case Claim():
+            return [item.left, item.right, *(() if item.tolerance is None else (item.tolerance,))]
         case Statement():
             return [item.left, item.right]
         case StepHeader():

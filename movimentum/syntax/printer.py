@@ -8,6 +8,7 @@ from movimentum.syntax.tree import (
     AnchorDefinition,
     Blank,
     Call,
+    Claim,
     Clock,
     Config,
     Definition,
@@ -59,6 +60,10 @@ def item_text(item: Item) -> str:
             parts = [f"{item.name} :", _shape_text(item), *map(_part_text, item.parts)]
         case StepHeader():
             return f"@{'+' if item.relative else ''}{expression_text(item.time)}"
+        case Claim():
+            parts = [".claim", expression_text(item.left), item.comparison, expression_text(item.right)]
+            if item.tolerance is not None:
+                parts.append(f".within({expression_text(item.tolerance)})")
         case Statement():
             parts = [expression_text(item.left), item.comparison, expression_text(item.right)]
     return " ".join(parts) + ";"

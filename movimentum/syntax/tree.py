@@ -270,7 +270,17 @@ class Statement(Node):
     right: Expression
 
 
-Item = Config | Definition | StepHeader | Statement
+@dataclass(frozen=True, slots=True)
+class Claim(Node):
+    """``.claim left comparison right .within(tolerance);``: what should come out. The comparison is never a wish."""
+
+    left: Expression
+    comparison: Comparison
+    right: Expression
+    tolerance: Expression | None = None
+
+
+Item = Config | Definition | StepHeader | Statement | Claim
 """What a script is a list of."""
 
 

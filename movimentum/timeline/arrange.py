@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, ratio, substitute, walk
-from movimentum.scene.model import Constraint, Relation, Scene
-from movimentum.timeline.model import Segment, Timeline
+from movimentum.scene.model import Claim, Constraint, Relation, Scene
+from movimentum.timeline.model import HeldClaim, Segment, Timeline
+
+Sides = tuple[Expr, ...]
 
 MAX_FRAMES = 1_000_000
 """How many frames an animation may have, unless the caller says otherwise."""
@@ -63,7 +66,7 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
         until = moments[number + 1].time if number + 1 < len(moments) else moment.time
         active = tuple(_with_lifetime(item, lifetimes, lowered) for item in moment.active)
         segments.append(Segment(number, moment.step, moment.time, until, active, _visible(scene, moment.step)))
-    return Timeline(scene, tuple(segments), rate, lifetimes)
+    return Timeline(scene, tuple(segments), rate, lifetimes, _claims(scene))
 
 
 def _moments(scene: Scene) -> list[_Moment]:
@@ -102,6 +105,28 @@ def _lifetimes(scene: Scene, moments: list[_Moment]) -> dict[int, Fraction]:
     return {number: ended[number] - start for number, start in began.items()}
 
 
+def _claims(scene: Scene) -> tuple[HeldClaim, ...]:
+    """How long each claim holds: until a later step restates or ends its key, as with constraints."""
+    end = scene.steps[-1].time
+    over: dict[int, Fraction] = {}
+    held: dict[tuple[str, Relation], list[Claim]] = {}
+    made: list[Claim] = []
+    for step in scene.steps:
+        for item in step.claims:
+            over.update((claim.number, step.time) for claim in held.pop((item.key, item.relation), ()))
+        for item in step.claims:
+            if isinstance(item, Claim):
+                made.append(item)
+                held.setdefault((item.key, item.relation), []).append(item)
+    result: list[HeldClaim] = []
+    for claim in made:
+        start, until = scene.steps[claim.step].time, over.get(claim.number, end)
+        left, right = _lasting((claim.left, claim.right), {claim.number: until - start})
+        lasting = replace(claim, left=left, right=right)
+        result.append(HeldClaim(lasting, start, until, claim.number not in over))
+    return tuple(result)
+
+
 def _with_lifetime(constraint: Constraint, lifetimes: dict[int, Fraction], done: dict[int, Constraint]) -> Constraint:
     found = done.get(constraint.number)
     if found is None:
@@ -110,8 +135,14 @@ def _with_lifetime(constraint: Constraint, lifetimes: dict[int, Fraction], done:
 
 
 def _substituted(constraint: Constraint, lifetimes: dict[int, Fraction]) -> Constraint:
-    if not any(node.op == "lifetime" for node in walk(*constraint.left, *constraint.right)):
-        return constraint
+    left, right = _lasting((constraint.left, constraint.right), lifetimes)
+    return constraint if left is constraint.left else replace(constraint, left=left, right=right)
+
+
+def _lasting(sides: tuple[Sides, Sides], lifetimes: Mapping[int, Fraction]) -> tuple[Sides, Sides]:
+    """Both sides with every ``lifetime`` leaf replaced by its constant; the same ones where there is none."""
+    if not any(node.op == "lifetime" for node in walk(*sides[0], *sides[1])):
+        return sides
     memo: dict[Expr, Expr] = {}
 
     def constant(node: Expr) -> Expr | None:
@@ -121,11 +152,8 @@ def _substituted(constraint: Constraint, lifetimes: dict[int, Fraction]) -> Cons
         assert isinstance(number, int)
         return ratio(lifetimes[number] or Fraction(1))
 
-    return replace(
-        constraint,
-        left=tuple(substitute(part, constant, memo) for part in constraint.left),
-        right=tuple(substitute(part, constant, memo) for part in constraint.right),
-    )
+    left, right = (tuple(substitute(part, constant, memo) for part in side) for side in sides)
+    return left, right
 
 
 def _visible(scene: Scene, step: int) -> frozenset[int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from movimentum.scene.model import Constraint, Scene
+from movimentum.scene.model import Claim, Constraint, Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,18 +26,35 @@ class Segment:
 
 
 @dataclass(frozen=True, slots=True)
+class HeldClaim:
+    """A claim from its step's time on to ``end``, where it is restated or ended, or (``to_the_end``) to the script's
+    end, included. Its ``lifetime`` leaves are replaced.
+    """
+
+    claim: Claim
+    start: Fraction
+    end: Fraction
+    to_the_end: bool
+
+    def covers(self, time: Fraction) -> bool:
+        """Whether the claim holds at ``time``."""
+        return self.start <= time and (time < self.end or self.to_the_end)
+
+
+@dataclass(frozen=True, slots=True)
 class Timeline:
     """Segments in order, and exact frame times.
 
     The last step's constraints hold from its time on; as frames end at the last step's time, the last
     segment has ``start == end`` (one instant).
-    ``lifetimes`` maps a constraint's number to how long it stays stated (``.iv``).
+    ``claims`` are in the order written. ``lifetimes`` maps a constraint's number to how long it stays stated (``.iv``).
     """
 
     scene: Scene
     segments: tuple[Segment, ...]
     fps: Fraction
     lifetimes: dict[int, Fraction]
+    claims: tuple[HeldClaim, ...] = ()
 
     @property
     def start(self) -> Fraction:

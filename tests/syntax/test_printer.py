@@ -14,6 +14,7 @@ from movimentum.syntax.tree import (
     AnchorDefinition,
     Blank,
     Call,
+    Claim,
     Clock,
     Comparison,
     Config,
@@ -146,6 +147,13 @@ items = st.one_of(
     ),
     st.builds(StepHeader, times, st.booleans()),
     st.builds(Statement, expressions, st.sampled_from(Comparison), expressions),
+    st.builds(
+        Claim,
+        expressions,
+        st.sampled_from([comparison for comparison in Comparison if comparison is not Comparison.WISH]),
+        expressions,
+        st.none() | expressions,
+    ),
 )
 
 

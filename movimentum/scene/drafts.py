@@ -1,0 +1,39 @@
+"""Statements and claims on their way into the scene: names resolved, kinds and values not yet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from movimentum.scene.model import Relation
+from movimentum.scene.resolve import Meanings
+from movimentum.syntax.tree import Claim, Comparison, Expression, Statement
+
+RELATIONS = {
+    Comparison.EQUAL: Relation.EQUAL,
+    Comparison.WISH: Relation.WISH,
+    Comparison.BELOW: Relation.BELOW,
+    Comparison.AT_MOST: Relation.BELOW,
+    Comparison.ABOVE: Relation.ABOVE,
+    Comparison.AT_LEAST: Relation.ABOVE,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """A statement or a claim whose names are resolved; ``right`` is None where it only ends a key."""
+
+    step: int
+    statement: Statement | Claim
+    left: tuple[Expression, ...]
+    right: tuple[Expression, ...] | None
+    meanings: Meanings
+
+    @property
+    def relation(self) -> Relation:
+        """The direction, which belongs to the key."""
+        return RELATIONS[self.statement.comparison]
+
+    @property
+    def strict(self) -> bool:
+        """``<`` and ``>``, not ``<=`` and ``>=``."""
+        return self.statement.comparison in (Comparison.BELOW, Comparison.ABOVE)
