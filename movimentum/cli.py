@@ -393,6 +393,47 @@ def check(
     return report.exit_code
 
 
+# --- repl -----------------------------------------------------------------------------------------------
+
+
+@commands.command(
+    epilog="""\b
+Examples:
+  movimentum repl crank.mov
+  movimentum repl crank.mov -c 'at 1.5; show Rod; why Rod.B'
+  echo 'solutions' | movimentum repl crank.mov
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option("-c", "commands_", metavar="COMMANDS", help="Run these commands, parted by `;`, and end.")
+@FPS
+@MAX_FRAMES_OPTION
+@MAX_NESTING_OPTION
+@SPEECH
+@click.pass_obj
+def repl(
+    console: Console,
+    *,
+    script: str,
+    commands_: str | None,
+    fps: Fraction | None,
+    max_frames: int,
+    max_nesting: int,
+) -> int:
+    """Debug SCRIPT: look at any moment, ask why things are where they are, try statements out.
+
+    Opens also on scripts with errors and on scenes without a solution. `help` lists the commands.
+    """
+    from movimentum.repl.session import opened
+    from movimentum.repl.shell import interact
+
+    if script == "-" and commands_ is None:
+        raise click.UsageError("a script from standard input leaves none for commands: give them with -c.")
+    return interact(opened(script, Choices(fps=fps, max_frames=max_frames, max_nesting=max_nesting)), commands_)
+
+
 # --- solve ----------------------------------------------------------------------------------------------
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from movimentum.scene.model import Scene
     from movimentum.solve.motion import Motion, Poses
     from movimentum.solve.refinement import RefinedMotion
+    from movimentum.syntax.tree import Script
     from movimentum.timeline.model import Timeline
 
 MAX_FRAMES = 1_000_000
@@ -108,10 +109,15 @@ def read(path: str) -> SourceText:
 
 def understand(source: SourceText, max_pixels: int = MAX_PIXELS, max_nesting: int = MAX_NESTING) -> Scene:
     """Parse and resolve a script; raises `ScriptError` with everything that is wrong with it."""
-    from movimentum.scene.build import build
     from movimentum.syntax.parser import parse
 
-    script = parse(source, max_nesting=max_nesting)
+    return built(parse(source, max_nesting=max_nesting), source, max_pixels)
+
+
+def built(script: Script, source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
+    """Resolve a parsed script; raises `ScriptError` with everything that is wrong with it."""
+    from movimentum.scene.build import build
+
     return build(script, source, _image_size, max_pixels=max_pixels)
 
 
@@ -139,19 +145,25 @@ class Solution:
     notes: tuple[Diagnostic, ...] = ()
 
 
-def examined(timeline: Timeline, choices: Choices) -> Solution:
-    """The motion with its faults told, not raised; `ScriptError` only where there is nothing to solve."""
-    from movimentum.analysis.examine import examine
+def moved(timeline: Timeline) -> Motion:
+    """The motion, as far as there is one; `ScriptError` where a derivative depends on itself."""
     from movimentum.plan.compile import CyclicRateError
     from movimentum.solve.solver import solve
 
-    before = timeline.scene.diagnostics
     try:
-        motion = solve(timeline)
+        return solve(timeline)
     except CyclicRateError as error:
         from movimentum.analysis.failure import cyclic_rate
 
-        raise ScriptError([*before, cyclic_rate(timeline.scene, error.constraint)]) from error
+        raise ScriptError([*timeline.scene.diagnostics, cyclic_rate(timeline.scene, error.constraint)]) from error
+
+
+def examined(timeline: Timeline, choices: Choices) -> Solution:
+    """The motion with its faults told, not raised; `ScriptError` only where there is nothing to solve."""
+    from movimentum.analysis.examine import examine
+
+    before = timeline.scene.diagnostics
+    motion = moved(timeline)
     notes: tuple[Diagnostic, ...] = ()
     if choices.accuracy == "draft":
         from movimentum.analysis.accuracy import draft_note

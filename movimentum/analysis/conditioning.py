@@ -49,25 +49,25 @@ def nearly_singular(motion: Motion, stretch: Stretch, low: int, high: int) -> It
         for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
             if not block.moving or block.form is not Form.PLAIN:
                 continue
-            conditions: FloatArray | None = None
+            found: FloatArray | None = None
             chosen = frames
             if isinstance(track, SignTrack) and block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
                 margins = np.broadcast_to(kernels.quadratic(block, at_nodes, instants.clocks).margin, len(piece.nodes))
                 chosen = frames[_near_minima(piece, margins, frames)][:MOST_FRAMES]
                 if len(chosen) == 0:
                     continue
-                conditions = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), LARGEST**2))
+                found = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), LARGEST**2))
             elif isinstance(track, NodeTrack) and not block.free and block.rows == len(block.core):
-                if not (_conditions(piece, block, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
+                if not (conditions(piece, block, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
                     continue
                 chosen = frames[:MOST_FRAMES]
-                conditions = _conditions(piece, block, chosen, None)
-            if conditions is None:
+                found = conditions(piece, block, chosen, None)
+            if found is None:
                 continue
-            bad = conditions > WORTH_TELLING
+            bad = found > WORTH_TELLING
             if bad.any():
-                worst = int(np.argmax(conditions))
-                yield Singular(block.number, float(chosen[worst]), float(conditions[worst]), int(bad.sum()))
+                worst = int(np.argmax(found))
+                yield Singular(block.number, float(chosen[worst]), float(found[worst]), int(bad.sum()))
 
 
 def _margins(piece: Piece, block: Block, tau: FloatArray) -> FloatArray:
@@ -89,7 +89,7 @@ def _near_minima(piece: Piece, v: FloatArray, frames: FloatArray) -> NDArray[np.
     return near
 
 
-def _conditions(piece: Piece, block: Block, tau: FloatArray, values: FloatArray | None) -> FloatArray:
+def conditions(piece: Piece, block: Block, tau: FloatArray, values: FloatArray | None) -> FloatArray:
     """Largest over smallest singular value of the scaled Jacobian at each instant."""
     if len(tau) == 0:
         return np.zeros(0)

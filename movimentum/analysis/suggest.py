@@ -91,6 +91,11 @@ def _followed(plan: Plan, stretch: Stretch, part: Part, state: State, count: int
     return Followed(anchors, variables)
 
 
+def followed_at(plan: Plan, stretch: Stretch, part: Part, state: State) -> Followed:
+    """A candidate at one instant only."""
+    return _followed(plan, stretch, part, state, 1)
+
+
 def selecting_inequalities(plan: Plan, followed: list[Followed]) -> list[str | None]:
     """For each followed candidate an inequality (or two) that selects it among the others; None: none was found."""
     options = _options(plan, followed)

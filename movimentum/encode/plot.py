@@ -1,10 +1,11 @@
-"""Plots of cost against error, on logarithmic scales: as SVG text, or as a PNG by Pillow."""
+"""Plots of cost against error, on logarithmic scales, and of courses over time: as SVG text, or as a PNG by Pillow."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from xml.sax.saxutils import escape
 
@@ -71,6 +72,54 @@ def write_plot(panels: Sequence[Panel], path: Path, suffix: str) -> None:
         path.write_text(_svg(shapes, size), encoding="utf-8", newline="\n")
     else:
         _png(shapes, size, path)
+
+
+def write_curves(
+    title: str, times: Sequence[float], curves: Sequence[tuple[str, Sequence[float]]], path: Path, suffix: str
+) -> None:
+    """Write courses over time in one diagram: (name, values at ``times``); what is not finite is left out."""
+    finite = [v for _, values in curves for v in values if math.isfinite(v)] or [0.0]
+    low, high = min(finite), max(finite)
+    spare = 0.05 * (high - low) or 0.5
+    low, high = low - spare, high + spare
+    left, right, top, bottom = LEFT, WIDTH * 2 - RIGHT, TOP, HEIGHT - BOTTOM
+    first, last = times[0], times[-1]
+
+    def across(time: float) -> float:
+        return left + (time - first) / ((last - first) or 1.0) * (right - left)
+
+    def up(value: float) -> float:
+        return bottom + (value - low) / (high - low) * (top - bottom)
+
+    shapes: list[_Shape] = [_Text((left + right) / 2, TOP - 18, title, 13, "middle")]
+    shapes.append(_Text((left + right) / 2, HEIGHT - 14, "time", 11, "middle"))
+    for value in _ticks(low, high):
+        shapes.append(_Line((left, up(value), right, up(value)), "#dddddd"))
+        shapes.append(_Text(left - 6, up(value) + 4, f"{value:g}", 10, "end"))
+    for value in _ticks(first, last):
+        shapes.append(_Line((across(value), bottom, across(value), top), "#dddddd"))
+        shapes.append(_Text(across(value), bottom + 15, f"{value:g}", 10, "middle"))
+    for k, (name, values) in enumerate(curves):
+        color = COLORS[k % len(COLORS)]
+        points = [(across(t), up(v)) if math.isfinite(v) else None for t, v in zip(times, values, strict=True)]
+        shapes += [_Line((*a, *b), color) for a, b in pairwise(points) if a is not None and b is not None]
+        if len(curves) > 1:
+            shapes.append(_Text(right - 4, top + 12 + 14 * k, name, 11, "end", color))
+    size = 2 * WIDTH, HEIGHT
+    if suffix.lower() == ".svg":
+        path.write_text(_svg(shapes, size), encoding="utf-8", newline="\n")
+    else:
+        _png(shapes, size, path)
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """Some five round numbers from ``low`` to ``high``."""
+    if not high > low:
+        return [low]
+    rough = (high - low) / 5
+    unit = 10.0 ** math.floor(math.log10(rough))
+    step = next(m * unit for m in (1, 2, 5, 10) if m * unit >= rough * 0.999)
+    return [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
 
 
 def _span(values: Sequence[float]) -> tuple[int, int]:

@@ -1,0 +1,86 @@
+"""All solutions at one moment, whatever path leads there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from movimentum.analysis.suggest import described, followed_at, selecting_inequalities, selecting_wish
+from movimentum.solve.candidates import Part
+from movimentum.solve.carry import Snapshot, as_drawn
+from movimentum.solve.kernels import State
+from movimentum.solve.moments import snapshot
+from movimentum.solve.selection import select
+from movimentum.solve.stretches import Stretch
+from movimentum.solve.tracks import Piece
+
+AHEAD = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alternative:
+    """One solution of one independent part: in words, the statement that selects it (None: none was found), whether it
+    is the one that the motion is in, and the whole scene's pose with it.
+    """
+
+    words: str
+    selects: str | None
+    current: bool
+    pose: Snapshot
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alternatives:
+    """The solutions of one part of the scene that is solved independently of others; ``complete``: these are all."""
+
+    things: tuple[int, ...]
+    solutions: tuple[Alternative, ...]
+    complete: bool
+
+
+def alternatives(stretch: Stretch, piece: Piece, tau: float) -> list[Alternatives]:
+    """Every solution at offset ``tau`` of a stretch that its inequalities allow, part by part."""
+    plan = stretch.plan
+    scene = plan.system.scene
+    with np.errstate(all="ignore"):
+        now, _ = piece.evaluate(piece.instants(np.array([tau])))
+        totals = {
+            n: float(np.ravel(now[n])[0])
+            for block in plan.blocks
+            for n in (*block.states, *block.unknowns)
+            if now[n] is not None
+        }
+        found = select(plan, stretch.segment.start, tau, AHEAD, as_drawn(scene), totals)
+    result: list[Alternatives] = []
+    for part in found.parts:
+        states = [_with(now, part, index) for index in range(len(part.candidates))]
+        followed = [followed_at(plan, stretch, part, state) for state in states]
+        texts = selecting_inequalities(plan, followed) if len(states) > 1 else [None] * len(states)
+        unknowns = [n for number in part.blocks for n in plan.blocks[number].unknowns]
+        apart = [max((_apart(plan.size, now[n], state[n]) for n in unknowns), default=0.0) for state in states]
+        nearest = int(np.argmin(apart)) if apart else -1
+        made = tuple(
+            Alternative(
+                described(plan, candidate) or "differs in what is not drawn",
+                text or (selecting_wish(plan, part, index) if len(states) > 1 else None),
+                index == nearest and apart[index] < 1e-6,
+                snapshot(plan, state, stretch.base.now, 0),
+            )
+            for index, (candidate, text, state) in enumerate(zip(part.candidates, texts, states, strict=True))
+        )
+        things = sorted({t for n in unknowns if (t := plan.system.unknowns[n].thing) is not None})
+        result.append(Alternatives(tuple(things), made, part.complete))
+    return result
+
+
+def _with(now: State, part: Part, index: int) -> State:
+    state = list(now)
+    for n, value in part.candidates[index].values.items():
+        state[n] = np.array([value])
+    return state
+
+
+def _apart(size: float, a: object, b: object) -> float:
+    one, other = float(np.ravel(np.asarray(a, dtype=float))[0]), float(np.ravel(np.asarray(b, dtype=float))[0])
+    return abs(one - other) / max(1.0, size, abs(one))

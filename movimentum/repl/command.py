@@ -1,0 +1,50 @@
+"""What can be typed: commands, and the statements that are tried out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from movimentum.repl.session import Session, refused
+
+Answer = tuple[Session, str]
+"""The session afterwards, and what to say."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """``usage`` shows its arguments, ``help`` is a line about it; ``run`` gets what follows the name."""
+
+    name: str
+    usage: str
+    help: str
+    run: Callable[[Session, str], Answer]
+
+
+def table(columns: Sequence[Sequence[str]], *, right: frozenset[int] = frozenset()) -> str:
+    """Rows of texts, aligned."""
+    widths = [max(map(len, column)) for column in zip(*columns, strict=True)] if columns else []
+    lines: list[str] = []
+    for row in columns:
+        cells = [
+            cell.rjust(w) if i in right else cell.ljust(w) for i, (cell, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def split_output(argument: str, suffixes: Sequence[str]) -> tuple[str, str | None]:
+    """What stands before ``-o FILE``, and FILE."""
+    found = re.fullmatch(r"(.*?)(?:^|\s)-o\s+(\S+)\s*", argument, re.DOTALL)
+    if found is None:
+        return argument.strip(), None
+    if not found[2].lower().endswith(tuple(suffixes)):
+        raise refused("file", f"`{found[2]}` is no {' or '.join(suffixes)}", f"-o plot{suffixes[0]}")
+    return found[1].strip(), found[2]
+
+
+def plain(argument: str, command: str) -> None:
+    """Refuse an argument where none is taken."""
+    if argument.strip():
+        raise refused("argument", f"`{command}` takes no argument, found `{argument.strip()}`")

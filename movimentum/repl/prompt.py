@@ -1,0 +1,77 @@
+"""The prompt in a terminal: history, completion and colours."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from prompt_toolkit import PromptSession
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion
+from prompt_toolkit.document import Document
+from prompt_toolkit.history import InMemoryHistory
+
+from movimentum.analysis.words import time_text
+from movimentum.repl import shell
+from movimentum.repl.session import Refused, Session
+
+_WORD = re.compile(r"[A-Za-z_.][A-Za-z0-9_.]*$")
+
+
+def names(session: Session) -> list[str]:
+    """Everything that can be named: things, their anchors and angles, variables."""
+    try:
+        scene = session.work.scene
+    except Refused:
+        return []
+    found = [
+        name for t in scene.things for name in (t.name, *(f"{t.name}.{a.name}" for a in t.anchors), f"{t.name}.angle")
+    ]
+    return [*found, *scene.variables]
+
+
+def keys(session: Session) -> list[str]:
+    """The keys under which something is in force."""
+    try:
+        timeline = session.work.timeline
+    except Refused:
+        return []
+    return list(dict.fromkeys(c.key for c in timeline.segments[timeline.segment_at(session.time)].active))
+
+
+class SessionCompleter(Completer):
+    """Commands at the beginning of a line, what can be named behind them, keys where a key is wanted."""
+
+    def __init__(self, session: Callable[[], Session]) -> None:
+        self._session = session
+
+    def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterator[Completion]:
+        """See the class."""
+        text = document.text_before_cursor
+        session = self._session()
+        words = text.split()
+        if words and words[0] in ("drop", "constraints") and len(text) > len(words[0]):
+            begun = text[len(words[0]) :].lstrip()
+            for key in keys(session):
+                if key.startswith(begun):
+                    yield Completion(key, -len(begun))
+            return
+        found = _WORD.search(text)
+        begun = found[0] if found else ""
+        first = text.strip() == begun
+        options = [*shell.COMMANDS, "help", "quit", *names(session)] if first else names(session)
+        for option in options:
+            if option.startswith(begun) and option != begun:
+                yield Completion(option, -len(begun))
+
+
+def make_prompt(session: Callable[[], Session]) -> PromptSession[Any]:
+    """The prompt, which shows the time that is looked at."""
+
+    def message() -> str:
+        moment = time_text(float(session().time))
+        return f"t={moment}> " if session().work.moves else "(mend) "
+
+    return PromptSession(
+        message, history=InMemoryHistory(), completer=SessionCompleter(session), complete_while_typing=False
+    )

@@ -1,0 +1,188 @@
+"""The state of a debugging session: a script as it was and as it is now, a moment, and what is known about them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from movimentum import pipeline
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import MovimentumError
+from movimentum.pipeline import Choices
+from movimentum.source import SourceText
+
+if TYPE_CHECKING:
+    from movimentum.analysis.examine import Examination
+    from movimentum.scene.model import Scene
+    from movimentum.solve.motion import Motion, Poses
+    from movimentum.solve.stretches import Stretch
+    from movimentum.timeline.model import Timeline
+
+
+class Refused(Exception):
+    """What was typed cannot be done; ``diagnostics`` are about ``source`` (None: about no text)."""
+
+    def __init__(self, diagnostics: Sequence[Diagnostic], source: SourceText | None = None) -> None:
+        self.diagnostics = tuple(diagnostics)
+        self.source = source
+        super().__init__(self.diagnostics[0].message if diagnostics else "")
+
+
+def refused(code: str, message: str, *helps: str) -> Refused:
+    """A `Refused` of one message."""
+    return Refused([Diagnostic(f"repl/{code}", Severity.ERROR, message, helps=helps)])
+
+
+class Work:
+    """A script, understood and solved as far as it can be; each part when it is first asked for."""
+
+    def __init__(self, source: SourceText, choices: Choices) -> None:
+        self.source = source
+        self.choices = choices
+
+    @cached_property
+    def _understood(self) -> tuple[Scene | None, Timeline | None, tuple[Diagnostic, ...]]:
+        scene = None
+        try:
+            scene = pipeline.understand(self.source, max_nesting=self.choices.max_nesting)
+            timeline = pipeline.arranged(scene, self.choices)
+        except MovimentumError as error:
+            return scene, None, error.diagnostics
+        return scene, timeline, scene.diagnostics
+
+    @property
+    def scene(self) -> Scene:
+        """The scene; `Refused` with what is wrong with the script."""
+        scene, _, diagnostics = self._understood
+        if scene is None:
+            raise Refused(diagnostics, self.source)
+        return scene
+
+    @property
+    def timeline(self) -> Timeline:
+        """The timeline; `Refused` with what is wrong with the script."""
+        _, timeline, diagnostics = self._understood
+        if timeline is None:
+            raise Refused(diagnostics, self.source)
+        return timeline
+
+    @property
+    def moves(self) -> bool:
+        """Whether the script is understood."""
+        return self._understood[1] is not None
+
+    @cached_property
+    def _solved(self) -> Motion | MovimentumError:
+        try:
+            return pipeline.moved(self.timeline)
+        except MovimentumError as error:
+            return error
+
+    @property
+    def motion(self) -> Motion:
+        """The motion, as far as there is one; `Refused` where the script is at fault."""
+        solved = self._solved
+        if isinstance(solved, MovimentumError):
+            raise Refused(solved.diagnostics, self.source)
+        return solved
+
+    @cached_property
+    def examination(self) -> Examination:
+        """What there is to say about the motion; `Refused` where there is none."""
+        from movimentum.analysis.examine import examine
+
+        return examine(self.motion)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Everything that `check` would say."""
+        _, timeline, found = self._understood
+        if timeline is None:
+            return found
+        solved = self._solved
+        return solved.diagnostics if isinstance(solved, MovimentumError) else (*found, *self.examination.diagnostics)
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """``file`` is the script's path, ``original`` its text there; ``work`` has the text as it is now.
+
+    ``time`` is the moment looked at. ``watches`` are expressions shown after every move. ``past`` and ``future`` are
+    the texts that undo and redo go to. ``suggestions`` are statements that `apply` puts in, numbered from 1.
+    """
+
+    file: str
+    original: str
+    work: Work
+    time: Fraction = Fraction(0)
+    watches: tuple[str, ...] = ()
+    past: tuple[str, ...] = ()
+    future: tuple[str, ...] = ()
+    suggestions: tuple[str, ...] = ()
+    ended: bool = field(default=False)
+
+    @property
+    def text(self) -> str:
+        """The script as it is now."""
+        return self.work.source.text
+
+    @property
+    def stretch(self) -> Stretch:
+        """The part of the motion that the moment lies in."""
+        return self.work.motion.stretches[self.work.timeline.segment_at(self.time)]
+
+    @property
+    def step(self) -> int:
+        """The number of the step that the moment belongs to."""
+        return self.work.timeline.segments[self.work.timeline.segment_at(self.time)].step
+
+    @property
+    def frame(self) -> int:
+        """The number of the last frame not after the moment."""
+        timeline = self.work.timeline
+        return int((self.time - timeline.start) * timeline.fps // 1)
+
+    def poses(self) -> Poses:
+        """The poses at the moment (F = 1)."""
+        return self.work.motion.poses_at([self.time])
+
+    def at(self, time: Fraction) -> Session:
+        """The session at another moment, inside the animation."""
+        timeline = self.work.timeline
+        return replace(self, time=min(max(time, timeline.start), timeline.end))
+
+    def edited(self, text: str) -> Session:
+        """The session with another text, which `undo` takes back."""
+        return replace(self._with(text), past=(*self.past, self.text), future=())
+
+    def undone(self) -> Session:
+        """The text before the last change."""
+        if not self.past:
+            raise refused("nothing-to-undo", "there is nothing to undo")
+        return replace(self._with(self.past[-1]), past=self.past[:-1], future=(self.text, *self.future))
+
+    def redone(self) -> Session:
+        """The text before the last undo."""
+        if not self.future:
+            raise refused("nothing-to-redo", "there is nothing to redo")
+        return replace(self._with(self.future[0]), past=(*self.past, self.text), future=self.future[1:])
+
+    def _with(self, text: str) -> Session:
+        session = replace(self, work=Work(SourceText(self.file, text), self.work.choices), suggestions=())
+        try:
+            return session.at(self.time)
+        except Refused:
+            return session
+
+
+def opened(path: str, choices: Choices) -> Session:
+    """A session with the script at ``path``; `UsageError` or `ScriptError` where it cannot be read as text."""
+    source = pipeline.read(path)
+    session = Session(source.path, source.text, Work(source, choices))
+    try:
+        return session.at(session.work.timeline.start)
+    except Refused:
+        return session

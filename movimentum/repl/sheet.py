@@ -1,0 +1,42 @@
+"""A sheet of thumbnails: several poses of a scene, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from movimentum.repl.session import Session
+from movimentum.solve.carry import Snapshot
+from movimentum.solve.motion import Poses
+
+
+def poses_of(session: Session, moments: Sequence[Snapshot]) -> Poses:
+    """Snapshots as the poses of so many frames."""
+    now = session.poses()
+    count = len(moments)
+    repeated = np.zeros(count, dtype=np.int64)
+    poses = now.select(repeated)
+    origin, direction, angle = poses.origin.copy(), poses.direction.copy(), poses.angle.copy()
+    for f, moment in enumerate(moments):
+        for t, pose in enumerate(moment.things):
+            origin[t, f], direction[t, f], angle[t, f] = (pose.x, pose.y), (pose.c, pose.s), pose.angle
+    return Poses(
+        frames=np.arange(count, dtype=np.int64),
+        times=poses.times,
+        origin=origin,
+        direction=direction,
+        angle=angle,
+        visible=poses.visible,
+        properties=poses.properties,
+        variables=poses.variables,
+        solved=np.ones(count, dtype=np.bool_),
+    )
+
+
+def write_sheet(session: Session, moments: Sequence[Snapshot], path: Path) -> None:
+    """A PNG of the scene in each of ``moments``, as many in a row as make the sheet about square."""
+    from movimentum.render.sheet import write_thumbnails
+
+    write_thumbnails(session.work.scene, poses_of(session, moments), path)

@@ -1,0 +1,153 @@
+"""The debugger's loop: a line in, an answer out. Nothing typed ends it but `quit` and the end of the input."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from movimentum.console import wants_color
+from movimentum.diagnostics import Diagnostic, Severity, render_text
+from movimentum.errors import MovimentumError
+from movimentum.repl import asking, looking, moving, trying
+from movimentum.repl.command import Answer, Command, table
+from movimentum.repl.session import Refused, Session, refused
+from movimentum.source import SourceText
+
+if TYPE_CHECKING:
+    from prompt_toolkit import PromptSession
+
+COMMANDS: dict[str, Command] = {
+    command.name: command for module in (moving, looking, asking, trying) for command in module.COMMANDS
+}
+_RELATION = re.compile(r"\s*[=<>~]|\.")
+
+
+def answer(session: Session, line: str) -> Answer:
+    """What a line does: a command, or a statement to try. `Refused` where it cannot be done."""
+    text = line.strip()
+    if not text:
+        return session, ""
+    word = text.split(None, 1)[0].rstrip("?;")
+    rest = text[len(word) :]
+    if text in ("quit", "exit"):
+        return replace(session, ended=True), ""
+    if word in ("help", "") or text.endswith("?"):
+        return session, _help(word if text.endswith("?") and word else rest.strip(" ?"))
+    # `free = 3` is about a variable of that name, `free` is the command
+    if word in COMMANDS and not _RELATION.match(rest) and (not rest or rest[0] in " \t;"):
+        return COMMANDS[word].run(session, rest.strip().removesuffix(";") if rest.strip() == ";" else rest.strip())
+    return trying.try_statement(session, text)
+
+
+def _help(name: str) -> str:
+    if name:
+        command = COMMANDS.get(name)
+        if command is None:
+            raise _unknown(name)
+        return f"{command.usage}\n  {command.help}"
+    rows = [[command.usage, command.help] for command in COMMANDS.values()]
+    rows.append(["STATEMENT;", "try it: it takes effect at this step, under the key convention, at once"])
+    rows.append(["help [COMMAND], COMMAND?", "this, or about one command"])
+    rows.append(["quit", "end (so does the end of the input); unsaved changes are lost"])
+    return table(rows)
+
+
+def _unknown(name: str) -> Refused:
+    from difflib import get_close_matches
+
+    return refused("unknown-command", f"there is no command `{name}`", *get_close_matches(name, COMMANDS, 2), "help")
+
+
+def say(text: str) -> None:
+    """An answer, on standard output."""
+    if not text:
+        return
+    encoding = sys.stdout.encoding or "ascii"  # perhaps a terminal without Braille
+    sys.stdout.write(text.encode(encoding, "replace").decode(encoding) + "\n")
+    sys.stdout.flush()
+
+
+def complain(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> None:
+    """What cannot be done, in the form that all diagnostics have."""
+    shown = source or SourceText("<prompt>", "")
+    say(render_text(diagnostics, shown, color=wants_color(sys.stdout)).rstrip("\n"))
+
+
+def step(session: Session, line: str) -> tuple[Session, bool]:
+    """One line, answered; whether it could be done."""
+    try:
+        session, text = answer(session, line)
+        say(text)
+    except Refused as error:
+        complain(error.diagnostics, error.source)
+        return session, False
+    except MovimentumError as error:
+        complain(error.diagnostics, session.work.source)
+        return session, False
+    except (OSError, RecursionError, ArithmeticError, NotImplementedError) as error:
+        message = f"that could not be done: {str(error) or type(error).__name__}"
+        complain([Diagnostic("repl/failed", Severity.ERROR, message)], None)
+        return session, False
+    return session, True
+
+
+def greet(session: Session) -> Session:
+    """What is wrong with the script, if anything, and where the session begins."""
+    diagnostics = [d for d in session.work.diagnostics if d.severity is not Severity.NOTE]
+    if diagnostics:
+        session, text = trying.told(session, diagnostics)
+        say(text)
+    try:
+        say(moving.where(session))
+    except Refused:
+        say("the script has to be mended before there is a motion to look at; `help` lists the commands")
+    return session
+
+
+def split(commands: str) -> list[str]:
+    """``-c 'COMMAND; …'``: the commands, parted by ``;`` outside of quotes."""
+    return [part for part in re.findall(r"(?:[^;']|'[^']*'?)+", commands) if part.strip()]
+
+
+def interact(session: Session, commands: str | None) -> int:
+    """Run ``commands``, or lines from standard input until it ends; returns 0, or 1 if any line of ``commands`` (or of
+    an input that is no terminal) could not be done.
+    """
+    typed = commands is None and sys.stdin.isatty()
+    lines: Iterator[str]
+    if commands is not None:
+        lines = iter(split(commands))
+    elif typed:
+        session = greet(session)
+        return _typed(session)
+    else:
+        lines = (line.rstrip("\r\n") for line in sys.stdin)
+    failed = False
+    for line in lines:
+        session, done = step(session, line)
+        failed |= not done
+        if session.ended:
+            break
+    return 1 if failed else 0
+
+
+def _typed(session: Session) -> int:
+    from prompt_toolkit.patch_stdout import patch_stdout
+
+    from movimentum.repl.prompt import make_prompt
+
+    current = [session]
+    prompt: PromptSession[Any] = make_prompt(lambda: current[0])
+    while not current[0].ended:
+        try:
+            with patch_stdout():
+                line = prompt.prompt()
+        except EOFError:
+            break
+        except KeyboardInterrupt:
+            continue
+        current[0], _ = step(current[0], line)
+    return 0

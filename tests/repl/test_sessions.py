@@ -1,0 +1,349 @@
+"""Scripted debugging sessions, against what is known of the scenes by hand."""
+
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+from PIL import Image
+from prompt_toolkit.completion import CompleteEvent
+from prompt_toolkit.document import Document
+
+from movimentum.pipeline import Choices
+from movimentum.repl.session import Refused, opened
+from movimentum.repl.shell import COMMANDS, answer, split, step
+from tests.solve.scenes import motion_of
+
+SLIDER = """.config(20, 300, 300);
+Crank : .bar O=[100,100] P=[140,100];   // the crank
+Rod   : .bar A=[140,100] B=[260,100];
+@0 Crank.O=[100,100]; Crank.angle=90*.t;   // drives
+   Rod.A=Crank.P;
+   Rod.B=[x,100];  x > 100;
+@2
+   Crank.angle = 180;   /* stop */
+@4
+"""
+OPEN = SLIDER.replace("  x > 100;", "")
+
+
+class Talk:
+    """A session, and what it says."""
+
+    def __init__(self, folder, text: str) -> None:
+        self.path = folder / "scene.mov"
+        self.path.write_text(text)
+        self.session = opened(str(self.path), Choices())
+
+    def __call__(self, line: str) -> str:
+        self.session, text = answer(self.session, line)
+        return text
+
+    def refuses(self, line: str) -> str:
+        with pytest.raises(Refused) as caught:
+            self(line)
+        return caught.value.diagnostics[0].code
+
+
+@pytest.fixture
+def talk(tmp_path):
+    return lambda text=SLIDER: Talk(tmp_path, text)
+
+
+def test_moving(talk):
+    say = talk()
+    assert say("at 1.5").startswith("t = 1.5 (frame 30), in step @0 (line 4)")
+    assert "frame 31" in say("next")
+    assert "frame 30" in say("back")
+    assert say("at 4/3").startswith("t = 1.333333333 (between frames 26 and 27)")
+    assert "frame 26" in say("back")
+    assert say("frame -1").startswith("t = 4 (frame 80)")
+    assert say.refuses("next") == "repl/frame"
+    assert say.refuses("at 9") == say.refuses("at x") == "repl/time"
+    assert say.refuses("frame 81") == "repl/frame"
+    assert [line.split()[0] for line in say("steps").splitlines()] == ["@0", "@2", "->"]
+
+
+def test_run_until_finds_the_first_frame(talk):
+    say = talk()
+    said = say("run until Crank.P.y >= 130")
+    first = math.ceil(math.degrees(math.asin(30 / 40)) / 90 * 20)
+    assert f"(frame {first})" in said
+    assert say.refuses("run until x > 1000") == "repl/never"
+    assert say.refuses("run") == "repl/argument"
+
+
+def test_what_is_shown_is_where_things_are(talk):
+    say = talk()
+    say("at 0.5")
+    assert say("show (Rod.B - Crank.P).l") == "(Rod.B - Crank.P).l = 120"
+    height = 40 * math.sin(math.pi / 4)
+    x = 100 + height + math.sqrt(120**2 - height**2)
+    assert abs(float(say("show x").split()[-1]) - x) < 1e-7
+    assert say("show .t") == ".t = 0.5"
+    assert say("show Crank").splitlines()[0].split(None, 1) == ["Crank.O", "[100, 100]"]
+    assert "Rod.angle" in say("show")
+    assert say("watch Crank.angle") == "Crank.angle = 45"
+    assert say("next").endswith("Crank.angle = 49.5")
+    for wrong in ("show 3*", "show Rod.Q", "show x = 3", "plot"):
+        say.refuses(wrong)
+
+
+def test_constraints_tell_where_from_and_until_when(talk):
+    say = talk()
+    (head, row) = say("constraints Crank.angle").splitlines()
+    assert row.split() == ["Crank.angle=90*.t", "4", "@0", "@2", "0"]
+    assert head.split()[:2] == ["constraint", "line"]
+    assert "holds, by 160" in say("constraints x >")
+    say("at 3")
+    assert "8" in say("constraints Crank.angle").splitlines()[1].split()
+    assert say.refuses("constraints y") == "repl/key"
+
+
+def test_why_names_what_determines_and_nothing_else(talk):
+    say = talk(SLIDER.replace("@0 ", "Lamp : .disc(3) C=[9,9];\n@0 Lamp.C = [20,20]; "))
+    found = [line.split(": ", 1)[1] for line in say("why Crank.P").splitlines()]
+    assert sorted(found) == ["`Crank.O=[100,100]`", "`Crank.angle=90*.t`", "`Crank` is rigid"]
+    found = say("why x")
+    for part in ("Crank.O=[100,100]", "Rod.A=Crank.P", "Rod.B=[x,100]", "Crank.angle=90*.t", "`Rod` is rigid"):
+        assert part in found
+    assert "Lamp" not in found
+    assert "Lamp.C" in say("why Lamp")
+    assert "stays as drawn" in talk(SLIDER.replace("@0 ", "Wall : .bar A=[0,0] B=[1,0];\n@0 "))("why Wall")
+
+
+@pytest.mark.parametrize("name", ["x", "Rod.B.x", "Crank.P.y", "Rod.angle"])
+def test_a_formula_agrees_with_the_motion(talk, name):
+    say = talk()
+    text = say(f"formula {name}").splitlines()[0].split(" = ", 1)[1]
+    t = sympy.Symbol("t", real=True)
+    function = sympy.lambdify(t, sympy.sympify(text, locals={"t": t}))
+    for time in ("0.1", "0.7", "1.3"):
+        say(f"at {time}")
+        assert abs(float(say(f"show {name}").split()[-1]) - float(function(float(time)))) < 1e-6
+
+
+def test_no_formula_without_a_closed_form(talk):
+    triad = """.config(10);
+    Base : .bar A=[0,0] B=[26,0] C=[21,26];
+    Plate : .bar P=[8,3] Q=[28,2] R=[10,28];
+    L1 : .bar A=[0,0] B=[8,3]; L2 : .bar A=[26,0] B=[28,2]; L3 : .bar A=[21,26] B=[10,28];
+    @0 Base.A=[0,0]; Base.angle=0; L1.A=Base.A; L2.A=Base.B; L3.A=Base.C; L1.B=Plate.P; L2.B=Plate.Q; L3.B=Plate.R;
+    @1"""
+    assert "no closed form" in talk(triad)("formula Plate.P")
+
+
+def test_solutions_are_all_and_what_is_pasted_selects(talk, tmp_path):
+    say = talk(OPEN)
+    said = say(f"solutions -o {tmp_path / 'sheet.png'}")
+    assert said.startswith("2 solutions for")
+    assert [line.lstrip("-> ")[0] for line in said.splitlines()[1:] if re.match(r"\s*(->)?\s*\d\.", line)] == ["1", "2"]
+    with Image.open(tmp_path / "sheet.png") as sheet:
+        assert sheet.width > 300
+    before = float(say("show x").split()[-1])
+    other = next(n for n, text in enumerate(say.session.suggestions, 1) if text == "Rod.A.x > Rod.B.x;")
+    say(f"apply {other}")
+    assert before == 260
+    assert abs(float(say("show x").split()[-1]) - 20) < 1e-9
+    assert talk(SLIDER)("solutions").startswith("there is one solution only")
+
+
+def test_free_motion_is_told_and_stopped(talk):
+    say = talk(SLIDER.replace("   Rod.B=[x,100];  x > 100;\n", ""))
+    assert "can still turn about `Rod.A`" in say("free")
+    assert len(say.session.suggestions) == 1
+    say("apply 1")
+    assert say("free") == "nothing can move in a way that is not determined"
+
+
+def test_branch_tells_how_near_the_other_solution_comes(talk):
+    rows = talk()("branch").splitlines()
+    assert len(rows) == 2  # the crank stands still from 2 on
+    # the two solutions mirror each other about the crank pin: nearest where the pin is highest
+    assert abs(float(rows[1].split()[-2]) - 2 * math.sqrt(120**2 - 40**2)) < 0.5
+
+
+def test_a_statement_takes_effect_at_once_and_can_be_taken_back(talk):
+    say = talk()
+    say("at 1")
+    say("Crank.angle = 45*.t")
+    assert "Crank.angle = 45*.t;   // drives" in say.session.text  # in place of what the step said
+    assert say("show Crank.angle") == "Crank.angle = 45"
+    say("undo")
+    assert say("show Crank.angle") == "Crank.angle = 90"
+    assert say.session.text == SLIDER
+    say("redo")
+    assert say("show Crank.angle") == "Crank.angle = 45"
+    assert "-@0 Crank.O=[100,100]; Crank.angle=90*.t;   // drives" in say("diff")
+    say("undo")
+    assert say("diff") == "nothing is changed"
+    assert say.refuses("undo") == "repl/nothing-to-undo"
+
+
+def test_a_new_statement_goes_to_the_end_of_its_step(talk):
+    say = talk()
+    say("Crank.opacity = 0.5;")
+    assert "  x > 100;\n   Crank.opacity = 0.5;\n@2" in say.session.text
+    say("at 3")
+    say("x < 200")
+    assert "/* stop */\n   x < 200;\n@4" in say.session.text
+    say(f"write {say.path}")
+    assert say.path.read_text() == say.session.text
+    assert say("diff") == "nothing is changed"
+
+
+def test_dropping(talk):
+    say = talk()
+    say("drop x >")
+    assert say.session.text == OPEN
+    say("undo")
+    say("at 3")
+    said = say("drop Crank.angle")  # from here on; it must not fall back to 90*.t
+    assert "1 warning" in said
+    assert "Crank.angle = _;" in say.session.text
+    assert say("show Crank.angle") == "Crank.angle = 180"
+    assert say.refuses("drop Rod.Q") == "repl/key"
+
+
+def test_windows_line_ends_stay(tmp_path):
+    path = tmp_path / "dos.mov"
+    path.write_bytes(SLIDER.replace("\n", "\r\n").encode())
+    session = opened(str(path), Choices())
+    session, _ = answer(session, "Crank.opacity = 1")
+    session, _ = answer(session, f"write {path}")
+    data = path.read_bytes()
+    assert b"\r\n   Crank.opacity = 1;\r\n@2" in data
+    assert data.count(b"\n") == data.count(b"\r\n")
+
+
+def test_conflicts_are_named_and_earlier_times_still_work(talk):
+    say = talk(SLIDER.replace("Crank.angle = 180;", "Crank.angle = 180; Rod.B = [300,100];"))
+    assert "constraint/conflict" in say("conflicts")
+    assert say("show Crank.angle") == "Crank.angle = 0"
+    assert "no solution here" in say("at 3")
+    say("drop Rod.B")
+    assert "no solution" not in say("at 3")
+
+
+def test_it_opens_on_what_is_broken(talk):
+    say = talk(SLIDER.replace("Rod.A=", "Rod.Q="))
+    assert say.refuses("show Crank") == "name/unknown-anchor"
+    assert "name/unknown-anchor" in say("check")
+    say = talk("Rod : .bar A=[0,0")
+    assert say.refuses("at 0").startswith("syntax/")
+    assert say.refuses("x = 3").startswith("syntax/")
+
+
+def test_what_is_mistyped_is_shown_where_it_was_typed(talk):
+    say = talk()
+    with pytest.raises(Refused) as caught:
+        say("Rod.Q = [1,2]")
+    (told,) = caught.value.diagnostics
+    assert caught.value.source.text[told.span.start : told.span.end] == "Q"
+    assert say.session.text == SLIDER
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "help",
+        "help at",
+        "why?",
+        "foo",
+        "apply 3",
+        "at",
+        "write /nowhere/x.mov",
+        "x x",
+        "; ;",
+        "show '",
+        "plot x -o a.txt",
+        "picture a.gif",
+        "0/0 = 1",
+        "x = 1/0",
+    ],
+)
+def test_nothing_typed_ends_the_session(talk, line, capsys):
+    say = talk()
+    session, _ = step(say.session, line)
+    assert not session.ended
+    assert "Traceback" not in capsys.readouterr().out
+
+
+def test_plots_and_pictures(talk, tmp_path):
+    say = talk()
+    assert say("plot x").splitlines()[1].startswith("260 |")
+    say(f"plot Rod.B -o {tmp_path / 'a.svg'}")
+    assert (tmp_path / "a.svg").read_text().startswith("<svg")
+    say("at 1")
+    say(f"picture {tmp_path / 'a.png'}")
+    with Image.open(tmp_path / "a.png") as image:
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    assert pixels.shape == (300, 300, 3)
+    assert np.abs(pixels[300 - 120, 100] - pixels[5, 5]).max() > 50  # the crank stands upright
+
+
+def test_suggestions_of_check_can_be_applied(talk):
+    say = talk(OPEN)
+    assert "apply 1: Rod.A.x < Rod.B.x;" in say("check")
+    assert say("apply 1").endswith("now everything is determined and agrees")
+    say("undo")
+    assert say.session.text == OPEN
+
+
+def test_every_command_says_what_it_takes(talk):
+    say = talk()
+    for name in COMMANDS:
+        assert say(f"{name}?").splitlines()[0].startswith(name)
+
+
+def test_commands_are_parted_outside_of_quotes():
+    assert split("at 1; show .t ;; L = 'a;b'") == ["at 1", " show .t ", " L = 'a;b'"]
+
+
+def test_completion(talk):
+    from movimentum.repl.prompt import SessionCompleter
+
+    say = talk()
+    completer = SessionCompleter(lambda: say.session)
+
+    def offered(text):
+        return [c.text for c in completer.get_completions(Document(text), CompleteEvent())]
+
+    assert offered("so") == ["solutions"]
+    assert offered("show Rod.") == ["Rod.A", "Rod.B", "Rod.angle"]
+    assert offered("drop Cr") == ["Crank.O", "Crank.angle"]
+
+
+def test_the_command_line(tmp_path):
+    path = tmp_path / "scene.mov"
+    path.write_text(SLIDER)
+    base = [sys.executable, "-m", "movimentum", "repl", str(path)]
+    done = subprocess.run([*base, "-c", "at 1; show .t; quit; foo"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.splitlines()[-1], done.stderr) == (0, ".t = 1", "")
+    done = subprocess.run(base, input="at 1\nfoo\nshow .t\n", capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[-1] == ".t = 1"
+
+
+def test_motion_of_edited_text_is_that_of_the_script(talk):
+    say = talk()
+    say("Crank.angle = 30*.t")
+    motion = motion_of(say.session.text)
+    assert (motion.poses(0, 5).origin == say.session.work.motion.poses(0, 5).origin).all()
+
+
+def test_the_session_in_the_documentation(tmp_path, monkeypatch):
+    page = (Path(__file__).parents[2] / "docs" / "debugger.md").read_text()
+    script, session = re.findall(r"```(?:mov|text)\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    Path("crank.mov").write_text(script)
+    state = opened("crank.mov", Choices())
+    for exchange in re.split(r"^> ", session, flags=re.MULTILINE)[1:]:
+        line, _, expected = exchange.partition("\n")
+        state, text = answer(state, line)
+        assert text.strip() == expected.strip(), line
