@@ -1,0 +1,192 @@
+"""Comparing a script with its golden frames: first the numbers, then the pixels."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+
+from movimentum.analysis.words import counted, listed, number, time_text
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import ScriptError
+from movimentum.golden import pictures
+from movimentum.golden.record import FORMAT, Golden, Rendition, picture_name, renderer, rendition
+from movimentum.interop.tables import columns
+from movimentum.solve.motion import Motion
+from movimentum.solve.refinement import RefinedMotion
+
+FloatArray = NDArray[np.float64]
+
+TOLERANCE = 1e-8
+"""Of the scene's size: how far an anchor may be from where it was. A millionth of a pixel in a scene of 100 pixels."""
+MOST = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """``diagnostics``: one error for what is no longer as recorded, none where all is well. ``pictures`` are those that
+    differ: (frame, expected, actual), an expected one is None where there was no such frame.
+    """
+
+    golden: Golden
+    diagnostics: tuple[Diagnostic, ...]
+    pictures: tuple[tuple[int, Image.Image | None, Image.Image], ...] = ()
+
+    @property
+    def good(self) -> bool:
+        """Whether everything is as recorded."""
+        return not self.diagnostics
+
+
+def check(golden: Golden) -> Outcome:
+    """Solve and draw a script again; raises what solving it raises, and `ScriptError` where nothing was recorded."""
+    about, header, table = _recorded(golden)
+    made = rendition(golden.script)
+    found = list(_numbers(made, header, table, int(about["frames"])))
+    differing: list[tuple[int, Image.Image | None, Image.Image]] = []
+    same = about["renderer"] == renderer()
+    worst: tuple[float, str] | None = None
+    for frame, actual in made.images():
+        expected = _picture(golden.folder / picture_name(frame))
+        if expected is None or expected.size != actual.size:
+            differing.append((frame, expected, actual))
+            what = "was not recorded" if expected is None else f"is {actual.size}, it was {expected.size}"
+            worst = worst or (0.0, f"frame {frame} {what}".replace("(", "").replace(")", "").replace(", ", "x", 1))
+            continue
+        apart = pictures.difference(expected, actual)
+        if not apart.acceptable(same_renderer=same):
+            differing.append((frame, expected, actual))
+            share = f"{number(100 * apart.differing, 2)} % of frame {frame}'s pixels differ, by up to {apart.largest}"
+            if worst is None or apart.blurred > worst[0]:
+                worst = apart.blurred, f"{share} of 255 ({number(apart.blurred, 3)} when blurred)"
+    if worst is not None and not found:
+        found.append(
+            _error(
+                "golden/looks-different",
+                f"{golden.script.name} looks different, though everything is where it was: {worst[1]}",
+                *(() if same else ("recorded with another renderer, so pictures are compared when blurred",)),
+            )
+        )
+    return Outcome(golden, tuple(found), tuple(differing))
+
+
+def _error(code: str, message: str, *notes: str) -> Diagnostic:
+    helps = ("look at the pictures; if the new ones are right, `movimentum golden check --update` keeps them",)
+    return Diagnostic(code, Severity.ERROR, message, notes=tuple(notes), helps=helps)
+
+
+def _recorded(golden: Golden) -> tuple[dict[str, Any], list[str], FloatArray]:
+    """What ``golden.json`` says, and the table."""
+    name = golden.script.name
+    if not golden.exists:
+        message = f"{name} has no golden frames in {golden.folder}"
+        helps = (f"movimentum golden record {golden.script}",)
+        raise ScriptError([Diagnostic("golden/missing", Severity.ERROR, message, helps=helps)])
+    try:
+        about = json.loads((golden.folder / "golden.json").read_text(encoding="utf-8"))
+        if about["format"] != FORMAT:
+            raise ValueError(f"their format is {about['format']}, not {FORMAT}")
+        with (golden.folder / "poses.csv").open(encoding="utf-8", newline="") as stream:
+            header, *rows = csv.reader(stream)
+        table = np.array(rows, dtype=np.float64).reshape(len(rows), len(header))
+        frames, known = int(about["frames"]), dict(about["renderer"])
+    except (OSError, ValueError, KeyError, TypeError) as problem:
+        message = f"{name}'s golden frames in {golden.folder} cannot be read: {problem}"
+        helps = (f"movimentum golden record {golden.script}",)
+        raise ScriptError([Diagnostic("golden/unreadable", Severity.ERROR, message, helps=helps)]) from problem
+    return {"frames": frames, "renderer": known}, header, table
+
+
+def _picture(path: Path) -> Image.Image | None:
+    try:
+        with Image.open(path) as image:
+            return image.convert("RGB")
+    except (OSError, UnidentifiedImageError):
+        return None
+
+
+def _numbers(made: Rendition, header: list[str], table: FloatArray, frames: int) -> Iterator[Diagnostic]:
+    """What is somewhere else than it was."""
+    motion = made.solution.motion
+    count = motion.timeline.frame_count
+    chosen = columns(made.scene)
+    names = ["frame", *(column.name for column in chosen)]
+    gone = [name for name in header if name not in names]
+    new = [name for name in names if name not in header]
+    if gone or new:
+        parts = [f"no {listed([f'`{n}`' for n in gone])} any more"] * bool(gone)
+        parts += [f"{listed([f'`{n}`' for n in new])} that were not recorded"] * bool(new)
+        yield _error("golden/changed", f"the scene has changed: there is {' and there is '.join(parts)}")
+        return
+    if count != frames:
+        now, before = counted(count, "frame"), counted(frames, "frame")
+        yield _error("golden/changed", f"the animation has {now}, it had {before}")
+        return
+    poses = made.poses()
+    if len(poses.frames) != len(table) or (table[:, 0] != poses.frames).any():
+        yield _error("golden/changed", "other frames were recorded than would be now")
+        return
+    place = {name: k for k, name in enumerate(header)}
+    old = {name: table[:, place[name]] for name in names}
+    now = {column.name: np.asarray(column.values(poses), dtype=np.float64) for column in chosen}
+    limit = TOLERANCE * solved_size(motion)
+    apart = dict(_distances(made, old, now))
+    off = {name: far for name, far in apart.items() if not (far <= limit).all()}
+    if not off:
+        return
+    first = {name: int(np.argmax(~(far <= limit))) for name, far in off.items()}
+    name = min(off, key=lambda n: (first[n], -float(off[n][first[n]])))
+    here = first[name]
+    anchors = [n for n in apart if n not in off and f"{n}.x" in now]
+    agreed = max([1e-9, *(float(apart[n].max()) for n in anchors)])
+    agree = f"; {counted(len(anchors), 'other anchor')} agree to {number(agreed, 1)}" if anchors else ""
+    unit = "px" if f"{name}.x" in now else "degrees" if name.endswith(".angle") else "off"
+    far = number(float(off[name][here]), 3)
+    worst = int(np.argmax(off[name]))
+    what = f"`{name}` is {far} {unit} from where it was" if unit != "off" else f"`{name}` is {far} from what it was"
+    notes = [f"`{name}` is farthest off at t = {_time(now, worst)}: by {number(float(off[name][worst]), 3)}"]
+    others = sorted((n for n in off if n != name), key=lambda n: (first[n], -float(off[n].max())))
+    for other in others[:MOST]:
+        by = number(float(off[other].max()), 3)
+        notes.append(f"so is `{other}`, from t = {_time(now, first[other])} on, by up to {by}")
+    if len(others) > MOST:
+        notes.append(f"and {len(others) - MOST} more")
+    frame = int(poses.frames[here])
+    yield _error(
+        "golden/moved",
+        f"{what}, at t = {_time(now, here)} (frame {frame}), first seen there{agree}",
+        *notes,
+    )
+
+
+def solved_size(motion: Motion | RefinedMotion) -> float:
+    """The scene's size in pixels."""
+    return motion.base.size if isinstance(motion, RefinedMotion) else motion.size
+
+
+def _time(now: dict[str, FloatArray], row: int) -> str:
+    return time_text(float(now["time"][row]))
+
+
+def _distances(
+    made: Rendition, old: dict[str, FloatArray], now: dict[str, FloatArray]
+) -> Iterator[tuple[str, FloatArray]]:
+    """How far everything is from where it was, in each row: anchors in pixels, angles in degrees, variables."""
+    for thing in made.scene.things:
+        if not thing.is_body:
+            continue
+        for anchor in thing.anchors:
+            name = f"{thing.name}.{anchor.name}"
+            dx, dy = (now[f"{name}.{axis}"] - old[f"{name}.{axis}"] for axis in "xy")
+            yield name, np.asarray(np.hypot(dx, dy), dtype=np.float64)
+        yield f"{thing.name}.angle", np.abs(now[f"{thing.name}.angle"] - old[f"{thing.name}.angle"])
+    for name, variable in made.scene.variables.items():
+        for title in (f"{name}.x", f"{name}.y") if variable.is_vector else (name,):
+            yield title, np.abs(now[title] - old[title])

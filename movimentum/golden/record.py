@@ -1,0 +1,130 @@
+"""Golden frames: what a script came to when somebody last looked at it and found it right.
+
+Beside ``NAME.mov``, or in another folder, ``NAME.golden/`` holds ``poses.csv`` (a table as `solve` writes it), some
+frames as PNG, and ``golden.json``, which says what they were recorded with.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from movimentum import pipeline
+from movimentum.files import whole_folder
+from movimentum.pipeline import Choices, Solution
+from movimentum.scene.model import Scene
+from movimentum.solve.motion import Poses
+
+MOST_FRAMES = 2000
+"""Rows of a table; of a longer animation every second, third, … frame is kept."""
+MOST_PICTURES = 12
+FORMAT = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Golden:
+    """Where a script's golden frames are, or are to be."""
+
+    script: Path
+    folder: Path
+
+    @property
+    def exists(self) -> bool:
+        """Whether any are recorded."""
+        return (self.folder / "golden.json").is_file()
+
+
+def golden_of(script: Path, to: Path | None = None) -> Golden:
+    """The place of a script's golden frames: beside it, or in the folder ``to``."""
+    return Golden(script, (to or script.parent) / f"{script.stem}.golden")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rendition:
+    """A script solved, with the frames that are worth recording: ``rows`` for the table, ``pictures`` to look at."""
+
+    scene: Scene
+    solution: Solution
+    rows: tuple[int, ...]
+    pictures: tuple[int, ...]
+
+    def poses(self) -> Poses:
+        """The poses of `rows`."""
+        import numpy as np
+
+        poses = self.solution.motion.poses(0, self.rows[-1] + 1)
+        return poses.select(np.array(self.rows, dtype=np.int64))
+
+    def images(self) -> Iterator[tuple[int, Any]]:
+        """The frames of `pictures` as Pillow images."""
+        from movimentum.render.options import PictureOptions
+        from movimentum.render.painter import make_painter
+
+        motion = self.solution.motion
+        count = motion.timeline.frame_count
+        chunks = [motion.poses(first, min(first + 512, count)) for first in range(0, count, 512)]
+        painter = make_painter(self.scene, chunks, PictureOptions())
+        for frame in self.pictures:
+            yield frame, painter.frame(motion.poses(frame, frame + 1), 0).convert("RGB")
+
+
+def rendition(script: Path) -> Rendition:
+    """Solve a script; raises what `pipeline.solved` does, broken claims included."""
+    choices = Choices()
+    scene = pipeline.understand(pipeline.read(str(script)))
+    timeline = pipeline.arranged(scene, choices)
+    solution = pipeline.solved(timeline, choices)
+    count = timeline.frame_count
+    stride = -(-count // MOST_FRAMES)
+    first: list[int] = []
+    middle: list[int] = []
+    for segment in timeline.segments:
+        begin = -int((timeline.start - segment.start) * timeline.fps // 1)
+        half = int((segment.start + (segment.end - segment.start) / 2 - timeline.start) * timeline.fps // 1)
+        first.append(min(begin, count - 1))
+        middle.append(min(max(half, begin), count - 1))
+    chosen = sorted({first[0], *middle})  # each step's middle; where a step begins, the one before it ends
+    every = max(1, -(-len(chosen) // MOST_PICTURES))
+    return Rendition(scene, solution, tuple(range(0, count, stride)), tuple(chosen[::every]))
+
+
+def renderer() -> dict[str, str]:
+    """What draws here: where this is the same, pixels are."""
+    import PIL
+
+    return {"system": platform.system(), "machine": platform.machine(), "pillow": PIL.__version__.split(".")[0]}
+
+
+def record(golden: Golden) -> Rendition:
+    """Write a script's golden frames, in place of older ones; whole or not at all."""
+    from movimentum.interop.tables import write_csv
+
+    made = rendition(golden.script)
+    golden.folder.mkdir(parents=True, exist_ok=True)
+    old = {file.name for file in golden.folder.glob("*.png")}
+    new = {picture_name(frame) for frame in made.pictures}
+    with whole_folder(golden.folder / "golden") as folder:
+        with (folder / "poses.csv").open("w", encoding="utf-8", newline="\n") as stream:
+            write_csv(made.scene, (made.poses(),), stream)
+        for frame, image in made.images():
+            image.save(folder / picture_name(frame), "PNG", optimize=True)
+        about = {
+            "format": FORMAT,
+            "script": golden.script.name,
+            "frames": made.solution.motion.timeline.frame_count,
+            "pictures": list(made.pictures),
+            "renderer": renderer(),
+        }
+        (folder / "golden.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8", newline="\n")
+    for name in old - new:
+        (golden.folder / name).unlink()
+    return made
+
+
+def picture_name(frame: int) -> str:
+    """The name of a recorded frame's file."""
+    return f"frame-{frame:05d}.png"
