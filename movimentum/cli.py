@@ -351,6 +351,7 @@ def _watch(console: Console, script: str, once: Callable[[], int], shown: Path |
 Examples:
   movimentum check crank.mov
   movimentum check crank.mov --format json | jq .diagnostics
+  movimentum check crank.mov --fps-invariance --reverse
 
 """
     + EXIT_CODES
@@ -359,11 +360,13 @@ Examples:
 @click.option(
     "--format",
     "form",
-    type=click.Choice(["text", "json"]),
+    type=click.Choice(["text", "json", "sarif"]),
     default="text",
     show_default=True,
-    help="For people, or for programs.",
+    help="For people, for programs, or for code review tools.",
 )
+@click.option("--fps-invariance", is_flag=True, help="Solve at another frame rate too, and compare.")
+@click.option("--reverse", is_flag=True, help="Follow the motion from its end back to its beginning too, and compare.")
 @FPS
 @STRICT
 @MAX_FRAMES_OPTION
@@ -371,7 +374,16 @@ Examples:
 @SPEECH
 @click.pass_obj
 def check(
-    console: Console, *, script: str, form: str, fps: Fraction | None, strict: bool, max_frames: int, max_nesting: int
+    console: Console,
+    *,
+    script: str,
+    form: str,
+    fps_invariance: bool,
+    reverse: bool,
+    fps: Fraction | None,
+    strict: bool,
+    max_frames: int,
+    max_nesting: int,
 ) -> int:
     """Say everything that can be said about SCRIPT without rendering it.
 
@@ -380,9 +392,16 @@ def check(
     from movimentum import pipeline
 
     report, source = pipeline.check(
-        script, Choices(fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting)
+        script,
+        Choices(fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting),
+        fps_invariance=fps_invariance,
+        reverse=reverse,
     )
-    if form == "json":
+    if form == "sarif":
+        from movimentum.report import check_sarif
+
+        click.echo(check_sarif(report, source))
+    elif form == "json":
         from movimentum.report import check_json
 
         click.echo(check_json(report, source))

@@ -239,8 +239,12 @@ class CheckReport:
     exit_code: int
 
 
-def check(path: str, choices: Choices) -> tuple[CheckReport, SourceText]:
+def check(
+    path: str, choices: Choices, *, fps_invariance: bool = False, reverse: bool = False
+) -> tuple[CheckReport, SourceText]:
     """All diagnostics and the step reports; a script's errors are reported, not raised.
+
+    ``fps_invariance`` and ``reverse`` put promises to the test on this script (see `analysis.invariance`).
 
     Raises `UsageError` where there is no script to read.
     """
@@ -256,7 +260,17 @@ def check(path: str, choices: Choices) -> tuple[CheckReport, SourceText]:
         raise
     except MovimentumError as error:
         return CheckReport(error.diagnostics, (), frames, duration, error.exit_code), source
-    return CheckReport(solution.diagnostics, solution.steps, frames, duration, solution.fault), source
+    found, fault = solution.diagnostics, solution.fault
+    if fault == 0:
+        from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
+        from movimentum.solve.motion import Motion
+
+        assert isinstance(solution.motion, Motion)
+        more = [*frame_rate_diagnostics(solution.motion)] if fps_invariance else []
+        more += reverse_diagnostics(solution.motion) if reverse else []
+        fault = 1 if any(item.severity is Severity.ERROR for item in more) else 0
+        found = (*found, *more)
+    return CheckReport(found, solution.steps, frames, duration, fault), source
 
 
 @dataclass(frozen=True, slots=True)

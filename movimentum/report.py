@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from movimentum.diagnostics import render_text, to_json
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
     from movimentum.pipeline import CheckReport
-    from movimentum.source import SourceText
+    from movimentum.source import SourceText, Span
+
+SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
 def check_json(report: CheckReport, source: SourceText) -> str:
@@ -38,6 +40,50 @@ def check_json(report: CheckReport, source: SourceText) -> str:
         ensure_ascii=False,
         allow_nan=False,
     )
+
+
+def check_sarif(report: CheckReport, source: SourceText) -> str:
+    """A SARIF 2.1.0 log of one run: a result for each diagnostic, its other places as related locations.
+
+    Columns are counted in characters (``unicodeCodePoints``), as everywhere.
+    """
+    from urllib.parse import quote
+
+    from movimentum import __version__
+
+    codes = list(dict.fromkeys(item.code for item in report.diagnostics))
+    place = {"uri": quote(source.path.replace("\\", "/"))}
+
+    def location(span: Span | None, message: str = "") -> dict[str, Any]:
+        where: dict[str, Any] = {"artifactLocation": place}
+        if span is not None:
+            start, end = source.position(span.start), source.position(span.end)
+            where["region"] = {
+                "startLine": start.line,
+                "startColumn": start.column,
+                "endLine": end.line,
+                "endColumn": end.column,
+            }
+        return {"physicalLocation": where, **({"message": {"text": message}} if message else {})}
+
+    results: list[dict[str, Any]] = []
+    for item in report.diagnostics:
+        lines = [item.message, *(f"note: {note}" for note in item.notes), *(f"help: {text}" for text in item.helps)]
+        result: dict[str, Any] = {
+            "ruleId": item.code,
+            "ruleIndex": codes.index(item.code),
+            "level": item.severity.value,
+            "message": {"text": "\n".join(lines)},
+            "locations": [location(item.span)],
+        }
+        if item.labels:
+            related = enumerate(item.labels, 1)
+            result["relatedLocations"] = [{"id": n, **location(label.span, label.message)} for n, label in related]
+        results.append(result)
+    driver = {"name": "Movimentum", "version": __version__, "rules": [{"id": code} for code in codes]}
+    run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
+    log = {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}
+    return json.dumps(log, indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def check_text(report: CheckReport, source: SourceText, *, color: bool) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +25,6 @@ from movimentum.timeline.model import Segment, Timeline
 FloatArray = NDArray[np.float64]
 
 MAXIMAL_PIECES = 64
-
-
-@dataclass(frozen=True, slots=True)
-class SolveOptions:
-    """``accuracy``: the tier (only "standard" so far)."""
-
-    accuracy: str = "standard"
 
 
 def scene_size(scene: Scene) -> float:
@@ -59,21 +52,21 @@ def _extent(points: list[tuple[float, float]]) -> float:
     return max(max(p[axis] for p in points) - min(p[axis] for p in points) for axis in (0, 1))
 
 
-def solve(timeline: Timeline, options: SolveOptions | None = None) -> Motion:
-    """Find the motion of a whole timeline.
+def solve(timeline: Timeline, begin: Carry | None = None) -> Motion:
+    """Find the motion of a whole timeline; it begins with the pose nearest to ``begin`` (None: as drawn).
 
     Never raises for what a scene may do: where there is no solution the `Motion` says so in ``troubles`` and its poses
     mark the frames. Raises `plan.compile.CyclicRateError` for a derivative that depends on itself.
     """
     scene = timeline.scene
     size = scene_size(scene)
-    carry = as_drawn(scene)
+    carry = begin or as_drawn(scene)
     stretches: list[Stretch] = []
     for segment in timeline.segments:
         earlier = stretches[-1].plan if stretches else None
         stretch, carry = _solve_segment(scene, segment, size, carry, earlier)
         stretches.append(stretch)
-    return Motion(timeline, tuple(stretches), size, options.accuracy if options else "standard")
+    return Motion(timeline, tuple(stretches), size)
 
 
 def _solve_segment(

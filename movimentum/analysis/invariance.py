@@ -1,0 +1,157 @@
+"""Two promises put to the test on a script: the motion does not depend on the frame rate, and it can be reversed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from movimentum.analysis.words import number, time_text
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.expressions import Expr, clock, ratio, sub, substitute, walk
+from movimentum.scene.model import Constraint, Relation
+from movimentum.solve.carry import Carry
+from movimentum.solve.moments import carry_at
+from movimentum.solve.motion import Motion
+from movimentum.solve.solver import solve
+from movimentum.solve.stretches import Dead
+from movimentum.timeline.arrange import arrange
+from movimentum.timeline.model import Timeline
+
+OTHER_RATE = Fraction(17, 11)
+"""Of the script's frame rate: frames that hardly ever fall on the script's own."""
+TOLERANCE = 1e-8
+"""Of the scene's size: what free motion, which is integrated, can keep; everything else keeps 1e-13."""
+MOST_TIMES = 2000
+
+
+@dataclass(frozen=True, slots=True)
+class Apart:
+    """Where two motions are farthest apart: ``anchor`` by ``amount`` pixels at ``time``; ``first``: when they part."""
+
+    anchor: str
+    amount: float
+    time: float
+    first: float | None
+
+
+def _apart(one: Motion, other: Motion, times: Sequence[Fraction], backwards: bool = False) -> Apart:
+    """Compare at ``times`` (ascending); ``backwards``: the other motion runs from the end to the beginning.
+
+    A step's own time belongs to that step, whichever way time runs, so steps' times are left out then.
+    """
+    timeline = one.timeline
+    total = timeline.start + timeline.end
+    a = one.poses_at(times)
+    b = other.poses_at([total - time for time in reversed(times)] if backwards else times)
+    turn = slice(None, None, -1) if backwards else slice(None)
+    both = a.solved & b.solved[turn]
+    if backwards:
+        both &= ~np.isin([float(time) for time in times], [float(s.start) for s in timeline.segments[1:]])
+    worst = Apart("", 0.0, float(times[0]), None)
+    off = np.zeros(len(times))
+    for thing in timeline.scene.things:
+        for anchor in thing.anchors if thing.is_body else ():
+            there = a.world(thing.number, anchor.local) - b.world(thing.number, anchor.local)[turn]
+            far = np.where(both, np.hypot(there[:, 0], there[:, 1]), 0.0)
+            off = np.maximum(off, far)
+            place = int(np.argmax(far))
+            if far[place] > worst.amount or not worst.anchor:
+                worst = Apart(f"{thing.name}.{anchor.name}", float(far[place]), float(times[place]), None)
+    bad = np.nonzero(off > TOLERANCE * one.size)[0]
+    first = bad[-1 if backwards else 0] if len(bad) else None
+    return replace(worst, first=None if first is None else float(times[int(first)]))
+
+
+def _times(motion: Motion) -> list[Fraction]:
+    timeline = motion.timeline
+    stride = -(-timeline.frame_count // MOST_TIMES)
+    return [timeline.frame_time(frame) for frame in range(0, timeline.frame_count, stride)]
+
+
+def frame_rate_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
+    """Solve the scene at another frame rate and compare at both rates' frame times."""
+    timeline = motion.timeline
+    other = solve(arrange(timeline.scene, fps=timeline.fps * OTHER_RATE, max_frames=10**9))
+    times = sorted({*_times(motion), *_times(other)})
+    rates = [number(float(rate), 6) for rate in (other.timeline.fps, timeline.fps)]
+    how = f"at {rates[0]} frames a time unit instead of {rates[1]}"
+    yield _told("check/fps-invariance", how, _apart(motion, other, times))
+
+
+def _told(code: str, how: str, found: Apart) -> Diagnostic:
+    same = found.first is None
+    where = f"`{found.anchor}` is {number(found.amount, 2)} px away at t = {time_text(found.time)}"
+    if same:
+        message = (
+            f"{how} the motion is the same: {where}, and nothing farther" if found.anchor else f"{how} nothing differs"
+        )
+        return Diagnostic(code, Severity.NOTE, message)
+    return Diagnostic(
+        code,
+        Severity.ERROR,
+        f"{how} the motion is another from t = {time_text(found.first or 0.0)} on: {where}",
+        notes=("the path is not determined well enough there: see what `branch` says in the debugger",),
+        helps=("an inequality that holds on one of the two paths only keeps the motion on it",),
+    )
+
+
+# --- backwards -------------------------------------------------------------------------------------------
+
+
+def reverse_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
+    """Follow the motion from its end back to its beginning, and compare.
+
+    Not reversible, and not tried: integrals and derivatives (they know which way time goes), free motion and wishes
+    (least motion depends on where it comes from), and jumps from one step to the next.
+    """
+    reason = _irreversible(motion)
+    if reason is not None:
+        yield Diagnostic("check/reverse", Severity.NOTE, f"the motion cannot be run backwards: {reason}")
+        return
+    last = motion.stretches[-1]
+    piece = last.pieces[-1]
+    assert not isinstance(piece, Dead)
+    carried = carry_at(last, piece, float(last.segment.end - last.segment.start), last.base)
+    backwards = solve(_reversed(motion.timeline), Carry(carried.now))
+    yield _told(
+        "check/reverse", "run backwards from its end", _apart(motion, backwards, _times(motion), backwards=True)
+    )
+
+
+def _irreversible(motion: Motion) -> str | None:
+    for stretch in motion.stretches:
+        when = f"in the step at t = {time_text(float(stretch.segment.start))}"
+        if stretch.troubles or any(isinstance(piece, Dead) for piece in stretch.pieces):
+            return f"there is no solution all the way {when}"
+        if any(b.free for b in stretch.plan.blocks):
+            return f"something moves freely {when}"
+        for item in stretch.segment.active:
+            if any(node.op in ("integral", "derivative") for node in walk(*item.left, *item.right)):
+                return f"there are integrals or derivatives {when}"
+            if item.relation is Relation.WISH:
+                return f"there are wishes {when}"
+    return None
+
+
+def _reversed(timeline: Timeline) -> Timeline:
+    """The timeline run from its end to its beginning: what happened at T happens at start + end - T."""
+    total = timeline.start + timeline.end
+    now = clock(Fraction(0))
+    memo: dict[Expr, Expr] = {}
+
+    def turned(node: Expr) -> Expr | None:
+        return sub(ratio(total - node.start), now) if node.op == "clock" else None
+
+    def of(item: Constraint) -> Constraint:
+        sides = (tuple(substitute(part, turned, memo) for part in side) for side in (item.left, item.right))
+        left, right = sides
+        return replace(item, left=left, right=right)
+
+    segments = tuple(
+        replace(s, number=k, start=total - s.end, end=total - s.start, active=tuple(map(of, s.active)))
+        for k, s in enumerate(reversed(timeline.segments))
+    )
+    return Timeline(timeline.scene, segments, timeline.fps, timeline.lifetimes)

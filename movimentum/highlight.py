@@ -1,0 +1,102 @@
+"""Colours for scripts: a Pygments lexer, and a TextMate grammar for editors, both made of the Lark grammar's terminals.
+
+A word has one colour wherever it stands, which a lexer without a parser behind it can decide; what the language
+itself would not read is still coloured as far as it goes. After editing the grammar::
+
+    python -m movimentum.highlight
+
+writes ``grammar/movimentum.tmLanguage.json`` anew.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any, ClassVar
+
+from pygments.lexer import RegexLexer
+from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation, String, Text
+from pygments.token import _TokenType as TokenKind  # pyright: ignore[reportPrivateUsage]
+
+from movimentum.syntax.grammar import Terminal, load_tables
+from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+
+KINDS: dict[str, tuple[TokenKind, str]] = {
+    "CONFIG": (Keyword.Namespace, "keyword.other.config"),
+    "CLAIM": (Keyword.Namespace, "keyword.other.claim"),
+    "WITHIN": (Keyword.Namespace, "keyword.other.within"),
+    "BAR": (Keyword.Type, "storage.type.shape"),
+    "ARROW": (Keyword.Type, "storage.type.shape"),
+    "DISC": (Keyword.Type, "storage.type.shape"),
+    "LABEL": (Keyword.Type, "storage.type.shape"),
+    "LINE": (Keyword.Type, "storage.type.shape"),
+    "CLOCK": (Name.Builtin.Pseudo, "variable.language.clock"),
+    "FUNCTION": (Name.Function, "support.function"),
+    "ROTATE": (Name.Function, "support.function"),
+    "WORD": (Name.Attribute, "entity.other.attribute-name"),
+    "NUMBER": (Number, "constant.numeric"),
+    "STRING": (String.Single, "string.quoted.single"),
+    "BLANK": (Keyword.Constant, "constant.language.blank"),
+    "NAME": (Name.Variable, "variable.other"),
+}
+"""Terminal -> its Pygments token and its TextMate scope, in the order in which they are tried; signs follow."""
+
+_COMMENTS = ((r"//[^\r\n]*", Comment.Single, "comment.line"), (r"/\*[\s\S]*?\*/", Comment.Multiline, "comment.block"))
+_STEP = r"@\+?"
+_RELATIONS = {"EQUAL", "TILDE", "ATMOST", "BELOW", "ATLEAST", "ABOVE"}
+
+
+def _terminals() -> dict[str, Terminal]:
+    return {terminal.name: terminal for terminal in load_tables().terminals}
+
+
+def _patterns() -> list[tuple[str, TokenKind, str]]:
+    """(regular expression, token, scope), the first that matches wins."""
+    known = _terminals()
+    found = [*_COMMENTS, (_STEP, Keyword.Declaration, "keyword.control.step")]
+    # behind a value a dotted word is a member: `B.a` is an anchor or an angle, `.a(…)` a function
+    members = "|".join(sorted({*THING_MEMBERS, *VECTOR_MEMBERS}, key=lambda word: (-len(word), word)))
+    found.append(
+        (rf"(?<=[A-Za-z0-9_)\]])\.(?:{members})(?![A-Za-z0-9_(])", Name.Attribute, "entity.other.attribute-name")
+    )
+    found += [(known[name].pattern, token, scope) for name, (token, scope) in KINDS.items() if name in known]
+    signs = [t for t in known.values() if t.name not in KINDS and t.name not in ("AT",)]
+    for terminal in sorted(signs, key=lambda t: -len(t.pattern)):
+        token = Operator if terminal.name in _RELATIONS or terminal.pattern in "+-*/^" else Punctuation
+        pattern = re.escape(terminal.pattern) if terminal.literal else terminal.pattern
+        found.append((pattern, token, "keyword.operator" if token is Operator else "punctuation"))
+    return found
+
+
+class MovimentumLexer(RegexLexer):
+    """Scripts of Movimentum, ``*.mov``."""
+
+    name = "Movimentum"
+    aliases = ("movimentum",)
+    filenames = ("*.mov",)
+    tokens: ClassVar[dict[str, Any]] = {
+        "root": [(r"\s+", Text.Whitespace), *((pattern, token) for pattern, token, _ in _patterns())]
+    }
+
+
+def textmate() -> str:
+    """The TextMate grammar, as JSON."""
+    patterns = [
+        {"name": f"{scope}.movimentum", "match": pattern}
+        for pattern, _, scope in _patterns()
+        if scope != "comment.block"
+    ]
+    block = {"name": "comment.block.movimentum", "begin": r"/\*", "end": r"\*/"}
+    about = {
+        "name": "Movimentum",
+        "scopeName": "source.movimentum",
+        "fileTypes": ["mov"],
+        "patterns": [block, *patterns],
+    }
+    return json.dumps(about, indent=1) + "\n"
+
+
+if __name__ == "__main__":
+    target = Path(__file__).resolve().parent.parent / "grammar" / "movimentum.tmLanguage.json"
+    target.write_text(textmate(), encoding="utf-8", newline="\n")
