@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from movimentum.plan.blocks import Block, Kernel
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.scene.model import ThingAngle
+from movimentum.solve.kernels import State
 from movimentum.solve.newton import jacobian_of, null_space, scaled
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece, scale_of
@@ -91,6 +93,19 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
             motions = _motions(stretch.plan, block, x[0], free * scale[:, None]) if freedom and block.free else ()
             result.append(BlockRank(block.number, rank, freedom, motions))
     return result
+
+
+def free_directions(
+    plan: Plan, block: Block, state: State, clocks: Sequence[FloatArray], x: FloatArray
+) -> list[tuple[FreeMotion, FloatArray]]:
+    """Each free motion of a block at core values ``x`` (n,), and its velocity (n,)."""
+    scale = scale_of(plan, block.core)
+    one = [None if v is None else np.array([float(np.ravel(v)[0])]) for v in state]
+    rows, _ = scaled(jacobian_of(block, one, clocks, x[None]), scale)
+    rank, free, _ = null_space(rows[0], RANK_TOLERANCE)
+    if rank == len(x):
+        return []
+    return [(_told(plan, block, x, row), row) for row in _reduced((free * scale[:, None]).T, scale)]
 
 
 def _motions(plan: Plan, block: Block, x: FloatArray, free: FloatArray) -> tuple[FreeMotion, ...]:

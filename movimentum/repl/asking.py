@@ -13,7 +13,7 @@ from movimentum.files import whole_file
 from movimentum.repl.command import Answer, Command, plain, split_output, table
 from movimentum.repl.reading import lowered
 from movimentum.repl.session import Session, refused
-from movimentum.repl.sheet import write_sheet
+from movimentum.repl.sheet import write_film, write_sheet
 from movimentum.solve.stretches import Dead
 from movimentum.solve.tracks import Piece
 
@@ -95,6 +95,21 @@ def free(session: Session, argument: str) -> Answer:
     return replace(session, suggestions=suggestions), "\n".join(lines)
 
 
+def wiggle(session: Session, argument: str) -> Answer:
+    """``wiggle FILE``: each free motion, one after the other, as an animation."""
+    from movimentum.analysis.wiggle import wiggles
+
+    name = argument.strip().removeprefix("-o").strip()
+    if not name.lower().endswith((".gif", ".apng", ".webp")):
+        raise refused("file", "`wiggle` writes an animation", "wiggle free.gif")
+    piece, tau = _piece(session)
+    found = list(wiggles(session.stretch, piece, tau))
+    if not found:
+        return session, "nothing can move in a way that is not determined"
+    write_film(session, [moment for _, moments in found for moment in moments], Path(name))
+    return session, "\n".join([*(f"{n}. {motion.words}" for n, (motion, _) in enumerate(found, 1)), f"wrote {name}"])
+
+
 def solutions(session: Session, argument: str) -> Answer:
     """``solutions [-o FILE]``: every solution at this moment."""
     from movimentum.analysis.moment import alternatives
@@ -162,6 +177,7 @@ COMMANDS = (
     Command("why", "why NAME", "the constraints that determine a thing, an anchor or a variable, in their order", why),
     Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what stands in the way", formula),
     Command("free", "free", "what can still move, in words, and what would stop it", free),
+    Command("wiggle", "wiggle FILE.gif", "each free motion there and back, one after the other", wiggle),
     Command("solutions", "solutions [-o FILE.png]", "every solution at this moment, and what selects it", solutions),
     Command("branch", "branch", "how close the solver's choices were over the whole animation", branch),
 )

@@ -10,6 +10,7 @@ from prompt_toolkit import PromptSession
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 from prompt_toolkit.history import InMemoryHistory
+from prompt_toolkit.lexers import Lexer
 
 from movimentum.analysis.words import time_text
 from movimentum.repl import shell
@@ -73,5 +74,20 @@ def make_prompt(session: Callable[[], Session]) -> PromptSession[Any]:
         return f"t={moment}> " if session().work.moves else "(mend) "
 
     return PromptSession(
-        message, history=InMemoryHistory(), completer=SessionCompleter(session), complete_while_typing=False
+        message,
+        history=InMemoryHistory(),
+        completer=SessionCompleter(session),
+        complete_while_typing=False,
+        lexer=_colours(),
     )
+
+
+def _colours() -> Lexer | None:
+    """The colours of scripts, where Pygments is installed."""
+    try:
+        from prompt_toolkit.lexers import PygmentsLexer
+
+        from movimentum.highlight import MovimentumLexer
+    except ImportError:
+        return None
+    return PygmentsLexer(MovimentumLexer)

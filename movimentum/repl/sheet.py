@@ -1,8 +1,9 @@
-"""A sheet of thumbnails: several poses of a scene, side by side."""
+"""Several poses of a scene at once: side by side on a sheet, or one after the other as a film."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -40,3 +41,13 @@ def write_sheet(session: Session, moments: Sequence[Snapshot], path: Path) -> No
     from movimentum.render.sheet import write_thumbnails
 
     write_thumbnails(session.work.scene, poses_of(session, moments), path)
+
+
+def write_film(session: Session, moments: Sequence[Snapshot], path: Path) -> None:
+    """The scene in one of ``moments`` after the other, as an animation in the format that the suffix names."""
+    from movimentum.encode.write import write_animation
+    from movimentum.render.painter import make_painter
+
+    poses = poses_of(session, moments)
+    painter = make_painter(session.work.scene, (poses,))
+    write_animation(painter, (poses,), path, fps=Fraction(20), workers=1)

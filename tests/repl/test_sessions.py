@@ -160,6 +160,29 @@ def test_free_motion_is_told_and_stopped(talk):
     assert say("free") == "nothing can move in a way that is not determined"
 
 
+def test_wiggling_keeps_everything_else_true(talk, tmp_path):
+    from movimentum.analysis.wiggle import wiggles
+
+    say = talk(SLIDER.replace("   Rod.B=[x,100];  x > 100;\n", ""))
+    said = say(f"wiggle {tmp_path / 'a.gif'}")
+    assert "`Rod` can still turn about `Rod.A`" in said
+    with Image.open(tmp_path / "a.gif") as film:
+        assert film.n_frames > 10
+    stretch = say.session.stretch
+    ((_motion, moments),) = wiggles(stretch, stretch.pieces[0], 0.0)
+    turns = []
+    for moment in moments:
+        rod = moment.things[1]
+        assert abs(rod.x + 140 * rod.c - 100 * rod.s - 140) < 1e-9  # A stays on the crank pin
+        assert abs(rod.y + 140 * rod.s + 100 * rod.c - 100) < 1e-9
+        turns.append(math.degrees(math.atan2(rod.s, rod.c)))
+    assert max(turns) > 3
+    assert min(turns) < -3
+    assert abs(turns[0]) < 1e-9
+    assert abs(turns[-1]) < 1e-6
+    assert talk()(f"wiggle {tmp_path / 'b.gif'}").startswith("nothing can move")
+
+
 def test_branch_tells_how_near_the_other_solution_comes(talk):
     rows = talk()("branch").splitlines()
     assert len(rows) == 2  # the crank stands still from 2 on
