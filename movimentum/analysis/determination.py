@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from movimentum.expressions import Expr, symbols
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
-from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty, VariableComponent
+from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +51,6 @@ def unknowns_of(plan: Plan, expressions: Iterable[Expr]) -> tuple[set[int], set[
         found.update(numbers)
         if not numbers and isinstance(payload, AnchorCoordinate | ThingAngle | ThingProperty):
             drawn.add(payload.thing)
-        if not numbers and isinstance(payload, VariableComponent):
-            continue
     return found, drawn
 
 

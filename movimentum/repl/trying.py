@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import NoReturn
 
 from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.errors import ScriptError
@@ -94,7 +95,7 @@ def _stated(session: Session, text: str) -> Answer:
     return _changed(session, stated(session.text, scene, step, text, own))
 
 
-def _refuse_typed(after: Session, text: str, trial: str) -> None:
+def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
     """What is wrong with what was typed, shown where it was typed."""
     offset = trial.find(text.strip().removesuffix(";").rstrip())
     shifted: list[Diagnostic] = []
