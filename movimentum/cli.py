@@ -15,7 +15,7 @@ import click
 from movimentum import __version__
 from movimentum.console import DONE, NO_SOLUTION, USAGE, Console, ReaderGone, guarded, wants_color
 from movimentum.errors import MovimentumError
-from movimentum.parameters import FrameRange, FrameRangeType, RationalType, TraceType, WordsType
+from movimentum.parameters import FrameRange, FrameRangeType, PairType, RationalType, TraceType, WordsType
 from movimentum.pipeline import MAX_FRAMES, MAX_NESTING, MAX_PIXELS, Choices, Picture
 
 if TYPE_CHECKING:
@@ -616,6 +616,121 @@ def solve(
         from movimentum.report import counted
 
         console.say(f"{target}: {counted(outcome.frames, 'row')}")
+    return code
+
+
+# --- import and export ----------------------------------------------------------------------------------
+
+
+@commands.command(
+    "import",
+    epilog="""\b
+Examples:
+  movimentum import peaucellier.txt -o peaucellier.mov
+  movimentum import tiling.txt --snap -o tiling.mov
+  movimentum import jansen.pyslvs --drive 0,1 -o jansen.mov
+
+"""
+    + EXIT_CODES,
+)
+@click.argument("file", metavar="FILE")
+@click.option("-o", "--output", required=True, metavar="SCRIPT", help="The script to write; - is standard output.")
+@click.option(
+    "--snap",
+    is_flag=True,
+    help="Make nearly equal lengths equal and fixed angles whole, and repair the coordinates (linkage files).",
+)
+@click.option(
+    "--snap-angle",
+    type=click.FloatRange(min=0, min_open=True, max=360),
+    metavar="A",
+    help="Degrees that angles are multiples of, with --snap [default: 36].",
+)
+@click.option(
+    "--drive",
+    "drives",
+    type=PairType(),
+    multiple=True,
+    metavar="BASE,DRIVEN",
+    help="Turn joint DRIVEN about joint BASE (mechanism expressions; repeatable).",
+)
+@STRICT
+@SPEECH
+@click.pass_obj
+def import_(
+    console: Console,
+    *,
+    file: str,
+    output: str,
+    snap: bool,
+    snap_angle: float | None,
+    drives: tuple[tuple[int, int], ...],
+    strict: bool,
+) -> int:
+    """Turn FILE into a script: a linkage file of the program "linkages", or a mechanism expression of Pyslvs.
+
+    Which of the two it is, is seen by what it says.
+    """
+    from movimentum import pipeline
+
+    if snap_angle is not None and not snap:
+        raise click.UsageError("--snap-angle needs --snap.")
+    target = None if output == "-" else _output(file, output, ".mov")
+    how = pipeline.Import(snap, 36.0 if snap_angle is None else snap_angle, drives)
+    code, outcome = _made(console, file, lambda source: pipeline.imported(source, target, how, strict))
+    if outcome is not None and target is not None:
+        console.say(f"{target}: written; look at it with `movimentum check {target}`")
+    return code
+
+
+@commands.command(
+    epilog="""\b
+Examples:
+  movimentum export peaucellier.mov -o peaucellier.txt
+  movimentum export four-bar.mov --format pyslvs -o four-bar.pyslvs
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option("-o", "--output", required=True, metavar="FILE", help="The file to write; - is standard output.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["linkages", "pyslvs"]),
+    default="linkages",
+    show_default=True,
+    help="A linkage of rods as it is at one moment, or the formulas by which triangles give every joint.",
+)
+@click.option("--at", type=RationalType(), metavar="T", help="The moment (linkages) [default: the beginning].")
+@FPS
+@STRICT
+@MAX_FRAMES_OPTION
+@MAX_NESTING_OPTION
+@SPEECH
+@click.pass_obj
+def export(
+    console: Console,
+    *,
+    script: str,
+    output: str,
+    form: str,
+    at: Fraction | None,
+    fps: Fraction | None,
+    strict: bool,
+    max_frames: int,
+    max_nesting: int,
+) -> int:
+    """Write the scene of SCRIPT in another program's format."""
+    from movimentum import pipeline
+
+    if at is not None and form != "linkages":
+        raise click.UsageError("--at is for linkages: formulas have a value for every frame.")
+    target = None if output == "-" else _output(script, output, ".txt")
+    choices = Choices(fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting)
+    code, outcome = _made(console, script, lambda source: pipeline.exported(source, target, form, at, choices))
+    if outcome is not None and target is not None:
+        console.say(f"{target}: written")
     return code
 
 

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     _RangeBase = click.ParamType["FrameRange"]
     _WordsBase = click.ParamType[frozenset[str]]
     _TextBase = click.ParamType[str]
+    _PairBase = click.ParamType[tuple[int, int]]
 else:  # older versions of click have no type arguments here
-    _RationalBase = _RangeBase = _WordsBase = _TextBase = click.ParamType
+    _RationalBase = _RangeBase = _WordsBase = _TextBase = _PairBase = click.ParamType
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +100,21 @@ class WordsType(_WordsBase):
             if word not in self.words:
                 self.fail(f"{word!r} is none of {', '.join(self.words)}.", param, ctx)
         return frozenset(words)
+
+
+class PairType(_PairBase):
+    """Two joint numbers, ``0,1``."""
+
+    name = "pair"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """The two numbers."""
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        match = re.fullmatch(r"\s*(\d{1,9})\s*,\s*(\d{1,9})\s*", str(value))
+        if match is None:
+            self.fail(f"{value!r} is not a pair of joint numbers such as 0,1.", param, ctx)
+        return int(match[1]), int(match[2])
 
 
 class TraceType(_TextBase):

@@ -316,6 +316,97 @@ def tabulate(
     return Outcome(rows, solution.fault, diagnostics, notes)
 
 
+@dataclass(frozen=True, slots=True)
+class Import:
+    """How a foreign file is to be read: ``snap`` repairs rounded coordinates, with angles multiples of ``snap_angle``;
+    ``drives`` are the inputs (base, driven) of a mechanism expression.
+    """
+
+    snap: bool = False
+    snap_angle: float = 36.0
+    drives: tuple[tuple[int, int], ...] = ()
+
+
+def imported(source: SourceText, target: Path | None, how: Import, strict: bool) -> Outcome:
+    """Write what a linkage file or a Pyslvs mechanism expression says as a script to ``target`` (None: stdout)."""
+    from movimentum.interop.linkages import linkage_script, read_linkage
+    from movimentum.interop.mechanisms import mechanism_script, read_mechanism
+
+    title = Path(source.path).name
+    if _is_mechanism(source):
+        if how.snap:
+            raise _usage("usage/import", "--snap is for linkage files: a mechanism expression has no angles to repair")
+        text, found = mechanism_script(read_mechanism(source), how.drives, title), ()
+    else:
+        if how.drives:
+            raise _usage("usage/import", "--drive is for Pyslvs' mechanism expressions; draw a linkage with a wish")
+        linkage, found = read_linkage(source)
+        if how.snap:
+            from movimentum.interop.snapping import snapped
+
+            result = snapped(linkage, how.snap_angle)
+            linkage, found = result.linkage, (*found, *result.diagnostics)
+        text = linkage_script(linkage, title)
+    found, warned = judged(found, Choices(strict=strict))
+    if warned:
+        raise ScriptError(found)
+    _written(text, target)
+    return Outcome(1, 0, found)
+
+
+def _is_mechanism(source: SourceText) -> bool:
+    """Whether a text is a mechanism expression: it begins so, comments aside."""
+    import re
+
+    return re.match(r"(\s|#\[.*?#\][^\n]*|#[^\n]*)*M\s*\[", source.text, re.DOTALL) is not None
+
+
+def exported(source: SourceText, target: Path | None, form: str, at: Fraction | None, choices: Choices) -> Outcome:
+    """Write a script's scene as a linkage file, as it is at the time ``at``, or its plan as Pyslvs' formulas."""
+    from movimentum.interop.linkage_export import linkage_of
+    from movimentum.interop.linkages import linkage_text
+    from movimentum.solve.motion import Motion
+
+    timeline = arranged(understand(source, max_nesting=choices.max_nesting), choices)
+    solution = solved(timeline, choices)
+    assert isinstance(solution.motion, Motion)
+    found: tuple[Diagnostic, ...] = ()
+    if form == "linkages":
+        moment = timeline.start if at is None else at
+        if not timeline.start <= moment <= timeline.end:
+            raise _usage("usage/at", f"time {moment} is outside the animation, {timeline.start} to {timeline.end}")
+        active = timeline.segments[timeline.segment_at(moment)].active
+        linkage, _, found = linkage_of(timeline.scene, active, solution.motion.poses_at([moment]))
+        text = linkage_text(linkage)
+    else:
+        from movimentum.interop.formulas import formulas_text
+        from movimentum.interop.triangles import triangles_of
+
+        triangles = triangles_of(solution.motion)
+        comments = [
+            f"{Path(source.path).name}: angles in degrees; where there is a list, a value for each frame",
+            *(f"{name}: {told}" for name, told in triangles.names),
+        ]
+        text = formulas_text(triangles.formulas, comments)
+    found, warned = judged((*solution.diagnostics, *found), choices)
+    if warned:
+        raise ScriptError(found)
+    _written(text, target)
+    return Outcome(1, solution.fault, found)
+
+
+def _written(text: str, target: Path | None) -> None:
+    """Write a whole text file, or to stdout."""
+    from movimentum.files import refuse_unwritable, whole_file
+
+    if target is None:
+        _stdout().write(text)
+        return
+    refuse_unwritable(target)
+    with whole_file(target) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")
+
+
 def animate(source: SourceText, target: Path, choices: Choices, picture: Picture, progress: Report) -> Outcome:
     """Render the script to ``target``, whose suffix names the format; a `.png` without ``%d`` is the first frame."""
     from movimentum.encode.write import check_output, write_animation

@@ -42,7 +42,8 @@ class Block:
                       POLYNOMIAL, DYAD  the margin (see `plan.roots`), then the core unknowns, given the sign ``g``
                       NEWTON      the m residuals
     ``formulas``      closed forms: every unknown with its expression, the core first, in an order in which each uses
-                      only inputs and those before it; ``margin`` their margin, where they have one
+                      only inputs and those before it; ``margin`` their margin, where they have one; ``normal`` see
+                      `plan.roots.Roots`
     ``residuals``     NEWTON: the m residuals as expressions, and ``slopes``, the Jacobian's entries
     ``partial``       whether a formula may have no finite value
     ``jacobian``      NEWTON: compiled; the entries listed in ``entries`` as (row, column) of the (m, len(core))
@@ -80,6 +81,7 @@ class Block:
     free: bool
     formulas: tuple[tuple[int, Expr], ...] = ()
     margin: Expr | None = None
+    normal: Expr | None = None
     residuals: tuple[Expr, ...] = ()
     slopes: tuple[Expr, ...] = ()
     partial: bool = False
@@ -321,4 +323,5 @@ def _closed_block(
 ) -> Block:
     """A block whose core is given by ``roots``."""
     block = _block(number, kernel, system, group, clocks, moving, core, explicit, [roots.margin, *roots.values])
-    return replace(block, formulas=(*zip(core, roots.values, strict=True), *explicit), margin=roots.margin)
+    formulas = (*zip(core, roots.values, strict=True), *explicit)
+    return replace(block, formulas=formulas, margin=roots.margin, normal=roots.normal)

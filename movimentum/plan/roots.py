@@ -21,11 +21,13 @@ def sign_of(block: int) -> Expr:
 class Roots:
     """``margin``: the discriminant relative to the size of the terms it is made of (so that its rounding error is some
     1e-16): negative where there is no real solution, zero where the two solutions meet. ``values``: one expression for
-    each core unknown, in terms of the inputs and the sign; a negative discriminant is taken as zero.
+    each core unknown, in terms of the inputs and the sign; a negative discriminant is taken as zero. ``normal``: the
+    square of the line's normal vector, where there is a line that can vanish (its two circles become one).
     """
 
     margin: Expr
     values: tuple[Expr, ...]
+    normal: Expr | None = None
 
 
 def _root(square: Expr) -> Expr:
@@ -54,7 +56,8 @@ def line_conic_roots(sign: Expr, line: Sequence[Expr], conic: Sequence[Expr]) ->
     """The line l1 p + l2 q = l0 with the conic A p^2 + B p q + C q^2 + D p + E q + F = 0."""
     l1, l2, l0 = line
     a, b, c, d, e, f = conic
-    inverse = div(ONE, call("sqrt", add(mul(l1, l1), mul(l2, l2))))
+    normal = add(mul(l1, l1), mul(l2, l2))
+    inverse = div(ONE, call("sqrt", normal))
     n1, n2 = mul(l1, inverse), mul(l2, inverse)
     if b == ZERO and a == c:
         # circle of centre m and radius r: the line's distance from the centre decides
@@ -67,7 +70,7 @@ def line_conic_roots(sign: Expr, line: Sequence[Expr], conic: Sequence[Expr]) ->
         margin = div(square, mul(const(2.0), call("abs", radius2)))
         p = add(m1, sub(mul(distance, n1), mul(step, n2)))
         q = add(m2, add(mul(distance, n2), mul(step, n1)))
-        return Roots(margin, (p, q))
+        return Roots(margin, (p, q), normal)
     foot = mul(l0, inverse)
     p, q = mul(foot, n1), mul(foot, n2)
     t1, t2 = neg(n2), n1
@@ -85,4 +88,4 @@ def line_conic_roots(sign: Expr, line: Sequence[Expr], conic: Sequence[Expr]) ->
     margin = div(discriminant, call("le", scale, ZERO, ONE, scale))
     twice = mul(two, alpha)
     step = div(sub(mul(sign, _root(discriminant)), beta), twice)
-    return Roots(margin, (add(p, mul(step, t1)), add(q, mul(step, t2))))
+    return Roots(margin, (add(p, mul(step, t1)), add(q, mul(step, t2))), normal)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block, Kernel
+from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.equations import Form
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
@@ -286,7 +287,42 @@ def _signs(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[G
         events = find_events(margin, grid.tau[:reach], values[:reach])
     gaps[:] = [gap for gap in gaps if gap.block != block.number]
     gaps += [Gap(begin, end, block.number) for begin, end in events.gaps]
-    return SignTrack(choice.sign, np.array(events.flips))
+    track = SignTrack(choice.sign, np.array(events.flips))
+    if block.normal is not None and not isinstance(block.normal.value, float):
+        more = _coincidences(piece, grid, block, track)
+        if more:
+            # where the discriminant has a zero at the same time, the two changes of sign cancel
+            both = [t for t in more if np.any(np.abs(track.switches - t) <= 1e-9 * (piece.end - piece.begin))]
+            kept = [t for t in track.switches if not np.any(np.abs(np.array(both) - t) <= 1e-9 * piece.end)]
+            track = SignTrack(choice.sign, np.array(sorted([*kept, *(t for t in more if t not in both)])))
+    return track
+
+
+def _coincidences(piece: Piece, grid: _Grid, block: Block, track: SignTrack) -> tuple[float, ...]:
+    """The times at which a dyad's two circles become one and then part again (a rhombus that folds flat).
+
+    The line through their intersections turns by half a turn there, and the branch's sign must change for the motion to
+    go on. Looked for only where the motion is seen to jump between two nodes as close as nodes get.
+    """
+    core = kernels.quadratic(block, grid.state, grid.instants.clocks).roots(track.sign(grid.tau))
+    scale = track_scale(piece.plan, block)
+    close = np.diff(grid.tau) <= 2.0 * FINEST * (piece.end - piece.begin)
+    jumps = np.zeros(len(close), dtype=np.bool_)
+    for size, values in zip(scale, core, strict=True):
+        jumps |= close & ~(np.abs(np.diff(np.broadcast_to(values, len(grid.tau)))) <= LARGEST_TURN * size)
+    if not jumps.any():
+        return ()
+    assert block.normal is not None
+    square = compiled([block.normal], Clocks(piece.plan.clocks))
+    values = np.broadcast_to(square(grid.state, grid.instants.clocks)[0], len(grid.tau))
+    largest = float(np.nanmax(values))
+
+    def normal(tau: FloatArray) -> FloatArray:
+        instants = piece.instants(tau)
+        state = piece.before(block.number, instants)
+        return np.broadcast_to(square(state, instants.clocks)[0], len(tau)) / largest
+
+    return find_events(normal, grid.tau, values / largest).flips if largest > 0.0 else ()
 
 
 def _nodes(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[Gap]) -> NodeTrack | FlowTrack:

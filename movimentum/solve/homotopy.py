@@ -8,6 +8,7 @@ of Systems of Polynomials Arising in Engineering and Science*, ch. 2 and 8). Man
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -63,7 +64,7 @@ def all_solutions(block: Block, state: State, k: Sequence[FloatArray], scale: Fl
     if block.rows != len(block.core) or block.free or block.states:
         return None
     degrees = degrees_of(block)
-    if degrees is None or int(np.prod(degrees)) > LARGEST:
+    if degrees is None or math.prod(degrees) > LARGEST:
         return None
     problem = _Problem(block, state, k, scale, degrees)
     with np.errstate(all="ignore"):

@@ -105,6 +105,10 @@ def held(carry: Carry) -> Carry:
     return Carry(carry.now)
 
 
+BESIDE = 1e-5
+"""Of a piece's length: how far beside an instant without a solution it is looked for."""
+
+
 def evaluated(piece: Piece, instants: Instants, *, windings: bool = True) -> tuple[State, BoolArray]:
     """Evaluate a piece. An isolated instant without a solution (two circles that become one for a moment) is taken from
     just beside it, where both sides agree; a pole is not removable and stays unsolved.
@@ -112,25 +116,36 @@ def evaluated(piece: Piece, instants: Instants, *, windings: bool = True) -> tup
     state, bad = piece.solve(instants, windings=windings)
     if not bad.any() or piece.end <= piece.begin:
         return state, bad
-    nudge = 1e-9 * (piece.end - piece.begin)
+    length = piece.end - piece.begin
     places = np.nonzero(bad)[0]
     tau = instants.tau[places]
-    places = places[(tau - nudge >= piece.begin) & (tau + nudge <= piece.end)]
+    places = places[(tau - 2.0 * BESIDE * length >= piece.begin) & (tau + 2.0 * BESIDE * length <= piece.end)]
     if len(places) == 0:
         return state, bad
-    before, bad_before = piece.solve(piece.instants(instants.tau[places] - nudge), windings=windings)
-    after, bad_after = piece.solve(piece.instants(instants.tau[places] + nudge), windings=windings)
-    agree = ~bad_before & ~bad_after
+    agree = np.ones(len(places), dtype=np.bool_)
     scale = scale_of(piece.plan, range(len(state)))
+
+    def beside(distance: float) -> tuple[State, State]:
+        nonlocal agree
+        sides: list[State] = []
+        for offset in (-distance, distance):
+            side, wrong = piece.solve(piece.instants(instants.tau[places] + offset * length), windings=windings)
+            agree &= ~wrong
+            sides.append([None if v is None else np.broadcast_to(v, len(places)) for v in side])
+        return sides[0], sides[1]
+
+    before, after = beside(1e-9)
     with np.errstate(all="ignore"):
         for n, value in enumerate(before):
             if value is not None:
-                a, b = np.broadcast_to(value, len(places)), np.broadcast_to(after[n], len(places))
-                agree &= np.abs(a - b) <= 1e-6 * np.maximum(scale[n], np.abs(a))
+                agree &= np.abs(value - after[n]) <= 1e-6 * np.maximum(scale[n], np.abs(value))
+    # so near to the singularity all digits are lost; from a little farther off on both sides, extrapolated (Richardson)
+    near, far = beside(BESIDE), beside(2.0 * BESIDE)
     for n, value in enumerate(state):
         if value is not None and np.ndim(value) > 0:
             filled = np.array(value)
-            filled[places[agree]] = np.broadcast_to(before[n], len(places))[agree]
+            mean = (4.0 * (near[0][n] + near[1][n]) - (far[0][n] + far[1][n])) / 6.0
+            filled[places[agree]] = mean[agree]
             state[n] = filled
     bad = bad.copy()
     bad[places[agree]] = False

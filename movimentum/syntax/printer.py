@@ -146,6 +146,11 @@ def number_text(value: Decimal) -> str:
     return f"{stripped[0]}{rest}e{point - 1}"
 
 
+def float_text(value: float) -> str:
+    """A float in the shortest spelling that reads back exactly."""
+    return ("-" if value < 0.0 else "") + number_text(Decimal(repr(abs(float(value)))))
+
+
 def text_literal(text: str) -> str:
     """A text in quotes."""
     return "'" + text.replace("'", "''") + "'"

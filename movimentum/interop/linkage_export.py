@@ -1,0 +1,120 @@
+"""A scene as a linkage of rods, for the file format "linkages"."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from itertools import permutations
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import ScriptError
+from movimentum.expressions import Expr, const, substitute, symbols
+from movimentum.interop.joints import Joint, scene_joints
+from movimentum.interop.linkages import Linkage, turn
+from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Relation, Scene
+from movimentum.solve.motion import Poses
+
+
+def linkage_of(
+    scene: Scene, active: Sequence[Constraint], poses: Poses
+) -> tuple[Linkage, tuple[str, ...], tuple[Diagnostic, ...]]:
+    """The linkage that ``active`` constraints make, in the pose of the first of ``poses``; what each vertex is called
+    in the script; and a warning for each constraint that the format has no words for.
+
+    A thing with more than two anchors becomes rods from its first anchor to the others, and the angles between them.
+    Raises `ScriptError` where no joint is left.
+    """
+    joints = scene_joints(scene, active)
+    if not joints:
+        message = "there is nothing to export: no constraint says where an anchor is"
+        raise ScriptError([*scene.diagnostics, Diagnostic("export/empty", Severity.ERROR, message)])
+    of_anchor = {anchor: joint.number for joint in joints for anchor in joint.anchors}
+    vertices: list[tuple[float, float]] = []
+    for joint in joints:
+        place = poses.world(joint.first.thing, scene.things[joint.first.thing].anchors[joint.first.anchor].local)[0]
+        vertices.append(joint.fixed or (float(place[0]) + 0.0, float(place[1]) + 0.0))
+    rods: dict[frozenset[int], tuple[int, int]] = {}
+    corners: list[tuple[int, int, int]] = []
+    for thing in scene.things:
+        if not thing.is_body:
+            continue
+        hubs = [of_anchor[AnchorRef(thing.number, k)] for k in range(len(thing.anchors))
+                if AnchorRef(thing.number, k) in of_anchor]  # fmt: skip
+        hubs = list(dict.fromkeys(hubs))
+        for other in hubs[1:]:
+            rods.setdefault(frozenset((hubs[0], other)), (hubs[0], other))
+        corners += [(hubs[0], hubs[1], other) for other in hubs[2:]]
+    left_out: list[Diagnostic] = []
+    for constraint in active:
+        if constraint.relation is not Relation.EQUAL or _is_joint(constraint, of_anchor):
+            continue
+        corner = _corner(constraint, of_anchor, joints)
+        if corner is None:
+            left_out.append(
+                Diagnostic(
+                    "export/left-out",
+                    Severity.WARNING,
+                    "a linkage of rods cannot say this: left out",
+                    constraint.span,
+                    notes=("it has joints, fixed points and fixed angles between anchors",),
+                )
+            )
+        else:
+            corners.append(corner)
+    fixed = tuple(joint.number for joint in joints if joint.fixed is not None)
+    degrees = tuple(turn(vertices, corner) for corner in corners)
+    linkage = Linkage(tuple(vertices), tuple(rods.values()), fixed, tuple(corners), degrees)
+    return linkage, tuple(joint.told(scene) for joint in joints), tuple(left_out)
+
+
+def _is_joint(constraint: Constraint, of_anchor: dict[AnchorRef, int]) -> bool:
+    """Whether a constraint is told by the joints: a coincidence or a fixed point."""
+    if constraint.anchor not in of_anchor:
+        return False
+    x, y = constraint.right
+    if x.value is not None and y.value is not None:
+        return True
+    payload = x.payload
+    return (
+        x.op == "symbol" and isinstance(payload, AnchorCoordinate)
+        and y.payload == AnchorCoordinate(payload.thing, payload.anchor, 1)
+    )  # fmt: skip
+
+
+def _corner(
+    constraint: Constraint, of_anchor: dict[AnchorRef, int], joints: Sequence[Joint]
+) -> tuple[int, int, int] | None:
+    """The vertices (i, j, k) whose angle a constraint fixes, or None where it says something else.
+
+    What an expression of three points is, is seen by its values: it is the angle at one of them if it has that angle's
+    value wherever they are.
+    """
+    for angle, fixed in ((constraint.left, constraint.right), (constraint.right, constraint.left)):
+        if len(angle) != 1 or fixed[0].value is None:
+            continue
+        payloads = symbols(*angle)
+        anchors = [p for p in payloads if isinstance(p, AnchorCoordinate)]
+        if len(anchors) < len(payloads):
+            continue
+        hubs = sorted({of_anchor[AnchorRef(p.thing, p.anchor)] for p in anchors})
+        if len(hubs) != 3:
+            continue
+        for i, j, k in permutations(hubs):
+            corner = (i, j, k)
+            if all(_agrees(angle[0], corner, of_anchor, len(joints), seed) for seed in (1, 2, 3)):
+                return corner
+    return None
+
+
+def _agrees(expr: Expr, corner: tuple[int, int, int], of_anchor: dict[AnchorRef, int], count: int, seed: int) -> bool:
+    generator = random.Random(seed)
+    places = [(generator.uniform(-1.0, 1.0), generator.uniform(-1.0, 1.0)) for _ in range(count)]
+
+    def value(node: Expr) -> Expr | None:
+        payload = node.payload
+        if node.op == "symbol" and isinstance(payload, AnchorCoordinate):
+            return const(places[of_anchor[AnchorRef(payload.thing, payload.anchor)]][payload.axis])
+        return None
+
+    found = substitute(expr, value).value
+    return found is not None and abs((found - turn(places, corner) + 180.0) % 360.0 - 180.0) < 1e-9

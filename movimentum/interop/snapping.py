@@ -1,0 +1,182 @@
+"""Repairing a linkage whose coordinates were rounded: lengths made equal, angles whole, coordinates to fit them.
+
+Rounded coordinates contradict one another by as much as they were rounded, where a linkage says more than it needs to
+(every rhombus of a tiling does): such a linkage can be drawn, and cannot move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.interop.linkages import Linkage, turn
+
+FloatArray = NDArray[np.float64]
+
+NEARLY = 1e-4
+"""Lengths that differ by less, relative to their size, are meant to be equal."""
+NEARLY_WHOLE = 0.5
+"""Degrees by which an angle may be off the multiple that it is meant to be."""
+REPAIRED = 1e-12
+RANK_TOLERANCE = 1e-5
+
+
+@dataclass(frozen=True, slots=True)
+class Snapped:
+    """The repaired linkage: its ``degrees`` are whole multiples where they could be. ``moved``: how far the farthest
+    vertex was moved; ``diagnostics``: what could not be done.
+    """
+
+    linkage: Linkage
+    moved: float
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
+    """``linkage`` with nearly equal lengths equal and its angles multiples of ``angle`` degrees.
+
+    Coordinates are moved as little as possible: Gauss–Newton steps of least norm from where they are; fixed vertices
+    stay.
+    """
+    found: list[Diagnostic] = []
+    lengths = np.array(equalised([linkage.length(rod) for rod in range(len(linkage.rods))]))
+    degrees: list[float] = []
+    for corner, is_now in zip(linkage.angles, linkage.degrees, strict=True):
+        whole = angle * round(is_now / angle)
+        if abs(whole - is_now) > NEARLY_WHOLE:
+            found.append(
+                Diagnostic(
+                    "import/angle",
+                    Severity.WARNING,
+                    f"the angle {corner[0]} {corner[1]} {corner[2]} is {is_now:.6g} degrees, no multiple of {angle:g}:"
+                    " left as it is",
+                    helps=(f"--snap-angle {_divisor(is_now):g} has it as a multiple",),
+                )
+            )
+            whole = is_now
+        degrees.append(-whole if whole <= -180.0 else whole)
+    before = np.array(linkage.vertices, dtype=np.float64).reshape(-1, 2)
+    after, off = _fitted(linkage, before, lengths, np.radians(degrees))
+    if off > REPAIRED * max(float(np.max(lengths, initial=0.0)), 1e-300):
+        found.append(
+            Diagnostic(
+                "import/unrepaired",
+                Severity.WARNING,
+                f"equal lengths and whole angles contradict each other by {off:.2g}: this is as near as it gets",
+                helps=("leave out --snap, or give another --snap-angle",),
+            )
+        )
+    vertices = tuple((float(x), float(y)) for x, y in after)
+    degrees = [
+        whole if abs((turn(vertices, corner) - whole + 180.0) % 360.0 - 180.0) < 1e-9 else turn(vertices, corner)
+        for corner, whole in zip(linkage.angles, degrees, strict=True)
+    ]
+    moved = float(np.max(np.hypot(*(after - before).T), initial=0.0))
+    return Snapped(replace(linkage, vertices=vertices, degrees=tuple(degrees)), moved, tuple(found))
+
+
+def equalised(lengths: Iterable[float]) -> list[float]:
+    """Each length replaced by one for all that are nearly equal: a round number among them, or their mean."""
+    values = list(lengths)
+    result = values.copy()
+    order = sorted(range(len(values)), key=values.__getitem__)
+    begin = 0
+    for place in range(1, len(order) + 1):
+        if place < len(order) and values[order[place]] - values[order[place - 1]] <= NEARLY * values[order[place]]:
+            continue
+        alike = [values[k] for k in order[begin:place]]
+        common = _round_between(alike)
+        for k in order[begin:place]:
+            result[k] = common
+        begin = place
+    return result
+
+
+def _round_between(values: list[float]) -> float:
+    """The number with the fewest digits that is as near to the mean as the values are to one another."""
+    mean = sum(values) / len(values)
+    spread = max(values) - min(values)
+    if spread <= 1e-12 * mean:
+        return mean
+    for digits in range(1, 17):
+        short = float(f"{mean:.{digits}g}")
+        if abs(short - mean) <= spread:
+            return short
+    return mean
+
+
+def _divisor(degrees: float) -> float:
+    """The largest common angle that an angle is nearly a multiple of, else the angle itself."""
+    return next(
+        (d for d in (90.0, 60.0, 45.0, 36.0, 30.0, 22.5, 18.0, 15.0, 10.0, 5.0, 1.0)
+         if abs(degrees - d * round(degrees / d)) <= NEARLY_WHOLE and round(degrees / d)),
+        abs(degrees),
+    )  # fmt: skip
+
+
+def _fitted(
+    linkage: Linkage, vertices: FloatArray, lengths: FloatArray, radians: FloatArray
+) -> tuple[FloatArray, float]:
+    """Coordinates (V, 2) that have the ``lengths`` and the angles, and how far they are off (pixels)."""
+    rods = np.array(linkage.rods, dtype=np.intp).reshape(-1, 2)
+    corners = np.array(linkage.angles, dtype=np.intp).reshape(-1, 3)
+    free = np.setdiff1d(np.arange(len(vertices)), linkage.fixed)
+    columns = (2 * free[:, None] + np.arange(2)).reshape(-1)
+    p = vertices.copy()
+    off = np.inf
+    best = p
+    for _ in range(20):
+        residual, jacobian = _rows(p, rods, corners, lengths, radians)
+        worst = float(np.max(np.abs(residual), initial=0.0))
+        if worst >= 0.5 * off:
+            break
+        off, best = worst, p.copy()
+        if len(columns) == 0 or worst == 0.0:
+            break
+        p = p.copy()
+        p.reshape(-1)[columns] -= _least_norm(jacobian[:, columns], residual)
+    return best, off if np.isfinite(off) else 0.0
+
+
+def _rows(
+    p: FloatArray, rods: NDArray[np.intp], corners: NDArray[np.intp], lengths: FloatArray, radians: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What rods and angles are off (in pixels), (M,), and the derivatives by all coordinates, (M, 2 V).
+
+    An angle's row is the sine of what it is off, times the mean length of its sides: it keeps its rank at 0 and 180
+    degrees, where that of a cosine vanishes.
+    """
+    count = len(rods)
+    residual = np.zeros(count + len(corners))
+    jacobian = np.zeros((len(residual), p.size))
+    d = p[rods[:, 1]] - p[rods[:, 0]]
+    now = np.hypot(d[:, 0], d[:, 1])
+    residual[:count] = now - lengths
+    unit = d / np.where(now > 0.0, now, 1.0)[:, None]
+    for axis in range(2):
+        jacobian[np.arange(count), 2 * rods[:, 1] + axis] += unit[:, axis]
+        jacobian[np.arange(count), 2 * rods[:, 0] + axis] -= unit[:, axis]
+    u, v = p[corners[:, 1]] - p[corners[:, 0]], p[corners[:, 2]] - p[corners[:, 0]]
+    size = np.sqrt(np.hypot(u[:, 0], u[:, 1]) * np.hypot(v[:, 0], v[:, 1]))
+    size = np.where(size > 0.0, size, 1.0)
+    c, s = np.cos(radians), np.sin(radians)
+    residual[count:] = (
+        (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) * c - (u[:, 0] * v[:, 0] + u[:, 1] * v[:, 1]) * s
+    ) / size
+    by_u = np.stack([v[:, 1] * c - v[:, 0] * s, -v[:, 0] * c - v[:, 1] * s], axis=1) / size[:, None]
+    by_v = np.stack([-u[:, 1] * c - u[:, 0] * s, u[:, 0] * c - u[:, 1] * s], axis=1) / size[:, None]
+    rows = count + np.arange(len(corners))
+    for axis in range(2):
+        jacobian[rows, 2 * corners[:, 1] + axis] += by_u[:, axis]
+        jacobian[rows, 2 * corners[:, 2] + axis] += by_v[:, axis]
+        jacobian[rows, 2 * corners[:, 0] + axis] -= by_u[:, axis] + by_v[:, axis]
+    return residual, jacobian
+
+
+def _least_norm(jacobian: FloatArray, residual: FloatArray) -> FloatArray:
+    """The smallest step with jacobian @ step = residual, as well as that can be."""
+    return np.asarray(np.linalg.lstsq(jacobian, residual, rcond=RANK_TOLERANCE)[0], dtype=np.float64)
