@@ -11,8 +11,8 @@ from movimentum.analysis.freedom import FreeMotion, free_directions
 from movimentum.plan.blocks import Block
 from movimentum.solve import kernels
 from movimentum.solve.carry import Snapshot
+from movimentum.solve.free import projected
 from movimentum.solve.kernels import State
-from movimentum.solve.local import projected, triangle
 from movimentum.solve.moments import snapshot
 from movimentum.solve.stretches import Stretch
 from movimentum.solve.tracks import Piece, scale_of, solve_block
@@ -58,8 +58,6 @@ def _swung(
     swing: FloatArray,
 ) -> Iterator[Snapshot]:
     plan = stretch.plan
-    assert block.metric is not None
-    factor = triangle(block.metric)
     instants = piece.instants(np.array([tau]))
 
     def probe(points: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
@@ -69,7 +67,7 @@ def _swung(
     for target in swing:
         for _ in range(SUBSTEPS):
             step = (target - at) / SUBSTEPS * velocity
-            moved, good = projected(block, probe, tau, x + step, factor)
+            moved, good = projected(block, probe, tau, x + step)
             if not good or np.max(np.abs(moved - x)) > 10.0 * np.max(np.abs(step)):
                 break
             x = moved

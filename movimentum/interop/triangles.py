@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -188,7 +189,7 @@ class _Builder:
         base, arm = self.places[b] - self.places[a], place - self.places[a]
         cross = base[:, 0] * arm[:, 1] - base[:, 1] * arm[:, 0]
         dot = np.einsum("fk,fk->f", base, arm)
-        angle = self._angle(np.degrees(np.arctan2(np.mean(cross), np.mean(dot))))
+        angle = self._angle(math.degrees(math.atan2(float(np.mean(cross)), float(np.mean(dot)))))
         self._add("PLAP", target, self.names[a], self._length(arm), angle, self.names[b])
 
     def _translated(self, j: int) -> bool:

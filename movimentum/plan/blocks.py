@@ -5,20 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-import numpy as np
-from numpy.typing import NDArray
-
 from movimentum.expressions import ZERO, Expr, div, neg, substitute, symbol, symbols, walk
 from movimentum.plan import polynomial as poly
 from movimentum.plan.calculus import with_respect_to
 from movimentum.plan.codegen import Clocks, Compiled, compiled
 from movimentum.plan.decompose import Group
 from movimentum.plan.equations import Form, System
-from movimentum.plan.metric import anchor_metric
+from movimentum.plan.linear_rows import LinearMap, SparseRows, reduced_rows, sparse_rows
+from movimentum.plan.metric import Metric, anchor_metric
 from movimentum.plan.polynomial import Polynomial
 from movimentum.plan.reduction import back_substituted, eliminated_linear, line_and_conic, size_of_terms
 from movimentum.plan.roots import Roots, line_conic_roots, quadratic_roots, sign_of
 from movimentum.plan.unknowns import symbol_numbers
+
+DENSE = 50
+"""Unknowns of a free block above which what is linear is eliminated, and matrices are sparse."""
 
 
 class Kernel(StrEnum):
@@ -48,11 +49,12 @@ class Block:
     ``partial``       whether a formula may have no finite value
     ``jacobian``      NEWTON: compiled; the entries listed in ``entries`` as (row, column) of the (m, len(core))
                       Jacobian
-    ``metric``        free blocks: (n, n), the quadratic form that sums the squared speeds of all anchors
-    ``coupling``      free blocks: (n, p), its mixed part with the pose unknowns ``coupled`` of the same things that are
-                      known already
+    ``metric``        free blocks: the quadratic form that sums the squared speeds of all anchors
+    ``linear``        large free blocks: how ``targets`` depend on the core
+    ``sparse``        large free blocks: the residuals by their terms, instead of ``coefficients`` and ``jacobian``
     ``wishes``        free blocks: compiled; the ``wish_count`` errors of the wishes that draw it, and their derivatives
-                      ``wish_slopes`` at ``wish_entries`` (error, core)
+                      ``wish_slopes`` at ``wish_entries`` (error, core); ``wish_speeds``: how fast the errors from a
+                      first to an end (not included) may change together
     ``inputs``        the unknowns of earlier blocks that it reads
     ``moving``        whether anything in it can change with time
     ``phases``        compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
@@ -73,9 +75,7 @@ class Block:
     rows: int
     jacobian: Compiled | None
     entries: tuple[tuple[int, int], ...]
-    metric: NDArray[np.float64] | None
-    coupling: NDArray[np.float64] | None
-    coupled: tuple[int, ...]
+    metric: Metric | None
     inputs: frozenset[int]
     moving: bool
     free: bool
@@ -93,6 +93,9 @@ class Block:
     wish_count: int = 0
     wish_slopes: Compiled | None = None
     wish_entries: tuple[tuple[int, int], ...] = ()
+    wish_speeds: tuple[tuple[int, int, float], ...] = ()
+    sparse: SparseRows | None = None
+    linear: LinearMap | None = None
 
 
 def make_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int], size: float) -> Block:
@@ -105,7 +108,7 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
     if any(system.equations[e].form is Form.INTEGRAL for e in group.equations):
         return _flow_block(number, system, group, clocks, moving)
     if group.free:
-        return _newton_block(number, system, group, clocks, moving, [], None)
+        return _free_block(number, system, group, clocks, moving, size)
     stated = first.original if first is not None and len(group.unknowns) == 1 else None
     if stated is not None and first is not None and symbol_numbers(stated) <= first.unknowns:
         assigned = _assigned(number, system, group, clocks, moving, stated)
@@ -220,15 +223,29 @@ def _newton_block(
     )
     if not group.free:
         return block
-    metric, coupling, coupled = anchor_metric(system, core)
-    return replace(
-        block,
-        metric=metric,
-        coupling=coupling,
-        coupled=coupled,
-        inputs=block.inputs | set(coupled),
-        moving=block.moving or bool(moving & set(coupled)),
-    )
+    return _with_metric(block, anchor_metric(system, core), moving)
+
+
+def _with_metric(block: Block, metric: Metric, moving: set[int]) -> Block:
+    known = set(metric.coupled) - set(block.unknowns)
+    return replace(block, metric=metric, inputs=block.inputs | known, moving=block.moving or bool(moving & known))
+
+
+def _free_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int], size: float) -> Block:
+    """A block with freedom left; a large one in fewer unknowns, and with its rows by their terms."""
+    if len(group.unknowns) <= DENSE or any(system.equations[e].form is not Form.PLAIN for e in group.equations):
+        return _newton_block(number, system, group, clocks, moving, [], None)
+    core, linear, residuals = reduced_rows(system, group.equations, group.unknowns, size)
+    explicit = list(linear.explicit)
+    sparse = sparse_rows(residuals, core, clocks) if len(core) > DENSE else None
+    if sparse is None:
+        block = _newton_block(number, system, replace(group, free=False), clocks, moving, explicit, (core, residuals))
+    else:
+        block = _block(number, Kernel.NEWTON, system, group, clocks, moving, core, explicit, residuals, generate=False)
+        block = replace(block, residuals=tuple(residuals), sparse=sparse)
+    block = replace(block, free=True, linear=linear)
+    metric = anchor_metric(system, core, linear)
+    return _with_metric(block, metric, moving)
 
 
 def _special_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
@@ -274,6 +291,8 @@ def _block(
     core: tuple[int, ...],
     explicit: list[tuple[int, Expr]],
     outputs: list[Expr],
+    *,
+    generate: bool = True,
 ) -> Block:
     roots = [expr for _, expr in explicit] + outputs
     inputs = symbol_numbers(*roots) - set(group.unknowns)
@@ -291,13 +310,11 @@ def _block(
         core=core,
         targets=tuple(n for n, _ in explicit),
         explicit=compiled([expr for _, expr in explicit], clocks) if explicit else None,
-        coefficients=compiled(outputs, clocks) if outputs or kernel is Kernel.NEWTON else None,
+        coefficients=compiled(outputs, clocks) if generate and (outputs or kernel is Kernel.NEWTON) else None,
         rows=len(group.equations) - len(explicit),
         jacobian=None,
         entries=(),
         metric=None,
-        coupling=None,
-        coupled=(),
         inputs=frozenset(inputs),
         moving=timed or bool(inputs & moving),
         free=group.free,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from movimentum.expressions import Expr
+from movimentum.expressions import Expr, substitute, symbol
 from movimentum.plan.blocks import Block
 from movimentum.plan.calculus import with_respect_to
 from movimentum.plan.codegen import Clocks, compiled
@@ -16,11 +16,13 @@ from movimentum.plan.unknowns import symbol_numbers
 def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: Clocks) -> Block:
     """``block`` with the errors of the wishes that speak of its core and of what is ``known`` before it."""
     core = set(block.core)
+    memo: dict[Expr, Expr] = {} if block.linear is None else {symbol(n): e for n, e in block.linear.explicit}
     errors: list[Expr] = []
     for wish in wishes:
-        reads = symbol_numbers(*wish.errors)
+        inner = [substitute(error, lambda _: None, memo) for error in wish.errors]
+        reads = symbol_numbers(*inner)
         if reads & core and reads <= core | known:
-            errors.extend(wish.errors)
+            errors.extend(inner)
     if not errors:
         return block
     entries: list[tuple[int, int]] = []

@@ -36,7 +36,7 @@ def trace(
     total = high - low
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), low, high)
     tau = low
-    v, smallest = local.rate(tau, x, scale, None)
+    v, smallest = local.rate(tau, x, scale)
     if smallest < 1e-7 and rate is not None:
         v = rate
     times, values, rates = [tau], [x], [v]
@@ -86,7 +86,7 @@ def _attempt(
     correction = float(np.max(np.abs(new_x - predicted) / scale))
     if moved > 0.3 or correction > 0.2 * moved + 1e-10:
         return None
-    new_v, smallest = local.rate(new_tau, new_x, scale, None)
+    new_v, smallest = local.rate(new_tau, new_x, scale)
     if smallest < 1e-9:  # on a singular point the block alone cannot tell the velocity: go on with the one we have
         new_v = (new_x - x) / length * 2.0 - v
     mismatch = float(np.max(np.abs(new_x - x - 0.5 * length * (v + new_v)) / scale))
@@ -124,7 +124,7 @@ def _across(
         if converged:
             moved = float(np.max(np.abs(landed - x) / scale))
             off = float(np.max(np.abs(landed - predicted) / scale))
-            new_v, smallest = local.rate(tau + jump, landed, scale, None)
+            new_v, smallest = local.rate(tau + jump, landed, scale)
             change = float(np.max(np.abs(new_v - v - h * a) / scale))
             if (
                 off <= 0.05 * moved + 1e-12

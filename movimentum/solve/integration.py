@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
-from movimentum.solve.local import SMALLEST_STEP, Local, Probe, projected, triangle
+from movimentum.solve.free import FreeMotion
+from movimentum.solve.local import SMALLEST_STEP, Local, Probe
+from movimentum.solve.multistep import stepped
 from movimentum.solve.newton import newton
 from movimentum.solve.tracks import NodeTrack, node_track
 
@@ -55,17 +57,15 @@ def drift(
     ``x`` (n,) are the core values at ``nodes[0]``; the track reaches ``until`` or the last node, or ends where a step
     as short as `SMALLEST_STEP` still fails.
     """
-    assert block.metric is not None
     low, high = float(nodes[0]), float(nodes[-1])
     total = high - low
     if len(nodes) > MOST_NODES:
         nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), low, high)
-    factor = triangle(block.metric)
-
-    def velocity(tau: float, y: FloatArray) -> FloatArray:
-        return local.rate(tau, y, scale, block.metric)[0]
-
+    motion = FreeMotion(local)
+    if block.sparse is not None:
+        return stepped(motion, x, scale, nodes, until)
+    velocity = motion.velocity
     tau = low
     slope = velocity(tau, x)
     times, values, rates = [tau], [x], [slope]
@@ -92,7 +92,7 @@ def drift(
                 y = x + length * sum((a * s for a, s in zip(row, slopes, strict=True) if a), np.zeros_like(x))
                 slopes.append(velocity(tau + c * length, y))
             error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, slopes, strict=True))) / scale))
-            new_x, converged = projected(block, local.probe, tau + length, y, factor)
+            new_x, converged = motion.restored(tau + length, y)
             # the cubic between the nodes, which later evaluations use, against the motion itself,
             # where the cubic's slope is most wrong
             cubic = (27 * x + 5 * y) / 32 + length * (9 * slope - 3 * slopes[-1]) / 64

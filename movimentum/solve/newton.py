@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
 from movimentum.plan.codegen import Compiled
+from movimentum.plan.linear_rows import SparseRows
 from movimentum.solve.kernels import State
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +31,10 @@ FAR = 0.05
 
 def residual_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
     """(F, m) residuals at core values ``x`` (F, n)."""
+    if block.sparse is not None:
+        from movimentum.solve.sparse import sparse_residual
+
+        return sparse_residual(block, u, k, x)
     assert block.coefficients is not None
     for j, n in enumerate(block.core):
         u[n] = x[:, j]
@@ -42,12 +47,23 @@ def residual_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) 
 
 def jacobian_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
     """(F, m, n) Jacobian at core values ``x`` (F, n)."""
+    if block.sparse is not None:
+        from movimentum.solve.sparse import sparse_slopes
+
+        return _filled(block.sparse, sparse_slopes(block, u, k, x), len(block.core))
     assert block.jacobian is not None
     for j, n in enumerate(block.core):
         u[n] = x[:, j]
     result = np.zeros((len(x), block.rows, len(block.core)))
     for (i, j), value in zip(block.entries, block.jacobian(u, k), strict=True):
         result[:, i, j] = value
+    return result
+
+
+def _filled(rows: SparseRows, slopes: FloatArray, columns: int) -> FloatArray:
+    """(F, m, n) from the (F, entries) of a sparse Jacobian."""
+    result = np.zeros((len(slopes), rows.rows, columns))
+    result[:, np.repeat(np.arange(rows.rows), np.diff(rows.indptr)), rows.indices] = slopes
     return result
 
 
@@ -65,13 +81,21 @@ def wishes_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) ->
     return errors, jacobian
 
 
+DAMPING = 1e-3
+"""Of the longest row: how short another may be and still be followed at full speed."""
+
+
 def toward(rows: FloatArray, want: FloatArray) -> FloatArray:
-    """The damped least-squares solution of rows @ step = want: as far as the rows let it, bounded where they do not."""
-    size = float(np.max(np.abs(rows), initial=0.0))
+    """The damped least-squares solution of rows @ step = want: as far as the rows let it, bounded where they do not.
+
+    The damping is relative to the longest row: it does not depend on the basis that the columns are in.
+    """
+    reach = np.asarray(rows @ rows.T, dtype=np.float64)
+    size = float(np.max(np.diag(reach), initial=0.0))
     if size == 0.0 or not np.isfinite(rows).all() or not np.isfinite(want).all():
         return np.zeros(int(rows.shape[1]), dtype=np.float64)
-    normal = np.asarray(rows.T @ rows + (1e-3 * size) ** 2 * np.eye(rows.shape[1]), dtype=np.float64)
-    return np.asarray(np.linalg.solve(normal, rows.T @ want), dtype=np.float64)
+    pushed = np.linalg.solve(reach + DAMPING**2 * size * np.eye(len(reach)), want)
+    return np.asarray(rows.T @ pushed, dtype=np.float64)
 
 
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -135,6 +159,8 @@ def newton(
     (near a singularity the step is no measure, the residual is).
     """
     x = np.array(start, dtype=np.float64)
+    if block.sparse is not None:
+        return _sparse_newton(block, u, k, x, scale, iterations, limit)
     square = block.rows == len(block.core)
     last = np.full(len(x), np.inf)
     residual = residual_of(block, u, k, x)
@@ -157,11 +183,38 @@ def newton(
     return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
 
 
+def _sparse_newton(
+    block: Block,
+    u: State,
+    k: Sequence[FloatArray],
+    x: FloatArray,
+    scale: FloatArray,
+    iterations: int,
+    limit: float | None,
+) -> Outcome:
+    """`newton` for a large free block, one instant after the other."""
+    from movimentum.solve.sparse import chord_newton
+
+    size = float(np.max(scale))
+    error = np.full(len(x), np.inf)
+    for f in range(len(x)):
+        one: State = [None] * len(u)
+        for n in block.inputs:
+            if u[n] is not None:
+                one[n] = np.broadcast_to(u[n], len(x))[f : f + 1]
+        clocks = tuple(np.broadcast_to(clock, len(x))[f : f + 1] for clock in k)
+        x[f], off, _ = chord_newton(block, one, clocks, x[f], iterations, None if limit is None else limit * size)
+        error[f] = off / size
+    return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
+
+
 def freedom_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:
     """Unknowns minus rank at core values ``x`` (n,) at one instant."""
     rows, _ = scaled(jacobian_of(block, u, k, x[None]), scale)
-    rank, _, _ = null_space(rows[0], 1e-7)
-    return len(x) - rank
+    if 0 in rows.shape:
+        return len(x)
+    singular = np.linalg.svd(np.nan_to_num(rows[0], posinf=0.0, neginf=0.0), compute_uv=False)
+    return len(x) - int(np.sum(singular > 1e-7 * max(singular[0], 1e-300)))
 
 
 def unrolled(

@@ -15,15 +15,34 @@ from movimentum.plan.frames import BodyFrame
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Carry
+from movimentum.solve.free import projected
 from movimentum.solve.homotopy import all_solutions
-from movimentum.solve.kernels import State
-from movimentum.solve.local import projected, triangle
-from movimentum.solve.newton import freedom_of, jacobian_of, newton, null_space, residual_of, scaled, toward, wishes_of
+from movimentum.solve.kernels import State, fill_explicit
+from movimentum.solve.newton import (
+    RANK_TOLERANCE,
+    freedom_of,
+    jacobian_of,
+    newton,
+    null_space,
+    relative_error,
+    residual_of,
+    scaled,
+    toward,
+    wishes_of,
+)
 
 FloatArray = NDArray[np.float64]
 
 SEEDS = 64
+LARGEST_SINGULAR = 24
+"""Unknowns of a block that is solved as it stands, but singular there: a larger one has redundant equations and freedom
+left (every rhombus of a tiling), and no search for other solutions would come to anything.
+"""
+LARGEST_BATCH = 4_000_000
+"""Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
 SAME = 1e-6
+TRACE = 1e-6
+"""How much the anchors' motion weighs beside turns, where these are to be least."""
 BEGINS = 6
 """Solutions from which the least turned pose is looked for, where it cannot be reached from the pose carried over."""
 
@@ -36,18 +55,76 @@ class Starts:
     complete: bool
 
 
-@dataclass(frozen=True, slots=True)
-class _Turn:
-    """Where a core holds the direction of a thing's frame."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Coordinate:
+    """An unknown in terms of the core: ``offset`` + ``slopes`` . core[``places``]."""
 
-    cosine: int
-    sine: int
+    places: NDArray[np.intp]
+    slopes: FloatArray
+    offset: float
+
+    def at(self, x: FloatArray) -> float:
+        return self.offset + float(self.slopes @ x[self.places])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turn:
+    """The direction (cosine, sine) of a thing's frame, in terms of the core."""
+
+    cosine: _Coordinate
+    sine: _Coordinate
     frame: BodyFrame
 
     def angle(self, x: FloatArray) -> float:
         """How far the thing is turned from how it was drawn, in radians."""
-        c, s = self.frame.to_thing(float(x[self.cosine]), float(x[self.sine]))
+        c, s = self.frame.to_thing(self.cosine.at(x), self.sine.at(x))
         return float(np.arctan2(s, c))
+
+    def heading(self, x: FloatArray) -> float:
+        """The frame's direction, in radians."""
+        return float(np.arctan2(self.sine.at(x), self.cosine.at(x)))
+
+    def across(self, c: float, s: float) -> tuple[NDArray[np.intp], FloatArray]:
+        """The derivatives of c * sine - s * cosine, as (places, values)."""
+        places = np.concatenate([self.cosine.places, self.sine.places])
+        return places, np.concatenate([-s * self.cosine.slopes, c * self.sine.slopes])
+
+    def slope(self, x: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+        """The derivatives of the angle, where the direction is of unit length."""
+        return self.across(self.cosine.at(x), self.sine.at(x))
+
+
+def _turns(plan: Plan, block: Block, state: State, k: Sequence[FloatArray], things: set[int]) -> list[Turn]:
+    """The directions of the ``things`` whose directions the block finds."""
+    offsets: dict[int, float] = {}
+    places = {n: j for j, n in enumerate(block.core)}
+    slopes = {} if block.linear is None else dict(zip(block.linear.targets, block.linear.slopes, strict=True))
+    if block.linear is not None:
+        still = list(state)
+        for n in block.core:
+            still[n] = np.zeros(1)
+        fill_explicit(block, still, k)
+        offsets = {n: float(np.ravel(still[n])[0]) for n in block.linear.targets}
+
+    def coordinate(n: int) -> _Coordinate | None:
+        if n in places:
+            return _Coordinate(np.array([places[n]]), np.ones(1), 0.0)
+        if n not in slopes:
+            return None
+        some = slopes[n]
+        return _Coordinate(
+            np.array([place for place, _ in some], dtype=np.intp), np.array([slope for _, slope in some]), offsets[n]
+        )
+
+    found: list[Turn] = []
+    number_of = plan.system.number_of
+    for n in block.unknowns:
+        payload = plan.system.unknowns[n].payload
+        if isinstance(payload, PoseCos) and payload.thing in things and PoseSin(payload.thing) in number_of:
+            cosine, sine = coordinate(n), coordinate(number_of[PoseSin(payload.thing)])
+            if cosine is not None and sine is not None:
+                found.append(Turn(cosine, sine, plan.system.frame(payload.thing)))
+    return found
 
 
 def _first_instant(state: State, k: Sequence[FloatArray], copies: int) -> tuple[State, tuple[FloatArray, ...]]:
@@ -77,20 +154,23 @@ def newton_starts(
         outcome = newton(block, one, clocks, first[None], scale, iterations=6)
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
             return Starts([outcome.x[0]], True)
+    if len(first) > LARGEST_SINGULAR and _singular_as_it_is(block, *_first_instant(state, k, 1), first, scale):
+        return Starts([], True)
     generator = np.random.default_rng(20121)
-    starts = np.repeat(first[None], SEEDS, axis=0)
+    seeds = max(1, min(SEEDS, LARGEST_BATCH // max(1, len(first)) ** 2))
+    starts = np.repeat(first[None], seeds, axis=0)
     unknowns = plan.system.unknowns
     angles: dict[int, FloatArray] = {}
     for j, n in enumerate(block.core):
         payload = unknowns[n].payload
         if isinstance(payload, PoseCos | PoseSin):
             if payload.thing not in angles:
-                angles[payload.thing] = generator.uniform(0.0, 2.0 * np.pi, SEEDS)
+                angles[payload.thing] = generator.uniform(0.0, 2.0 * np.pi, seeds)
             turn = angles[payload.thing]
             starts[1:, j] = (np.cos(turn) if isinstance(payload, PoseCos) else np.sin(turn))[1:]
         else:
-            starts[1:, j] += scale[j] * generator.normal(0.0, 1.0, SEEDS - 1)
-    one, clocks = _first_instant(state, k, SEEDS)
+            starts[1:, j] += scale[j] * generator.normal(0.0, 1.0, seeds - 1)
+    one, clocks = _first_instant(state, k, seeds)
     outcome = newton(block, one, clocks, starts, scale, iterations=60, limit=0.5)
     every = all_solutions(block, *_first_instant(state, k, 1), scale)
     ends = np.concatenate([outcome.x, *(x[None] for x in (every.real if every is not None else []))])
@@ -101,6 +181,15 @@ def newton_starts(
         if good and not any(np.max(np.abs(x - other) / scale) < SAME for other in found):
             found.append(x)
     return Starts(found, every is not None and every.complete)
+
+
+def _singular_as_it_is(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> bool:
+    """Whether a square block is solved by core values ``x`` (n,) and its Jacobian has no full rank there."""
+    residual, jacobian = residual_of(block, state, k, x[None]), jacobian_of(block, state, k, x[None])
+    if not (relative_error(residual, jacobian, scale)[0] <= SAME and np.isfinite(jacobian).all()):
+        return False
+    singular = np.linalg.svd(scaled(jacobian, scale)[0][0], compute_uv=False)
+    return bool(singular[-1] <= RANK_TOLERANCE * singular[0])
 
 
 def free_start(
@@ -117,38 +206,38 @@ def free_start(
     metric = block.metric
     assert metric is not None
     pull = np.zeros(len(origin))
-    if block.coupled and block.coupling is not None:
-        known_now = np.array([float(one[n][0]) for n in block.coupled])
-        known_before = np.array([carry.now.value(plan.system, n) or 0.0 for n in block.coupled])
-        pull = block.coupling @ (known_now - known_before)
+    if metric.coupled:
+        there = list(one)
+        for n, value in zip(block.core, origin, strict=True):
+            there[n] = np.array([value])
+        fill_explicit(block, there, clocks)
+        now = np.array([float(np.ravel(there[n])[0]) for n in metric.coupled])
+        before = np.array([carry.now.value(plan.system, n) or 0.0 for n in metric.coupled])
+        pull = metric.pull(now - before)
     known = carry.now.known
     unknowns = plan.system.unknowns
-    place = {unknowns[n].payload: j for j, n in enumerate(block.core)}
-    fresh = [
-        _Turn(j, place[PoseSin(payload.thing)], plan.system.frame(payload.thing))
-        for payload, j in place.items()
-        if isinstance(payload, PoseCos) and payload.thing not in known and PoseSin(payload.thing) in place
-    ]
+    fresh = _turns(plan, block, one, clocks, set(range(len(plan.system.scene.things))) - known)
 
     # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it
     wished = block.wishes is not None and not any(unknowns[n].thing in known for n in block.core)
 
     def least_from(begin: FloatArray) -> FloatArray | None:
-        held: list[tuple[int, int, float]] = []
+        held: list[tuple[Turn, float]] = []
         x: FloatArray | None = begin
+        least = _least if block.sparse is None else sparse_least
         if fresh:
-            x = _least(block, one, clocks, begin, fresh, [], origin, pull, scale, wished)
+            x = least(block, one, clocks, begin, fresh, [], origin, pull, scale, wished)
             if x is None:
                 return None
-            held = [(turn.cosine, turn.sine, float(np.arctan2(x[turn.sine], x[turn.cosine]))) for turn in fresh]
-        y = _least(block, one, clocks, x, [], held, origin, pull, scale, wished)
-        x, good = projected(block, lambda _: (one, clocks), 0.0, x if y is None else y, triangle(metric))
+            held = [(turn, turn.heading(x)) for turn in fresh]
+        y = least(block, one, clocks, x, [], held, origin, pull, scale, wished)
+        x, good = projected(block, lambda _: (one, clocks), 0.0, x if y is None else y)
         return x if good else None
 
     def cost(x: FloatArray) -> tuple[float, float, float]:
         turn = float(sum(turn.angle(x) ** 2 for turn in fresh))
         off = float(np.sum(wishes_of(block, one, clocks, x[None])[0] ** 2)) / plan.size**2 if wished else 0.0
-        return round(off, 9), round(turn, 9), float((x - origin) @ metric @ (x - origin))
+        return round(off, 9), round(turn, 9), metric.square(x - origin)
 
     nearest = least_from(origin)
     if nearest is not None and freedom_of(block, one, clocks, nearest, scale) > 0:
@@ -166,12 +255,13 @@ def free_start(
     return Starts([min(found, key=cost)] if found else [], True)
 
 
-def _turn_metric(x: FloatArray, fresh: Sequence[_Turn], metric: FloatArray) -> FloatArray:
+def _turn_metric(x: FloatArray, fresh: Sequence[Turn], metric: FloatArray) -> FloatArray:
     """Sum of squared turns, with a trace of the anchor metric so that it is definite."""
-    result = 1e-6 * metric / float(np.max(np.diag(metric)))
+    result = TRACE * metric / float(np.max(np.diag(metric)))
     for turn in fresh:
         direction = np.zeros(len(x))
-        direction[turn.cosine], direction[turn.sine] = -x[turn.sine], x[turn.cosine]
+        places, slopes = turn.slope(x)
+        np.add.at(direction, places, slopes)
         result = result + np.outer(direction, direction)
     return result
 
@@ -181,8 +271,8 @@ def _least(
     state: State,
     k: Sequence[FloatArray],
     start: FloatArray,
-    turns: Sequence[_Turn],
-    held: list[tuple[int, int, float]],
+    turns: Sequence[Turn],
+    held: Sequence[tuple[Turn, float]],
     origin: FloatArray,
     pull: FloatArray,
     scale: FloatArray,
@@ -193,8 +283,8 @@ def _least(
     steps in the null space of the constraints (Nocedal & Wright, ch. 18). With ``wished``, the block's wishes come
     before both.
     """
-    metric = block.metric
-    assert metric is not None
+    assert block.metric is not None
+    metric = block.metric.dense
     x = start.copy()
     for _ in range(80):
         residual = residual_of(block, state, k, x[None])
@@ -203,27 +293,28 @@ def _least(
             return None
         extra = np.zeros((len(held), len(x)))
         off = np.zeros(len(held))
-        for i, (jc, js, angle) in enumerate(held):
-            extra[i, jc], extra[i, js] = -np.sin(angle), np.cos(angle)
-            off[i] = x[js] * np.cos(angle) - x[jc] * np.sin(angle)
+        for i, (turn, angle) in enumerate(held):
+            c, s = float(np.cos(angle)), float(np.sin(angle))
+            places, slopes = turn.across(c, s)
+            np.add.at(extra[i], places, slopes)
+            off[i] = turn.sine.at(x) * c - turn.cosine.at(x) * s
         rows, lengths = scaled(np.concatenate([jacobian[0], extra])[None], scale)
         right = np.concatenate([residual[0], off]) / lengths[0]
         _, free, inverse = null_space(rows[0])
         restore = -(inverse @ right) * scale
         free = free * scale[:, None]
         if wished and free.shape[1]:  # first as near to the wishes as can be, then what is left of the freedom
-            errors, slopes = wishes_of(block, state, k, x[None])
-            along = slopes[0] @ free
-            restore = restore + free @ toward(along, -(errors[0] + slopes[0] @ restore))
+            errors, wish_rows = wishes_of(block, state, k, x[None])
+            along = wish_rows[0] @ free
+            restore = restore + free @ toward(along, -(errors[0] + wish_rows[0] @ restore))
             _, indifferent, _ = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), 1e-6)
             free = free @ indifferent
         if turns:
             gradient = np.zeros(len(x))
             weight = _turn_metric(x, turns, metric)
             for turn in turns:
-                angle = turn.angle(x)
-                gradient[turn.cosine] += -angle * x[turn.sine]
-                gradient[turn.sine] += angle * x[turn.cosine]
+                places, slopes = turn.slope(x)
+                np.add.at(gradient, places, turn.angle(x) * slopes)
         else:
             weight = metric
             gradient = metric @ (x - origin) + pull
@@ -237,5 +328,49 @@ def _least(
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         x = x + step * min(1.0, 0.3 / max(size, 1e-300))
         if size < 1e-13:
+            break
+    return x
+
+
+def sparse_least(
+    block: Block,
+    state: State,
+    k: Sequence[FloatArray],
+    start: FloatArray,
+    turns: Sequence[Turn],
+    held: Sequence[tuple[Turn, float]],
+    origin: FloatArray,
+    pull: FloatArray,
+    scale: FloatArray,
+    wished: bool,
+) -> FloatArray | None:
+    """`_least` for large blocks: the same steps from sparse saddle point systems (`solve.sparse`)."""
+    from movimentum.solve.sparse import Quadratic
+
+    assert block.metric is not None
+    form = block.metric
+    x = start.copy()
+    for _ in range(80):
+        step_of = Quadratic(block, state, k, x)
+        for turn, angle in held:
+            c, s = float(np.cos(angle)), float(np.sin(angle))
+            step_of.row(*turn.across(c, s), turn.sine.at(x) * c - turn.cosine.at(x) * s)
+        if wished:
+            errors, slopes = wishes_of(block, state, k, x[None])
+            for error, row in zip(errors[0], slopes[0], strict=True):
+                places = np.nonzero(row)[0]
+                step_of.row(places, row[places], float(error), soft=True)
+        if turns:
+            step_of.weigh(form, TRACE / float(np.max(form.form[2])), np.zeros(len(x)))
+            for turn in turns:
+                step_of.square(*turn.slope(x), turn.angle(x))
+        else:
+            step_of.weigh(form, 1.0, form.applied(x - origin) + pull)
+        step = step_of.step()
+        size = float(np.max(np.abs(step) / scale, initial=0.0))
+        if not np.isfinite(size):
+            return None
+        x = x + step * min(1.0, 0.3 / max(size, 1e-300))
+        if size < 1e-12:
             break
     return x

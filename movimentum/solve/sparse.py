@@ -1,0 +1,289 @@
+"""Large free blocks at one instant: residuals and Jacobians by their terms, and steps from sparse factorisations.
+
+A step that is least in the block's metric and satisfies the linearised rows solves the saddle point system
+[M J'; J -e] (Nocedal & Wright, *Numerical Optimization*, 16.1). The small -e lets redundant rows be: directions whose
+singular value is below 1e-5 of a row's length are left out. It makes the matrix quasi-definite, so that any order of
+elimination will do (Vanderbei 1995, SIAM J. Optim. 5); what it costs in accuracy, refinement restores.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.plan.blocks import Block
+from movimentum.plan.metric import Metric
+from movimentum.solve.kernels import State
+
+FloatArray = NDArray[np.float64]
+
+RELAXED = 1e-10
+"""The square of the relative singular value at which rows begin to be taken for redundant."""
+REFINEMENTS = 4
+REFINED = 1e-13
+SLOW = 0.2
+"""A chord step that leaves more of the residual calls for a new factorisation."""
+
+
+def _coefficients(block: Block, u: State, k: Sequence[FloatArray], count: int) -> FloatArray:
+    """(F, T) coefficients of the terms at F instants."""
+    rows = block.sparse
+    assert rows is not None
+    values = np.repeat(rows.constants[None], count, axis=0)
+    if rows.coefficients is not None:
+        for t, value in zip(rows.varying, rows.coefficients(u, k), strict=True):
+            values[:, t] = value
+    return values
+
+
+def sparse_residual(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
+    """(F, m) residuals at core values ``x`` (F, n)."""
+    rows = block.sparse
+    assert rows is not None
+    values = _coefficients(block, u, k, len(x))
+    for d in range(rows.factors.shape[1]):
+        values = values * _extended(x)[:, rows.factors[:, d]]
+    return np.array([np.bincount(rows.row, some, rows.rows) for some in values], dtype=np.float64)
+
+
+def sparse_slopes(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
+    """(F, entries) of the Jacobian at core values ``x`` (F, n), in the order of `SparseRows.indices`."""
+    rows = block.sparse
+    assert rows is not None
+    coefficients = _coefficients(block, u, k, len(x))
+    chosen = [_extended(x)[:, rows.factors[:, d]] for d in range(rows.factors.shape[1])]
+    result = np.zeros((len(x), len(rows.indices) + 1))
+    for d in range(len(chosen)):
+        slope = coefficients
+        for other, value in enumerate(chosen):
+            if other != d:
+                slope = slope * value
+        for f, some in enumerate(slope):
+            result[f] += np.bincount(rows.slots[:, d], some, result.shape[1])
+    return result[:, :-1]
+
+
+def _extended(x: FloatArray) -> FloatArray:
+    return np.concatenate([x, np.ones((len(x), 1))], axis=1)
+
+
+class _Pattern:
+    """Where the entries of a block's metric and Jacobian stand in its saddle point matrix (compressed columns)."""
+
+    def __init__(self, block: Block) -> None:
+        from scipy.sparse import coo_matrix, csr_matrix
+
+        rows, metric = block.sparse, block.metric
+        assert rows is not None
+        assert metric is not None
+        n, m = len(block.core), rows.rows
+        diagonal = np.zeros(n)
+        on = metric.form[0] == metric.form[1]
+        diagonal[metric.form[0][on]] = metric.form[2][on]
+        self.scale = 1.0 / np.sqrt(diagonal)
+        """(n,) of each unknown: it moves the anchors by one."""
+        i, j, values = metric.form
+        self.metric = values * self.scale[i] * self.scale[j]
+        self.form: Any = csr_matrix((self.metric, (i, j)), shape=(n, n))
+        self.row = np.repeat(np.arange(m), np.diff(rows.indptr))
+        places = np.arange(1, len(i) + 2 * len(self.row) + m + 1, dtype=np.float64)
+        at_row = np.concatenate([i, rows.indices, n + self.row, n + np.arange(m)])
+        at_column = np.concatenate([j, n + self.row, rows.indices, n + np.arange(m)])
+        whole: Any = coo_matrix((places, (at_row, at_column)), shape=(n + m, n + m)).tocsc()
+        self.order = np.asarray(whole.data, dtype=np.intp) - 1
+        self.indices, self.indptr, self.shape = whole.indices, whole.indptr, whole.shape
+
+
+@lru_cache(maxsize=8)
+def _pattern(block: Block) -> _Pattern:
+    return _Pattern(block)
+
+
+def _factored(matrix: Any) -> Any:
+    """The LU factors of a quasi-definite matrix (compressed columns), None where it is singular."""
+    import scipy.sparse.linalg
+
+    try:
+        factored: Any = scipy.sparse.linalg.splu(  # pyright: ignore[reportUnknownMemberType]
+            matrix, permc_spec="COLAMD", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:
+        return None
+    return factored
+
+
+class Saddle:
+    """A block's rows linearised at one instant, ready to be solved.
+
+    ``slopes`` (entries,) of the Jacobian there.
+    """
+
+    def __init__(self, block: Block, slopes: FloatArray) -> None:
+        from scipy.sparse import csc_matrix, csr_matrix
+
+        rows = block.sparse
+        assert rows is not None
+        self.pattern = pattern = _pattern(block)
+        self.size = len(block.core)
+        wide = slopes * pattern.scale[rows.indices]
+        lengths = np.sqrt(np.bincount(pattern.row, wide * wide, rows.rows))
+        self.lengths = np.where(lengths > 0.0, lengths, 1.0)
+        scaled = wide / self.lengths[pattern.row]
+        self.rows: Any = csr_matrix((scaled, rows.indices, rows.indptr), shape=(rows.rows, self.size))
+        data = np.concatenate([pattern.metric, scaled, scaled, np.full(rows.rows, -RELAXED)])[pattern.order]
+        matrix: Any = csc_matrix((data, pattern.indices, pattern.indptr), shape=pattern.shape)
+        self.factors = _factored(matrix)
+
+    def _solved(self, right: FloatArray) -> FloatArray:
+        if self.factors is None or not np.isfinite(right).all():
+            return np.full_like(right, np.nan)
+        return np.asarray(self.factors.solve(right), dtype=np.float64)
+
+    def least(self, want: FloatArray, pull: FloatArray | None = None) -> FloatArray:
+        """The v (n,) with J v = ``want`` (m,) that makes v' M v + 2 v' ``pull`` least."""
+        wanted = want / self.lengths
+        right = np.zeros(self.size + len(wanted))
+        if pull is not None:
+            right[: self.size] = -pull * self.pattern.scale
+        right[self.size :] = wanted
+        y = self._solved(right)[: self.size]
+        size = float(np.max(np.abs(wanted), initial=0.0)) + float(np.max(np.abs(right), initial=0.0))
+        for _ in range(REFINEMENTS):
+            off = wanted - self.rows @ y
+            if not np.max(np.abs(off), initial=0.0) > REFINED * size:
+                break
+            right[: self.size] = 0.0
+            right[self.size :] = off
+            y = y + self._solved(right)[: self.size]
+        return y * self.pattern.scale
+
+    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: float) -> FloatArray:
+        """``v`` and the least motion that brings the p errors with ``slopes`` (p, n) to change as they should: the
+        rows' solution damped by ``damping`` of the largest of the projected slopes.
+        """
+        wide = slopes * self.pattern.scale
+        right = np.zeros((self.size + self.rows.shape[0], len(slopes)))
+        right[: self.size] = wide.T
+        along = self._solved(right)[: self.size]
+        for _ in range(2):
+            right[: self.size] = 0.0
+            right[self.size :] = -(self.rows @ along)
+            along = along + self._solved(right)[: self.size]
+        reach = wide @ along
+        size = float(np.max(np.diag(reach), initial=0.0))
+        if not size > 0.0:
+            return v
+        pushed = np.linalg.solve(reach + damping**2 * size * np.eye(len(reach)), want - slopes @ v)
+        return v + (along @ pushed) * self.pattern.scale
+
+
+def saddle(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> Saddle:
+    """The block linearised at core values ``x`` (n,) at one instant."""
+    return Saddle(block, sparse_slopes(block, u, k, x[None])[0])
+
+
+def chord_newton(
+    block: Block,
+    u: State,
+    k: Sequence[FloatArray],
+    x: FloatArray,
+    iterations: int,
+    limit: float | None = None,
+    factors: Saddle | None = None,
+) -> tuple[FloatArray, float, Saddle]:
+    """The core values nearest to ``x`` (n,) that satisfy the rows at one instant, by Newton steps least in the metric.
+
+    The factorisation is kept as long as steps shrink fast. Returns the values, the relative residual that is left (rows
+    in units of their gradients), and the last factorisation. ``limit`` bounds a step, in units of what moves the
+    anchors by one; ``factors`` is a factorisation to begin with, from near ``x``.
+    """
+    fresh = factors is None
+    factors = factors or saddle(block, u, k, x)
+    residual = sparse_residual(block, u, k, x[None])[0]
+    error = best = float(np.max(np.abs(residual / factors.lengths), initial=0.0))
+    kept = x
+    for _ in range(iterations):
+        if not error > 0.0 or not np.isfinite(error):
+            break
+        step = -factors.least(residual)
+        if limit is not None:
+            largest = float(np.max(np.abs(step / factors.pattern.scale), initial=0.0))
+            step = step * min(1.0, limit / max(largest, 1e-300))
+        x = x + step
+        residual = sparse_residual(block, u, k, x[None])[0]
+        last, error = error, float(np.max(np.abs(residual / factors.lengths), initial=0.0))
+        if error < best:
+            kept, best = x, error
+        small = error <= 1e-14 * float(np.max(np.abs(x / factors.pattern.scale), initial=1.0))
+        if small or (error > 0.5 * last and fresh and limit is None and error < 1e-6):
+            break
+        fresh = False
+        if error > SLOW * last:
+            factors, fresh = saddle(block, u, k, x), True
+    return kept, best, factors
+
+
+class Quadratic:
+    """A quadratic program over a step of the core: the block's rows linearised at ``x`` and more rows to be met, what
+    is to be made least to be added up.
+    """
+
+    def __init__(self, block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> None:
+        rows = block.sparse
+        assert rows is not None
+        self.scale = _pattern(block).scale
+        self.gradient = np.zeros(len(x))
+        self.squares: list[tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]] = []
+        self.rows: list[tuple[NDArray[np.intp], FloatArray]] = []
+        self.right: list[float] = []
+        self.relaxed: list[float] = []
+        slopes = sparse_slopes(block, u, k, x[None])[0]
+        for i, off in enumerate(sparse_residual(block, u, k, x[None])[0]):
+            some = slice(rows.indptr[i], rows.indptr[i + 1])
+            self.row(rows.indices[some], slopes[some], float(off))
+
+    def row(self, places: NDArray[np.intp], slopes: FloatArray, off: float, *, soft: bool = False) -> None:
+        """slopes . step[places] = -off, after all else where ``soft`` is not set."""
+        scaled = slopes * self.scale[places]
+        length = float(np.sqrt(scaled @ scaled)) or 1.0
+        self.rows.append((places, scaled / length))
+        self.right.append(-off / length)
+        self.relaxed.append(1e-5 if soft else RELAXED)
+
+    def weigh(self, metric: Metric, factor: float, gradient: FloatArray) -> None:
+        """Add factor / 2 step' M step + gradient . step to what is to be least."""
+        i, j, values = metric.form
+        self.squares.append((i, j, factor * values * self.scale[i] * self.scale[j]))
+        self.gradient += gradient * self.scale
+
+    def square(self, places: NDArray[np.intp], slopes: FloatArray, value: float) -> None:
+        """Add half the square of value + slopes . step[places]."""
+        scaled = slopes * self.scale[places]
+        count = len(places)
+        self.squares.append((np.repeat(places, count), np.tile(places, count), np.outer(scaled, scaled).ravel()))
+        np.add.at(self.gradient, places, value * scaled)
+
+    def step(self) -> FloatArray:
+        """The step (n,); nan where the system is singular."""
+        from scipy.sparse import coo_matrix
+
+        n, m = len(self.gradient), len(self.rows)
+        row = np.repeat(n + np.arange(m), [len(places) for places, _ in self.rows])
+        column = np.concatenate([places for places, _ in self.rows])
+        values = np.concatenate([slopes for _, slopes in self.rows])
+        below = n + np.arange(m)
+        i = np.concatenate([*(some[0] for some in self.squares), row, column, below])
+        j = np.concatenate([*(some[1] for some in self.squares), column, row, below])
+        data = np.concatenate([*(some[2] for some in self.squares), values, values, -np.array(self.relaxed)])
+        matrix: Any = coo_matrix((data, (i, j)), shape=(n + m, n + m)).tocsc()
+        right = np.concatenate([-self.gradient, self.right])
+        if not (np.isfinite(data).all() and np.isfinite(right).all()):
+            return np.full(n, np.nan)
+        factors = _factored(matrix)
+        if factors is None:
+            return np.full(n, np.nan)
+        return np.asarray(factors.solve(right)[:n], dtype=np.float64) * self.scale
