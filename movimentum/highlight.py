@@ -26,6 +26,7 @@ KINDS: dict[str, tuple[TokenKind, str]] = {
     "CONFIG": (Keyword.Namespace, "keyword.other.config"),
     "CLAIM": (Keyword.Namespace, "keyword.other.claim"),
     "WITHIN": (Keyword.Namespace, "keyword.other.within"),
+    "SPEED": (Keyword.Namespace, "keyword.other.speed"),
     "BAR": (Keyword.Type, "storage.type.shape"),
     "ARROW": (Keyword.Type, "storage.type.shape"),
     "DISC": (Keyword.Type, "storage.type.shape"),

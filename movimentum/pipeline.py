@@ -6,9 +6,10 @@ a script that cannot be parsed imports no solver.
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -20,10 +21,10 @@ from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, Usa
 from movimentum.source import SourceText
 
 if TYPE_CHECKING:
-    from movimentum.analysis.freedom import Way
     from movimentum.analysis.report import StepReport
     from movimentum.analysis.trade import SolverTrade
     from movimentum.encode.trade import PictureTrade
+    from movimentum.render.options import FreeMark
     from movimentum.render.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solve.motion import Motion, Poses
@@ -133,7 +134,7 @@ class Solution:
     """A motion, everything that is to be said about it (the scene's warnings first), and a report for each step.
 
     ``fault`` is the exit code that it deserves as it is: 0, 1 (it contradicts itself, or warnings with ``strict``) or 3
-    (no solution at some time). ``free``: from when to when a thing can move in a way that nothing determines.
+    (no solution at some time).
     ``notes`` are about the accuracy asked for, and are shown where notes are not.
     """
 
@@ -141,7 +142,6 @@ class Solution:
     diagnostics: tuple[Diagnostic, ...]
     steps: tuple[StepReport, ...]
     fault: int
-    free: tuple[tuple[float, float, Way], ...]
     notes: tuple[Diagnostic, ...] = ()
 
 
@@ -178,7 +178,7 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
         from movimentum.solve.refinement import refined
 
         motion = refined(motion, choices.accuracy, choices.digits)
-    return Solution(motion, found, examination.steps, fault, examination.free, notes)
+    return Solution(motion, found, examination.steps, fault, notes)
 
 
 def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
@@ -411,8 +411,9 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
     """Render the script to ``target``, whose suffix names the format; a `.png` without ``%d`` is the first frame."""
     from movimentum.encode.write import check_output, write_animation
     from movimentum.files import refuse_unwritable, whole_file
-    from movimentum.render.options import FreeMark, PictureOptions, Quality, Show, trace_anchors
+    from movimentum.render.options import PictureOptions, Quality, Show, trace_anchors
     from movimentum.render.painter import make_painter
+    from movimentum.solve.motion import Motion
 
     kind = check_output(target)
     background = None if picture.background is None else _color(picture.background)
@@ -438,13 +439,14 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         ready = make_painter(scene, (), options)  # what is too large or cannot be read is refused before the work
     solution = solved(timeline, choices)
     motion, skip = solution.motion, choices.on_failure == "skip"
-    marks = tuple(FreeMark(way.thing, way.local, way.direction, begin, end) for begin, end, way in solution.free)
-    options = replace(options, free=marks)
     if picture.at is not None:
         start = math.ceil((picture.at - timeline.start) * timeline.fps)
         poses: PoseSource = _Take(motion, (picture.at,), skip).held()
     else:
         poses = _Take(motion, range(start, start + 1 if kind == "png" else stop), skip).held()
+    if Show.FREE in options.show:
+        times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in range(start, stop)]
+        options = replace(options, free=_free_marks(motion if isinstance(motion, Motion) else motion.base, times))
     if not any(len(chunk.frames) for chunk in poses):
         message = "none of the frames asked for has a solution"
         raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
@@ -471,6 +473,30 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         if warned:
             raise ScriptError(diagnostics)
     return Outcome(written.frames, solution.fault, diagnostics, notes)
+
+
+FREE_MOMENTS = 24
+"""Moments of an animation at which its free motions are found anew; arrows turn with their things in between."""
+
+
+def _free_marks(motion: Motion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
+    """Arrows for all free motions at ``times`` (ascending): one for each moving anchor, numbered by motion."""
+    from movimentum.analysis.freedom import free_motions_at
+    from movimentum.render.options import FreeMark
+
+    if len(times) > FREE_MOMENTS:
+        times = [times[round(k * (len(times) - 1) / (FREE_MOMENTS - 1))] for k in range(FREE_MOMENTS)]
+    edges = [-math.inf, *(float((a + b) / 2) for a, b in itertools.pairwise(times)), math.inf]
+    things = motion.timeline.scene.things
+    marks: list[FreeMark] = []
+    for time, (begin, end) in zip(times, itertools.pairwise(edges), strict=True):
+        poses = motion.poses_at([time])
+        for number, found in enumerate(free_motions_at(motion, time)):
+            for ref, (vx, vy) in found.velocities:
+                c, s = poses.direction[ref.thing, 0].tolist()
+                local = things[ref.thing].anchors[ref.anchor].local
+                marks.append(FreeMark(ref.thing, local, (c * vx + s * vy, c * vy - s * vx), number, begin, end))
+    return tuple(marks)
 
 
 @dataclass(frozen=True, slots=True)

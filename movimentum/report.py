@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from movimentum.analysis.words import listed
 from movimentum.diagnostics import render_text, to_json
 
 if TYPE_CHECKING:
-    from movimentum.analysis.report import StepReport
+    from movimentum.analysis.report import PartReport, StepReport
     from movimentum.pipeline import CheckReport
     from movimentum.source import SourceText, Span
 
+MOST_GROUPS = 3
+"""Groups of things that move as one, told in a line; JSON has all of them."""
 SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
@@ -30,6 +33,27 @@ def check_json(report: CheckReport, source: SourceText) -> str:
                     "freedom": step.freedom,
                     "redundant": step.redundant,
                     "blocks": [{"unknowns": list(unknowns), "kernel": kernel} for unknowns, kernel in step.blocks],
+                    "parts": [
+                        {
+                            "things": list(part.things),
+                            "freedom": part.freedom,
+                            "redundant": part.redundant,
+                            "rigid": [list(some) for some in part.rigid],
+                            "fixed": list(part.fixed),
+                            "superfluous": list(part.superfluous),
+                        }
+                        for part in step.parts
+                    ],
+                    "motions": [
+                        {
+                            "words": motion.words,
+                            "things": list(motion.things),
+                            "variables": list(motion.variables),
+                            "velocities": {name: list(velocity) for name, velocity in motion.velocities},
+                            "drawn": motion.drawn,
+                        }
+                        for motion in step.motions
+                    ],
                 }
                 for step in report.steps
             ],
@@ -107,7 +131,24 @@ def _line(step: StepReport) -> str:
         + (f"{counted(step.freedom, 'free motion')}, " if step.freedom else "nothing free, ")
         + (f"{counted(step.redundant, 'redundant equation')}" if step.redundant else "nothing redundant")
         + "\n"
+        + "".join(_part(part) for part in step.parts)
     )
+
+
+def _part(part: PartReport) -> str:
+    """What there is to say about a part: a line, or nothing where all is as it should be."""
+    if not part.freedom and not part.redundant:
+        return ""
+    said = [f"{counted(part.freedom, 'degree')} of freedom" if part.freedom else "no freedom"]
+    said += [f"{listed(some, 4)} move as one" for some in part.rigid[:MOST_GROUPS]]
+    if len(part.rigid) > MOST_GROUPS:
+        said.append(f"so do {counted(len(part.rigid) - MOST_GROUPS, 'other group')}")
+    if part.fixed and part.freedom:
+        said.append(f"{listed(part.fixed, 4)} cannot move")
+    if part.redundant:
+        many = "one of these is" if part.redundant == 1 else f"{part.redundant} of these are"
+        said.append(f"{many} superfluous: {listed(part.superfluous, 6)}")
+    return f"  {listed(part.things, 4)}: {'; '.join(said)}\n"
 
 
 def counted(number: int, what: str) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from movimentum.analysis.claims import claim_diagnostics
-from movimentum.analysis.freedom import BlockRank, Way, block_ranks
+from movimentum.analysis.freedom import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.analysis.verify import first_shortfall
 from movimentum.analysis.words import counted, listed, number, time_text
@@ -30,7 +30,6 @@ MOST_NOTES = 8
 class Examination:
     """``diagnostics``: in order of time; ``steps``: a report for each segment.
 
-    ``free``: from when to when (absolute times) a thing can move in a way that nothing determines.
     ``fault``: 0, 1 (the script contradicts itself) or 3 (no solution at some time): the exit code that failing
     deserves.
     """
@@ -38,7 +37,6 @@ class Examination:
     diagnostics: tuple[Diagnostic, ...]
     steps: tuple[StepReport, ...]
     fault: int
-    free: tuple[tuple[float, float, Way], ...] = ()
 
 
 def examine(motion: Motion) -> Examination:
@@ -50,14 +48,11 @@ def examine(motion: Motion) -> Examination:
 def _examined(motion: Motion) -> Examination:
     found: list[Diagnostic] = []
     steps: list[StepReport] = []
-    free: list[tuple[float, float, Way]] = []
     fault = 0
     told: set[object] = set()
     for index, stretch in enumerate(motion.stretches):
         ranks = block_ranks(stretch)
-        steps.append(step_report(stretch, ranks))
-        begin, end = float(stretch.segment.start), float(stretch.segment.end)
-        free += [(begin, end, way) for rank in ranks for item in rank.motions for way in item.ways]
+        steps.append(step_report(stretch, ranks, parts_of(stretch, ranks)))
         if fault == 0 and stretch.troubles:
             from movimentum.analysis.failure import failure_diagnostic
 
@@ -79,6 +74,10 @@ def _examined(motion: Motion) -> Examination:
                 found.append(diagnostic)
     found.extend(_idle_selectors(motion))
     found.extend(_unconstrained(motion.timeline.scene))
+    if fault == 0 and any(stretch.plan.wishes for stretch in motion.stretches):
+        from movimentum.analysis.wishes import wish_diagnostics
+
+        found.extend(wish_diagnostics(motion))
     if fault == 0 and motion.accuracy != "draft":  # which solves no frame, and says what it is off by
         missing = _unsolved_frame(motion)
         if missing is not None:
@@ -89,7 +88,7 @@ def _examined(motion: Motion) -> Examination:
         found.extend(broken)
         fault = fault or (1 if broken else 0)
     order = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.NOTE: 2}
-    return Examination(tuple(sorted(found, key=lambda item: order[item.severity])), tuple(steps), fault, tuple(free))
+    return Examination(tuple(sorted(found, key=lambda item: order[item.severity])), tuple(steps), fault)
 
 
 # --- which solution
@@ -166,6 +165,8 @@ def _free_motions(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
     scene = stretch.plan.system.scene
     for rank in ranks:
         for motion in rank.motions:
+            if motion.drawn:
+                continue
             yield Diagnostic(
                 code="constraint/free-motion",
                 severity=Severity.WARNING,

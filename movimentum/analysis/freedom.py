@@ -1,20 +1,27 @@
-"""What can still move: the free motions of a scene, counted and told in the script's words."""
+"""What can still move: the degrees of freedom of a scene's parts from the rank of their equations, the free motions in
+the script's words, which things are rigid together, and what is said more often than it need be.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.words import number
 from movimentum.plan.blocks import Block, Kernel
+from movimentum.plan.graph import groups
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
-from movimentum.scene.model import ThingAngle
-from movimentum.solve.kernels import State
-from movimentum.solve.newton import jacobian_of, null_space, scaled
+from movimentum.scene.model import AnchorRef, ThingAngle
+from movimentum.solve.free import projected
+from movimentum.solve.kernels import State, fill_explicit
+from movimentum.solve.moments import snapshot
+from movimentum.solve.motion import Motion
+from movimentum.solve.newton import jacobian_of, null_space, scaled, wishes_of
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece, scale_of
 
@@ -22,18 +29,12 @@ FloatArray = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-5
 """Of the largest singular value, rows scaled to unit gradients."""
-
-
-@dataclass(frozen=True, slots=True)
-class Way:
-    """Thing number ``thing`` can turn about its ``local`` point or, with a ``direction``, slide along that unit vector.
-
-    Both in the thing's local frame.
-    """
-
-    thing: int
-    local: tuple[float, float]
-    direction: tuple[float, float] | None = None
+ASIDE = 0.03
+"""Of the scene's size: how far beside a pose it is looked at again, in general position."""
+STRESSED = 1e-6
+"""Of the largest: a row that takes part in a dependence among rows."""
+TOGETHER = 1e-6
+"""Of the fastest: velocities that are the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,24 +42,51 @@ class FreeMotion:
     """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that say it, and a ``remedy``
     to type.
 
-    ``ways``: how each of the things moves, for a picture.
+    ``velocities``: of every anchor of what moves, in world directions; the fastest moves by one a time unit.
+    ``twists``: of everything that moves, (turn, and the velocity of its point at the world's origin), in the same
+    units. ``drawn``: a wish says where it goes.
     """
 
     things: tuple[int, ...]
     variables: tuple[str, ...]
     words: str
     remedy: str
-    ways: tuple[Way, ...] = ()
+    velocities: tuple[tuple[AnchorRef, tuple[float, float]], ...] = ()
+    twists: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+    drawn: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class BlockRank:
-    """Rank and freedom of one block at a generic pose."""
+    """Rank and freedom of one block at a generic pose, its free motions there and at another pose ``nearby``;
+    ``dependent``: the equations that take part in a dependence, of which ``rows - rank`` say nothing new.
+    """
 
     block: int
+    rows: int
     rank: int
     freedom: int
     motions: tuple[FreeMotion, ...]
+    nearby: tuple[FreeMotion, ...] = ()
+    dependent: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Things that constraints connect, and what is known of them together.
+
+    ``rigid``: groups of things that do not move against each other; ``fixed``: those that do not move at all (both in
+    the free motions, and in the motion that there is). ``redundant`` equations follow from the others; any of the
+    ``superfluous`` (things by number, constraints by number) is one.
+    """
+
+    things: tuple[int, ...]
+    freedom: int
+    redundant: int
+    rigid: tuple[tuple[int, ...], ...]
+    fixed: tuple[int, ...]
+    superfluous_things: tuple[int, ...]
+    superfluous_constraints: tuple[int, ...]
 
 
 def generic_moment(stretch: Stretch) -> tuple[Piece, float] | None:
@@ -72,7 +100,11 @@ def generic_moment(stretch: Stretch) -> tuple[Piece, float] | None:
 
 
 def block_ranks(stretch: Stretch) -> list[BlockRank]:
-    """Rank and freedom of each Newton block of a stretch; the closed-form kernels have full rank by construction."""
+    """Rank and freedom of each Newton block of a stretch; the closed-form kernels have full rank by construction.
+
+    Counting equations would be wrong for every braced structure: the rank is that of the Jacobian in numbers, rows
+    scaled to unit gradients, relative to its largest singular value.
+    """
     moment = generic_moment(stretch)
     if moment is None:
         return []
@@ -84,15 +116,100 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
         for block in stretch.plan.blocks:
             if block.kernel is not Kernel.NEWTON:
                 continue
-            x = np.array([[float(np.ravel(state[n])[0]) for n in block.core]])
-            one = [None if v is None else np.array([float(np.ravel(v)[0])]) for v in state]
+            x = np.array([float(np.ravel(state[n])[0]) for n in block.core])
+            one = _at_one(state)
             scale = scale_of(stretch.plan, block.core)
-            rows, _ = scaled(jacobian_of(block, one, instants.clocks, x), scale)
-            rank, free, _ = null_space(rows[0], RANK_TOLERANCE)
+            rows, rank, free = _rank_at(block, one, instants.clocks, x, scale)
+            nearby: tuple[FreeMotion, ...] = ()
+            if block.free and rank < len(x):
+                # at a dead centre the rank drops, and nothing is free for that: look beside it too
+                y, there = _beside(stretch.plan, block, one, instants.clocks, x, free)
+                more, higher, other = _rank_at(block, there, instants.clocks, y, scale)
+                nearby = _motions(stretch.plan, block, there, instants.clocks, y, other, scale)
+                if higher > rank:
+                    rows, rank, free, one, x = more, higher, other, there, y
             freedom = len(block.core) - rank
-            motions = _motions(stretch.plan, block, x[0], free * scale[:, None]) if freedom and block.free else ()
-            result.append(BlockRank(block.number, rank, freedom, motions))
+            motions = _motions(stretch.plan, block, one, instants.clocks, x, free, scale) if block.free else ()
+            dependent = _dependent(rows, rank) if rank < block.rows else ()
+            equations = tuple(sorted({block.row_equations[i] for i in dependent}))
+            result.append(BlockRank(block.number, block.rows, rank, freedom, motions, nearby, equations))
     return result
+
+
+def _motions(
+    plan: Plan,
+    block: Block,
+    one: State,
+    clocks: Sequence[FloatArray],
+    x: FloatArray,
+    free: FloatArray,
+    scale: FloatArray,
+) -> tuple[FreeMotion, ...]:
+    """The free motions of a block with the null space ``free`` (n, p) at core values ``x`` (n,)."""
+    basis = _basis(block, one, clocks, x, free, scale) if free.shape[1] else []
+    return tuple(_told(plan, block, one, v, drawn) for v, drawn in basis)
+
+
+def _rank_at(
+    block: Block, one: State, clocks: Sequence[FloatArray], x: FloatArray, scale: FloatArray
+) -> tuple[FloatArray, int, FloatArray]:
+    """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
+    rows = scaled(jacobian_of(block, one, clocks, x[None]), scale)[0][0]
+    rank, free, _ = null_space(rows, RANK_TOLERANCE)
+    return rows, rank, free
+
+
+def _beside(
+    plan: Plan, block: Block, one: State, clocks: tuple[FloatArray, ...], x: FloatArray, free: FloatArray
+) -> tuple[FloatArray, State]:
+    """A pose a little way along all free motions at once, in no particular proportion; ``x`` where there is none."""
+    scale = scale_of(plan, block.core)
+    weights = np.cos(1.0 + 2.399963 * np.arange(free.shape[1], dtype=np.float64))
+    step = (free @ weights) * scale
+    step *= ASIDE / max(float(np.max(np.abs(step) / scale)), 1e-300)
+    y, good = projected(block, lambda _: (list(one), clocks), 0.0, x + step)
+    if not good:
+        y = x
+    there = list(one)
+    for n, value in zip(block.core, y, strict=True):
+        there[n] = np.array([value])
+    fill_explicit(block, there, clocks)
+    return y, there
+
+
+def _at_one(state: State) -> State:
+    return [None if v is None else np.array([float(np.ravel(v)[0])]) for v in state]
+
+
+def _dependent(rows: FloatArray, rank: int) -> tuple[int, ...]:
+    """The rows that take part in a dependence: those of which the left null space has anything."""
+    left = np.linalg.svd(np.nan_to_num(rows))[0][:, rank:]
+    size = np.sqrt(np.sum(left**2, axis=1))
+    return tuple(np.nonzero(size > STRESSED * np.max(size, initial=0.0))[0].tolist())
+
+
+def _basis(
+    block: Block, one: State, clocks: Sequence[FloatArray], x: FloatArray, free: FloatArray, scale: FloatArray
+) -> list[tuple[FloatArray, bool]]:
+    """A canonical basis of a block's free velocities, each (n,), and whether wishes say where it goes.
+
+    What wishes say nothing about comes first; both halves are in reduced row echelon form, which depends on the space
+    only: sparse, the same from run to run, its signs fixed by the first unknown that moves.
+    """
+    velocities = (free * scale[:, None]).T
+    if block.wishes is None:
+        return [(v, False) for v in _reduced(velocities, scale)]
+    slopes = wishes_of(block, one, clocks, x[None])[1][0]
+    along = slopes @ velocities.T
+    _, loose, inverse = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), RANK_TOLERANCE)
+    drawn = inverse.T if inverse.size else np.zeros((0, len(velocities)))
+    left, singular, turned = np.linalg.svd(drawn, full_matrices=False)
+    del left
+    drawn = turned[singular > RANK_TOLERANCE * max(float(np.max(singular, initial=0.0)), 1e-300)]
+    return [
+        *((v, False) for v in _reduced(loose.T @ velocities, scale)),
+        *((v, True) for v in _reduced(drawn @ velocities, scale)),
+    ]
 
 
 def free_directions(
@@ -100,17 +217,138 @@ def free_directions(
 ) -> list[tuple[FreeMotion, FloatArray]]:
     """Each free motion of a block at core values ``x`` (n,), and its velocity (n,)."""
     scale = scale_of(plan, block.core)
-    one = [None if v is None else np.array([float(np.ravel(v)[0])]) for v in state]
-    rows, _ = scaled(jacobian_of(block, one, clocks, x[None]), scale)
-    rank, free, _ = null_space(rows[0], RANK_TOLERANCE)
+    one = _at_one(state)
+    rows = scaled(jacobian_of(block, one, clocks, x[None]), scale)[0][0]
+    rank, free, _ = null_space(rows, RANK_TOLERANCE)
     if rank == len(x):
         return []
-    return [(_told(plan, block, x, row), row) for row in _reduced((free * scale[:, None]).T, scale)]
+    one = list(one)
+    for n, value in zip(block.core, x, strict=True):
+        one[n] = np.array([value])
+    fill_explicit(block, one, clocks)
+    return [(_told(plan, block, one, v, drawn), v) for v, drawn in _basis(block, one, clocks, x, free, scale)]
 
 
-def _motions(plan: Plan, block: Block, x: FloatArray, free: FloatArray) -> tuple[FreeMotion, ...]:
-    basis = _reduced(free.T, scale_of(plan, block.core))
-    return tuple(_told(plan, block, x, row) for row in basis)
+def free_motions_at(motion: Motion, time: Fraction) -> list[FreeMotion]:
+    """The free motions at one moment of a motion; none where there is no solution."""
+    timeline = motion.timeline
+    stretch = motion.stretches[timeline.segment_at(time)]
+    tau = float(time - stretch.segment.start)
+    piece = next((p for p in stretch.pieces if p.begin <= tau <= p.end), None)
+    if piece is None or isinstance(piece, Dead):
+        return []
+    instants = piece.instants(np.array([tau]))
+    found: list[FreeMotion] = []
+    with np.errstate(all="ignore"):
+        state, bad = piece.evaluate(instants)
+        if bad.any():
+            return []
+        for block in stretch.plan.blocks:
+            if block.kernel is Kernel.NEWTON and block.free:
+                x = np.array([float(np.ravel(state[n])[0]) for n in block.core])
+                found += [item for item, _ in free_directions(stretch.plan, block, state, instants.clocks, x)]
+    return found
+
+
+def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
+    """The connected parts of a stretch's scene, in order of definition; ``ranks`` as `block_ranks` finds them."""
+    plan = stretch.plan
+    system = plan.system
+    of_thing = [unknown.thing for unknown in system.unknowns]
+    first_of: dict[int, int] = {}
+    bodies = [unknown for unknown in system.unknowns if unknown.thing is not None]
+    links = [(first_of.setdefault(unknown.thing or 0, unknown.number), unknown.number) for unknown in bodies]
+    for equation in system.equations:
+        members = sorted(equation.unknowns)
+        links += [(members[0], other) for other in members[1:]]
+    owner = {n: block.number for block in plan.blocks for n in block.unknowns}
+    of_block = {rank.block: rank for rank in ranks}
+    twists = _twists(stretch, ranks)
+    parts: list[Part] = []
+    for component in groups(len(system.unknowns), links):
+        things = sorted({t for n in component if (t := of_thing[n]) is not None})
+        if not things:
+            continue
+        members = set(component)
+        found = [of_block[b] for b in sorted({owner[n] for n in component if n in owner}) if b in of_block]
+        free = sum(rank.freedom for rank in found if plan.blocks[rank.block].free)
+        checks = [e for e in plan.checks if system.equations[e].unknowns & members]
+        dependent = [*(e for rank in found for e in rank.dependent), *checks]
+        rods = {t for e in dependent if (t := system.equations[e].thing) is not None}
+        stated = {c for e in dependent if (c := system.equations[e].constraint) is not None}
+        rigid, fixed = _together({t: twists.get(t, np.zeros(0)) for t in things})
+        parts.append(
+            Part(
+                tuple(things),
+                free,
+                len(checks) + sum(rank.rows - rank.rank for rank in found),
+                rigid,
+                fixed,
+                tuple(sorted(rods)),
+                tuple(sorted(stated)),
+            )
+        )
+    return sorted(parts, key=lambda part: part.things)
+
+
+def _twists(stretch: Stretch, ranks: Sequence[BlockRank]) -> dict[int, FloatArray]:
+    """How every thing moves in each free motion and, at two moments, in the motion that there is: (motions * 3,)."""
+    motions = [motion for rank in ranks for motion in (*rank.motions, *rank.nearby)]
+    size = stretch.plan.size
+    columns: list[dict[int, tuple[float, float, float]]] = [dict(motion.twists) for motion in motions]
+    for piece in stretch.pieces:
+        if isinstance(piece, Dead) or piece.end <= piece.begin:
+            continue
+        length = piece.end - piece.begin
+        gap = min((t.begin for t in stretch.troubles if t.kind == "gap"), default=piece.end)
+        for place in (0.37931, 0.71713):
+            tau = piece.begin + place * (min(piece.end, gap) - piece.begin)
+            with np.errstate(all="ignore"):
+                state, bad = piece.evaluate(piece.instants(np.array([tau - 1e-6 * length, tau + 1e-6 * length])))
+            if bad.any():
+                continue
+            before, after = (snapshot(stretch.plan, state, stretch.base.now, k).things for k in (0, 1))
+            found: dict[int, tuple[float, float, float]] = {}
+            for t, (a, b) in enumerate(zip(before, after, strict=True)):
+                turn = a.c * b.s - a.s * b.c
+                found[t] = (turn, b.x - a.x + turn * a.y, b.y - a.y - turn * a.x)
+            columns.append(_unit(found, size))
+        break
+    mentioned = stretch.plan.system.mentioned()
+    rest = (0.0, 0.0, 0.0)
+    return {
+        t: np.array([value for column in columns for value in _weighed(column.get(t, rest), size)]) for t in mentioned
+    }
+
+
+def _weighed(twist: tuple[float, float, float], size: float) -> tuple[float, float, float]:
+    return twist[0] * size, twist[1], twist[2]
+
+
+def _unit(twists: dict[int, tuple[float, float, float]], size: float) -> dict[int, tuple[float, float, float]]:
+    largest = max((max(map(abs, _weighed(twist, size))) for twist in twists.values()), default=0.0)
+    if not largest > 1e-9 * size:
+        return {}
+    return {t: (a / largest, b / largest, c / largest) for t, (a, b, c) in twists.items()}
+
+
+def _together(twists: dict[int, FloatArray]) -> tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]:
+    """Groups of at least two things that move alike, and the things that do not move."""
+    found: list[tuple[FloatArray, list[int]]] = []
+    fixed: list[int] = []
+    tolerance = TOGETHER * max((float(np.max(np.abs(v), initial=0.0)) for v in twists.values()), default=0.0)
+    # what moves is seen to 1e-9 or so by differences of poses
+    tolerance = max(tolerance, 1e-7)
+    for t, twist in twists.items():
+        if float(np.max(np.abs(twist), initial=0.0)) <= tolerance:
+            fixed.append(t)
+            continue
+        alike = next((some for other, some in found if float(np.max(np.abs(other - twist))) <= tolerance), None)
+        if alike is None:
+            found.append((twist, [t]))
+        else:
+            alike.append(t)
+    return tuple(tuple(some) for _, some in found if len(some) > 1), tuple(fixed)
 
 
 def _reduced(rows: FloatArray, scale: FloatArray) -> FloatArray:
@@ -133,45 +371,44 @@ def _reduced(rows: FloatArray, scale: FloatArray) -> FloatArray:
     return rows * scale
 
 
-def _told(plan: Plan, block: Block, x: FloatArray, velocity: FloatArray) -> FreeMotion:
+def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: bool) -> FreeMotion:
+    """A velocity (n,) of a block's core at one instant in words; ``one`` has the values of its unknowns."""
     system = plan.system
-    place = {system.unknowns[n].payload: j for j, n in enumerate(block.core)}
+    speeds = _speeds(block, velocity)
     largest = float(np.max(np.abs(velocity / scale_of(plan, block.core))))
     moving: list[tuple[int, str, str]] = []
-    ways: list[Way] = []
-    for thing in system.scene.things:
-        t = thing.number
-        columns = [place.get(kind(t)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
-        if all(j is None for j in columns):
-            continue
-        vx, vy, vc, vs = (0.0 if j is None else float(velocity[j]) for j in columns)
+    twists: dict[int, tuple[float, float, float]] = {}
+    velocities: dict[AnchorRef, tuple[float, float]] = {}
+    for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
+        thing = system.scene.things[t]
+        numbers = [system.number_of.get(kind(t)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
+        vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
         frame = system.frame(t)
-        drawn = frame.of_thing(1.0, 0.0)
-        c, s = (drawn[i] if j is None else float(x[j]) for i, j in enumerate(columns[2:]))
+        pose = (*system.shift, *frame.of_thing(1.0, 0.0))
+        x, y, c, s = (
+            pose[i] if n is None or one[n] is None else float(np.ravel(one[n])[0]) + (system.shift[i] if i < 2 else 0.0)
+            for i, n in enumerate(numbers)
+        )
         turn = c * vs - s * vc
-        c, s = frame.to_thing(c, s)
-        small = 1e-6 * largest * plan.size
-        if max(abs(vx), abs(vy), abs(turn) * plan.size) <= small:
+        if max(abs(vx), abs(vy), abs(turn) * plan.size) <= 1e-6 * largest * plan.size:
             continue
-        at = tuple(float(x[j]) if j is not None else None for j in columns[:2])
-        moving.append((t, *_way(plan, t, (vx, vy, turn), (c, s), at)))
-        ways.append(_seen(plan, t, (vx, vy, turn), (c, s)))
-    things = tuple(t for t, _, _ in moving)
+        twists[t] = (turn, vx + turn * y, vy - turn * x)
+        for k, anchor in enumerate(thing.anchors):
+            dx, dy = frame.local(anchor.local)
+            velocities[AnchorRef(t, k)] = (vx - turn * (s * dx + c * dy), vy + turn * (c * dx - s * dy))
+        here = tuple(None if n is None else v for n, v in zip(numbers[:2], (x, y), strict=True))
+        moving.append((t, *_way(plan, t, (vx, vy, turn), frame.to_thing(c, s), here)))
     variables = tuple(
         system.unknowns[n].name
-        for j, n in enumerate(block.core)
-        if abs(velocity[j]) > 1e-6 * largest
+        for n, speed in speeds.items()
+        if abs(speed) > 1e-6 * largest
         and not isinstance(system.unknowns[n].payload, PoseX | PoseY | PoseCos | PoseSin | ThingAngle)
         and not system.unknowns[n].name.startswith(("_", "."))
     )
     if not moving:
         words = " and ".join(f"`{v}` can take any value" for v in variables) or "a `_` can take any value"
-        return FreeMotion(
-            (),
-            variables,
-            words,
-            f"`{variables[0]} = 0;` gives it a value" if variables else "name the `_` and give it a value",
-        )
+        remedy = f"`{variables[0]} = 0;` gives it a value" if variables else "name the `_` and give it a value"
+        return FreeMotion((), variables, words, remedy, drawn=drawn)
     names = [f"`{system.scene.things[t].name}`" for t, _, _ in moving]
     first, remedy = moving[0][1:]
     if len(moving) == 1:
@@ -179,20 +416,25 @@ def _told(plan: Plan, block: Block, x: FloatArray, velocity: FloatArray) -> Free
     else:
         others = ", ".join(names[1:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
         words = f"{names[0]} can still {first}, and {others} with it"
-    return FreeMotion(things, variables, words, remedy, tuple(ways))
+    fastest = max((float(np.hypot(*v)) for v in velocities.values()), default=0.0) or 1.0
+    return FreeMotion(
+        tuple(t for t, _, _ in moving),
+        variables,
+        words,
+        remedy,
+        tuple((ref, (vx / fastest, vy / fastest)) for ref, (vx, vy) in velocities.items()),
+        tuple((t, (a / fastest, b / fastest, c / fastest)) for t, (a, b, c) in twists.items()),
+        drawn,
+    )
 
 
-def _seen(plan: Plan, thing: int, velocity: tuple[float, float, float], direction: tuple[float, float]) -> Way:
-    """Where to draw how one thing moves: the point that it turns about, unless that is far away: then it slides."""
-    vx, vy, turn = velocity
-    c, s = direction
-    rx, ry = plan.system.frame(thing).origin
-    speed = float(np.hypot(vx, vy))
-    if abs(turn) * 4.0 * plan.size > speed:
-        # the point at w from the reference has the velocity v + turn * perp(w), which is 0 at the pivot
-        wx, wy = -vy / turn, vx / turn
-        return Way(thing, (rx + c * wx + s * wy, ry - s * wx + c * wy))
-    return Way(thing, (rx, ry), ((c * vx + s * vy) / speed, (-s * vx + c * vy) / speed))
+def _speeds(block: Block, velocity: FloatArray) -> dict[int, float]:
+    """The speed of every unknown of a block whose core has a ``velocity`` (n,)."""
+    speeds = {n: float(v) for n, v in zip(block.core, velocity, strict=True)}
+    if block.linear is not None:
+        for n, slopes in zip(block.linear.targets, block.linear.slopes, strict=True):
+            speeds[n] = sum(slope * float(velocity[place]) for place, slope in slopes)
+    return speeds
 
 
 def _way(
@@ -220,7 +462,8 @@ def _way(
             return "move along y", remedy
         angle = float(np.degrees(np.arctan2(vy, vx))) % 180.0
         return f"move in the direction of {number(angle)} degrees", remedy
-    remedy = f"`{body.name}.angle = {number(float(np.degrees(np.arctan2(s, c))))};` holds it"
+    angle = float(np.degrees(np.arctan2(s, c)))
+    remedy = f"`{body.name}.angle = {number(angle if abs(angle) > 1e-9 else 0.0)};` holds it"
     for anchor in body.anchors:  # an anchor at reference + R d has the velocity v + turn * perp(R d)
         dx, dy = anchor.local[0] - rx, anchor.local[1] - ry
         wx, wy = c * dx - s * dy, s * dx + c * dy

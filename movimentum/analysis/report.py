@@ -5,17 +5,46 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from movimentum.analysis.freedom import BlockRank
+from movimentum.analysis.freedom import BlockRank, FreeMotion, Part
 from movimentum.plan.blocks import Kernel
 from movimentum.plan.equations import Form
+from movimentum.scene.model import Scene
 from movimentum.solve.stretches import Stretch
+
+
+@dataclass(frozen=True, slots=True)
+class PartReport:
+    """Things that constraints connect, by name, as `analysis.freedom.Part` has them; ``superfluous``: names of things,
+    and constraints as the script has them, of which ``redundant`` can be left out.
+    """
+
+    things: tuple[str, ...]
+    freedom: int
+    redundant: int
+    rigid: tuple[tuple[str, ...], ...]
+    fixed: tuple[str, ...]
+    superfluous: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MotionReport:
+    """A free motion: in words, which things and variables move, the velocity of each moving anchor (the fastest moves
+    by 1), and whether a wish says where it goes.
+    """
+
+    words: str
+    things: tuple[str, ...]
+    variables: tuple[str, ...]
+    velocities: tuple[tuple[str, tuple[float, float]], ...]
+    drawn: bool
 
 
 @dataclass(frozen=True, slots=True)
 class StepReport:
     """One segment. ``unknowns`` and ``equations`` count what is left to solve after reduction (assignments are part of
     the reduction); ``rank`` and ``freedom`` are numeric, at a generic pose; ``redundant`` counts equations that follow
-    from others. ``blocks``: (names of unknowns, kernel), in the order of solving.
+    from others. ``blocks``: (names of unknowns, kernel), in the order of solving. ``parts`` and ``motions``: see
+    `analysis.freedom`.
     """
 
     time: float
@@ -26,10 +55,12 @@ class StepReport:
     freedom: int
     redundant: int
     blocks: tuple[tuple[tuple[str, ...], str], ...]
+    parts: tuple[PartReport, ...] = ()
+    motions: tuple[MotionReport, ...] = ()
 
 
-def step_report(stretch: Stretch, ranks: Sequence[BlockRank]) -> StepReport:
-    """The report of one stretch; ``ranks`` as `analysis.freedom.block_ranks` finds them."""
+def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Part]) -> StepReport:
+    """The report of one stretch; ``ranks`` and ``parts`` as `analysis.freedom` finds them."""
     plan = stretch.plan
     of_block = {rank.block: rank for rank in ranks}
     unknowns = equations = rank = freedom = 0
@@ -59,4 +90,35 @@ def step_report(stretch: Stretch, ranks: Sequence[BlockRank]) -> StepReport:
         freedom,
         redundant,
         tuple(blocks),
+        tuple(_part(plan.system.scene, part) for part in parts),
+        tuple(_motion(plan.system.scene, motion) for rank in ranks for motion in rank.motions),
+    )
+
+
+def _part(scene: Scene, part: Part) -> PartReport:
+    def names(things: Sequence[int]) -> tuple[str, ...]:
+        return tuple(scene.things[t].name for t in things)
+
+    constraints = {constraint.number: constraint.span for constraint in scene.constraints()}
+    stated = tuple(scene.source.slice(constraints[c]) for c in part.superfluous_constraints)
+    return PartReport(
+        names(part.things),
+        part.freedom,
+        part.redundant,
+        tuple(names(some) for some in part.rigid),
+        names(part.fixed),
+        (*names(part.superfluous_things), *stated),
+    )
+
+
+def _motion(scene: Scene, motion: FreeMotion) -> MotionReport:
+    return MotionReport(
+        motion.words,
+        tuple(scene.things[t].name for t in motion.things),
+        motion.variables,
+        tuple(
+            (f"{scene.things[ref.thing].name}.{scene.things[ref.thing].anchors[ref.anchor].name}", velocity)
+            for ref, velocity in motion.velocities
+        ),
+        motion.drawn,
     )

@@ -188,8 +188,7 @@ class _Builder:
     def _plap(self, target: str, a: int, b: int, place: FloatArray) -> None:
         base, arm = self.places[b] - self.places[a], place - self.places[a]
         cross = base[:, 0] * arm[:, 1] - base[:, 1] * arm[:, 0]
-        dot = np.einsum("fk,fk->f", base, arm)
-        angle = self._angle(math.degrees(math.atan2(float(np.mean(cross)), float(np.mean(dot)))))
+        angle = self._angle(math.degrees(math.atan2(float(np.sum(cross)), float(np.sum(base * arm)))))
         self._add("PLAP", target, self.names[a], self._length(arm), angle, self.names[b])
 
     def _translated(self, j: int) -> bool:

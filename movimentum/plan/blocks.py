@@ -45,7 +45,8 @@ class Block:
     ``formulas``      closed forms: every unknown with its expression, the core first, in an order in which each uses
                       only inputs and those before it; ``margin`` their margin, where they have one; ``normal`` see
                       `plan.roots.Roots`
-    ``residuals``     NEWTON: the m residuals as expressions, and ``slopes``, the Jacobian's entries
+    ``residuals``     NEWTON: the m residuals as expressions, and ``slopes``, the Jacobian's entries; each comes from
+                      one of ``row_equations``
     ``partial``       whether a formula may have no finite value
     ``jacobian``      NEWTON: compiled; the entries listed in ``entries`` as (row, column) of the (m, len(core))
                       Jacobian
@@ -95,6 +96,7 @@ class Block:
     wish_entries: tuple[tuple[int, int], ...] = ()
     wish_speeds: tuple[tuple[int, int, float], ...] = ()
     sparse: SparseRows | None = None
+    row_equations: tuple[int, ...] = ()
     linear: LinearMap | None = None
 
 
@@ -145,7 +147,8 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
     # not the expanded polynomials: as compositions the residuals are shorter, and so are their derivatives
     memo: dict[Expr, Expr] = {symbol(unknown): expr for unknown, expr in explicit}
     residuals = [substitute(system.equations[group.equations[i]].residual, lambda _: None, memo) for i, _ in left]
-    return _newton_block(number, system, group, clocks, moving, explicit, (core, residuals))
+    stated = [group.equations[i] for i, _ in left]
+    return _newton_block(number, system, group, clocks, moving, explicit, (core, residuals, stated))
 
 
 def _general_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
@@ -196,13 +199,13 @@ def _newton_block(
     clocks: Clocks,
     moving: set[int],
     explicit: list[tuple[int, Expr]],
-    reduced: tuple[tuple[int, ...], list[Expr]] | None,
+    reduced: tuple[tuple[int, ...], list[Expr], list[int]] | None,
 ) -> Block:
     if reduced is None:
-        core = tuple(group.unknowns)
+        core, stated = tuple(group.unknowns), list(group.equations)
         residuals = [system.equations[e].residual for e in group.equations]
     else:
-        core, residuals = reduced
+        core, residuals, stated = reduced
     entries: list[tuple[int, int]] = []
     slopes: list[Expr] = []
     for i, residual in enumerate(residuals):
@@ -220,6 +223,7 @@ def _newton_block(
         entries=tuple(entries),
         residuals=tuple(residuals),
         slopes=tuple(slopes),
+        row_equations=tuple(stated),
     )
     if not group.free:
         return block
@@ -235,15 +239,17 @@ def _free_block(number: int, system: System, group: Group, clocks: Clocks, movin
     """A block with freedom left; a large one in fewer unknowns, and with its rows by their terms."""
     if len(group.unknowns) <= DENSE or any(system.equations[e].form is not Form.PLAIN for e in group.equations):
         return _newton_block(number, system, group, clocks, moving, [], None)
-    core, linear, residuals = reduced_rows(system, group.equations, group.unknowns, size)
+    core, linear, residuals, stated = reduced_rows(system, group.equations, group.unknowns, size)
     explicit = list(linear.explicit)
     sparse = sparse_rows(residuals, core, clocks) if len(core) > DENSE else None
     if sparse is None:
-        block = _newton_block(number, system, replace(group, free=False), clocks, moving, explicit, (core, residuals))
+        block = _newton_block(
+            number, system, replace(group, free=False), clocks, moving, explicit, (core, residuals, stated)
+        )
     else:
         block = _block(number, Kernel.NEWTON, system, group, clocks, moving, core, explicit, residuals, generate=False)
         block = replace(block, residuals=tuple(residuals), sparse=sparse)
-    block = replace(block, free=True, linear=linear)
+    block = replace(block, free=True, linear=linear, row_equations=tuple(stated))
     metric = anchor_metric(system, core, linear)
     return _with_metric(block, metric, moving)
 

@@ -78,10 +78,11 @@ class Selector:
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """A soft goal: all of ``errors`` as near to zero as can be."""
+    """A soft goal: all of ``errors`` as near to zero as can be, no faster than at ``speed``."""
 
     errors: tuple[Expr, ...]
     constraint: int
+    speed: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -46,8 +46,9 @@ class _Row:
 
 def reduced_rows(
     system: System, equations: Sequence[int], unknowns: Sequence[int], size: float
-) -> tuple[tuple[int, ...], LinearMap, list[Expr]]:
-    """The core of a group of ``equations`` in ``unknowns``, what is eliminated, and the residuals of the rows left.
+) -> tuple[tuple[int, ...], LinearMap, list[Expr], list[int]]:
+    """The core of a group of ``equations`` in ``unknowns``, what is eliminated, the residuals of the rows left, and the
+    equation that each of these comes from.
 
     The unknown to eliminate from a row is the one that fewest rows use, of those whose coefficient (weighted by the
     unknown's own size) is not small.
@@ -55,7 +56,7 @@ def reduced_rows(
     inside = set(unknowns)
     weight = {n: 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else size for n in unknowns}
     uses = dict.fromkeys(unknowns, 0)
-    linear: list[_Row] = []
+    linear: list[tuple[_Row, int]] = []
     others: list[int] = []
     for e in equations:
         for n in system.equations[e].unknowns & inside:
@@ -64,14 +65,15 @@ def reduced_rows(
         if row is None:
             others.append(e)
         else:
-            linear.append(row)
-    linear.sort(key=lambda row: len(row.coefficients))
+            linear.append((row, e))
+    linear.sort(key=lambda item: len(item[0].coefficients))
     given: dict[int, _Row] = {}
     spent: list[Expr] = []
-    for row in linear:
-        row = _substituted(row, given)
+    for stated, e in linear:
+        row = _substituted(stated, given)
         if not row.coefficients:
             spent.append(row.rest)
+            others.append(e)
             continue
         largest = max(abs(c) * weight[n] for n, c in row.coefficients.items())
         sound = [n for n, c in row.coefficients.items() if abs(c) * weight[n] >= 0.1 * largest]
@@ -88,9 +90,10 @@ def reduced_rows(
     explicit = {target: _expression(row) for target, row in full.items()}
     slopes = tuple(tuple((place[n], c) for n, c in sorted(row.coefficients.items())) for row in full.values())
     memo: dict[Expr, Expr] = {symbol(target): expr for target, expr in explicit.items()}
-    residuals = [substitute(system.equations[e].residual, lambda _: None, memo) for e in others]
+    left = others[: len(others) - len(spent)]
+    residuals = [substitute(system.equations[e].residual, lambda _: None, memo) for e in left]
     driven = frozenset(target for target, row in full.items() if row.rest.value is None)
-    return core, LinearMap(tuple(full), slopes, tuple(explicit.items()), driven), residuals + spent
+    return core, LinearMap(tuple(full), slopes, tuple(explicit.items()), driven), residuals + spent, others
 
 
 def _linear(form: Polynomial | None, inside: set[int]) -> _Row | None:

@@ -245,7 +245,8 @@ class _Builder:
                     Selector(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
                 )
             case Relation.WISH:
-                self.wishes.append(Wish(tuple(sub(a, b) for a, b in pairs), constraint.number))
+                errors = tuple(sub(a, b) for a, b in pairs)
+                self.wishes.append(Wish(errors, constraint.number, constraint.speed))
         self.constraint = None
 
     def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:

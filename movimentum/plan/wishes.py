@@ -18,10 +18,13 @@ def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: C
     core = set(block.core)
     memo: dict[Expr, Expr] = {} if block.linear is None else {symbol(n): e for n, e in block.linear.explicit}
     errors: list[Expr] = []
+    speeds: list[tuple[int, int, float]] = []
     for wish in wishes:
         inner = [substitute(error, lambda _: None, memo) for error in wish.errors]
         reads = symbol_numbers(*inner)
         if reads & core and reads <= core | known:
+            if wish.speed is not None:
+                speeds.append((len(errors), len(errors) + len(inner), wish.speed))
             errors.extend(inner)
     if not errors:
         return block
@@ -39,6 +42,7 @@ def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: C
         wish_count=len(errors),
         wish_slopes=compiled(slopes, clocks),
         wish_entries=tuple(entries),
+        wish_speeds=tuple(speeds),
         inputs=block.inputs | (symbol_numbers(*errors) - core),
         moving=True,  # it goes toward the wish even if nothing else moves
     )

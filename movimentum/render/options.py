@@ -32,14 +32,15 @@ class Show(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class FreeMark:
-    """A motion that is left free, to be shown: of thing number ``thing``, about (or at) its ``local`` point.
+    """How the ``local`` point of thing number ``thing`` moves in free motion number ``motion``, from when to when.
 
-    ``direction`` None: it can turn about that point; else it can slide along that unit vector (local frame).
+    ``velocity`` in the thing's local frame; the fastest point of a motion moves by 1.
     """
 
     thing: int
     local: tuple[float, float]
-    direction: tuple[float, float] | None = None
+    velocity: tuple[float, float]
+    motion: int = 0
     begin: float = -math.inf
     end: float = math.inf
 

@@ -14,11 +14,14 @@ from movimentum.render.coverage import Coverage, Point, disc, stroke
 from movimentum.render.items import draw_line
 from movimentum.render.options import FreeMark, Show
 from movimentum.render.sprites import Sprite
-from movimentum.render.style import ACCENT, INK, NOTE_HEIGHT, PAPER
+from movimentum.render.style import ACCENT, INK, MOTIONS, NOTE_HEIGHT, PAPER
 from movimentum.scene.model import Thing
 from movimentum.solve.motion import Poses
 
 Floats = NDArray[np.float64]
+
+LONGEST, SHORTEST = 36.0, 3.0
+"""World pixels: the arrow of the fastest anchor, and what is too short to be seen as one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +63,7 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class FreeArrow:
-    """A motion that is left free: a bent arrow about a point, or a double arrow along a direction."""
+    """How a point moves in a free motion: an arrow from it, in the motion's colour."""
 
     mark: FreeMark
 
@@ -84,18 +87,13 @@ class FreeArrow:
             return
         scale = to_image.a
         x, y = to_image.apply(*poses.select(slice(i, i + 1)).world(mark.thing, mark.local)[0].tolist())
-        width, paint = 2.5 * scale, (ACCENT, 1.0)
-        if mark.direction is None:
-            angles = [math.radians(40.0 + 280.0 * k / 24.0) for k in range(25)]
-            arc = [(x + 18.0 * scale * math.cos(a), y - 18.0 * scale * math.sin(a)) for a in angles]
-            # the head needs a straight piece of its own length
-            draw_line(canvas, [*arc[:-4], arc[-1]], width, True, paint)
-            return
         c, s = poses.direction[mark.thing, i].tolist()
-        dx, dy = mark.direction
-        ux, uy = (c * dx - s * dy) * 24.0 * scale, -(s * dx + c * dy) * 24.0 * scale
-        draw_line(canvas, [(x, y), (x + ux, y + uy)], width, True, paint)
-        draw_line(canvas, [(x, y), (x - ux, y - uy)], width, True, paint)
+        vx, vy = mark.velocity
+        ux, uy = (c * vx - s * vy) * LONGEST * scale, -(s * vx + c * vy) * LONGEST * scale
+        if math.hypot(ux, uy) < SHORTEST * scale:
+            return
+        color = MOTIONS[mark.motion % len(MOTIONS)]
+        draw_line(canvas, [(x, y), (x + ux, y + uy)], 2.5 * scale, True, (color, 1.0))
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,8 @@ BACKGROUND: Color = (255, 255, 255)
 INK: Color = (40, 40, 50)
 ACCENT: Color = (200, 30, 90)
 PAPER: Color = (255, 255, 255)
+MOTIONS: tuple[Color, ...] = (ACCENT, (0, 114, 178), (0, 140, 90), (213, 94, 0), (120, 60, 180), (150, 120, 0))
+"""Of the free motions, in turn; told apart by most colour-blind people (after Okabe & Ito)."""
 
 WIDTHS = {Shape.BAR: 7.0, Shape.ARROW: 3.0, Shape.LINE: 2.0}
 DISC_RADIUS = 5.0

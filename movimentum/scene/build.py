@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
@@ -221,10 +222,27 @@ def _statements(
                 _warn_nothing_to_end(statement, key, relation, stated, findings)
             made.append(Ending(draft.step, relation, key, statement.span))
             continue
+        speed = _speed(statement, findings)
         time = times[draft.step] if times else Fraction(0)
-        made.extend(_constraint(draft, time, key, next(numbers), inference, blanks, findings))
+        lowered = _constraint(draft, time, key, next(numbers), inference, blanks, findings)
+        made.extend(replace(constraint, speed=speed) for constraint in lowered)
         stated.add((key, relation))
     return made
+
+
+def _speed(statement: Statement, findings: Findings) -> float | None:
+    """How fast a wish may be followed; None where nothing says so."""
+    if statement.speed is None:
+        return None
+    if statement.comparison is not Comparison.WISH:
+        message = "only a wish is followed at a speed"
+        findings.error("kind/mismatch", message, statement.speed.span, helps=("a wish is stated with `~`",))
+        return None
+    value = exact(statement.speed, "a wish's speed", findings)
+    if value is not None and value <= 0:
+        findings.error("kind/mismatch", "a wish's speed must be more than 0", statement.speed.span)
+        return None
+    return None if value is None else float(value)
 
 
 def _constraint(

@@ -157,7 +157,7 @@ class Constraint:
     ``key`` is the canonical text of the left-hand side (meaning, not white space); together with the relation it is
     what a later step restates or ends. ``anchor`` is set where the left-hand side is just one anchor.
     ``.t`` is already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number.
-    ``strict`` tells ``<`` from ``<=``.
+    ``strict`` tells ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units a time unit.
     """
 
     number: int
@@ -170,6 +170,7 @@ class Constraint:
     left_span: Span
     anchor: AnchorRef | None = None
     strict: bool = False
+    speed: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,6 @@ from movimentum.solve import kernels
 from movimentum.solve.kernels import State
 from movimentum.solve.local import Local, Probe
 from movimentum.solve.newton import (
-    DAMPING,
     jacobian_of,
     newton,
     null_space,
@@ -35,18 +34,20 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 FOLLOWING = 8.0
-"""How fast a wish is followed: what it is off by falls to a third in an eighth of a time unit."""
+"""How fast a wish is followed: what it is off by falls to a third in an eighth of a time unit; one that is farther off
+than the scene's size no faster than one just there.
+"""
 
 
 @dataclass(slots=True, eq=False)
 class FreeMotion:
     """How a free block moves: along the least velocity that its equations leave, toward its wishes.
 
-    ``local`` is the block at an instant; ``drawn`` False leaves its wishes out.
+    ``local`` is the block at an instant; ``size`` the scene's size.
     """
 
     local: Local
-    drawn: bool = True
+    size: float
     factor: FloatArray | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
@@ -76,7 +77,7 @@ class FreeMotion:
             pull = self.metric.pull(np.array([(v[1] - v[2]) / span for v in coupled]))
         slopes: FloatArray | None = None
         wished = np.zeros(0)
-        if self.drawn and block.wishes is not None:
+        if block.wishes is not None:
             errors, rows = wishes_of(block, state, clocks, repeated)
             slopes, wished = rows[0], self._wished(errors[0], (errors[1] - errors[2]) / span)
         one: State = [None] * len(state)
@@ -90,7 +91,7 @@ class FreeMotion:
 
                 tangent = saddle(block, one, first, x)
             v = tangent.least(want, pull)
-            return v if slopes is None else tangent.toward(v, slopes, wished, DAMPING)
+            return v if slopes is None else tangent.toward(v, slopes, wished)
         rows, lengths = _whitened(self.factor, jacobian_of(block, one, first, x[None])[0])
         _, free, inverse = null_space(rows)
         y = inverse @ (want / lengths)
@@ -104,7 +105,8 @@ class FreeMotion:
         """How fast each error should change (p,): with its target, and what it is off by down; no faster than a wish's
         own speed.
         """
-        want = -drift - FOLLOWING * errors
+        far = float(np.max(np.abs(errors), initial=0.0)) / self.size
+        want = -drift - FOLLOWING * errors / max(1.0, far)
         for first, stop, speed in self.local.block.wish_speeds:
             now = float(np.linalg.norm(want[first:stop]))
             if now > speed:

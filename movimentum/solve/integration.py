@@ -62,7 +62,7 @@ def drift(
     if len(nodes) > MOST_NODES:
         nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), low, high)
-    motion = FreeMotion(local)
+    motion = FreeMotion(local, float(np.max(scale)))
     if block.sparse is not None:
         return stepped(motion, x, scale, nodes, until)
     velocity = motion.velocity

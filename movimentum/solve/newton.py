@@ -81,21 +81,36 @@ def wishes_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) ->
     return errors, jacobian
 
 
-DAMPING = 1e-3
-"""Of the longest row: how short another may be and still be followed at full speed."""
+WEAK = 0.2
+"""Of the strongest direction of some wishes: how much weaker another may be and still be followed at full speed."""
+LOST = 1e-5
+"""And where it is not followed at all: rounding would choose the way."""
 
 
 def toward(rows: FloatArray, want: FloatArray) -> FloatArray:
-    """The damped least-squares solution of rows @ step = want: as far as the rows let it, bounded where they do not.
-
-    The damping is relative to the longest row: it does not depend on the basis that the columns are in.
-    """
-    reach = np.asarray(rows @ rows.T, dtype=np.float64)
-    size = float(np.max(np.diag(reach), initial=0.0))
-    if size == 0.0 or not np.isfinite(rows).all() or not np.isfinite(want).all():
+    """The damped least-squares solution of rows @ step = want: as far as the rows let it, bounded where they do not."""
+    if not np.isfinite(rows).all() or not np.isfinite(want).all():
         return np.zeros(int(rows.shape[1]), dtype=np.float64)
-    pushed = np.linalg.solve(reach + DAMPING**2 * size * np.eye(len(reach)), want)
-    return np.asarray(rows.T @ pushed, dtype=np.float64)
+    return np.asarray(rows.T @ (damped_inverse(np.asarray(rows @ rows.T, dtype=np.float64)) @ want), dtype=np.float64)
+
+
+def damped_inverse(reach: FloatArray) -> FloatArray:
+    """The inverse of a symmetric ``reach`` (p, p), damped in its weak directions.
+
+    Directions that are strong are followed exactly. Where a direction loses its strength (an arm that comes to be
+    stretched) damping sets in smoothly, so that speeds stay bounded (Nakamura & Hanafusa 1986, J. Dyn. Syst. Meas.
+    Control 108; Maciejewski & Klein 1988, J. Robotic Syst. 5). It depends on no basis that anything is written in.
+    """
+    if not len(reach):
+        return reach
+    squares, directions = np.linalg.eigh(reach)
+    largest = float(np.max(squares, initial=0.0))
+    if not largest > 0.0:
+        return np.zeros_like(reach)
+    part = np.maximum(squares, 0.0) / largest
+    damping = np.where(part < WEAK**2, WEAK**2 * (1.0 - part / WEAK**2) ** 2, 0.0)
+    gains = np.where(part > LOST**2, 1.0 / np.maximum(part + damping, LOST**2), 0.0) / largest
+    return np.asarray((directions * gains) @ directions.T, dtype=np.float64)
 
 
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:

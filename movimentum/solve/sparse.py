@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from movimentum.plan.blocks import Block
 from movimentum.plan.metric import Metric
 from movimentum.solve.kernels import State
+from movimentum.solve.newton import damped_inverse
 
 FloatArray = NDArray[np.float64]
 
@@ -107,13 +108,11 @@ def _factored(matrix: Any) -> Any:
     """The LU factors of a quasi-definite matrix (compressed columns), None where it is singular."""
     import scipy.sparse.linalg
 
+    factor: Any = getattr(scipy.sparse.linalg, "splu")  # noqa: B009 - the stubs know no types here
     try:
-        factored: Any = scipy.sparse.linalg.splu(  # pyright: ignore[reportUnknownMemberType]
-            matrix, permc_spec="COLAMD", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        return factor(matrix, permc_spec="COLAMD", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return None
-    return factored
 
 
 class Saddle:
@@ -161,9 +160,9 @@ class Saddle:
             y = y + self._solved(right)[: self.size]
         return y * self.pattern.scale
 
-    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: float) -> FloatArray:
-        """``v`` and the least motion that brings the p errors with ``slopes`` (p, n) to change as they should: the
-        rows' solution damped by ``damping`` of the largest of the projected slopes.
+    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray) -> FloatArray:
+        """``v`` and the least motion that brings the p errors with ``slopes`` (p, n) to change as they should, damped
+        as `solve.newton.damped_inverse` says.
         """
         wide = slopes * self.pattern.scale
         right = np.zeros((self.size + self.rows.shape[0], len(slopes)))
@@ -174,10 +173,9 @@ class Saddle:
             right[self.size :] = -(self.rows @ along)
             along = along + self._solved(right)[: self.size]
         reach = wide @ along
-        size = float(np.max(np.diag(reach), initial=0.0))
-        if not size > 0.0:
-            return v
-        pushed = np.linalg.solve(reach + damping**2 * size * np.eye(len(reach)), want - slopes @ v)
+        if not np.isfinite(reach).all():
+            return np.full_like(v, np.nan)
+        pushed = damped_inverse(0.5 * (reach + reach.T)) @ (want - slopes @ v)
         return v + (along @ pushed) * self.pattern.scale
 
 

@@ -218,8 +218,10 @@ def free_start(
     unknowns = plan.system.unknowns
     fresh = _turns(plan, block, one, clocks, set(range(len(plan.system.scene.things))) - known)
 
-    # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it
-    wished = block.wishes is not None and not any(unknowns[n].thing in known for n in block.core)
+    # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it,
+    # as is what has a speed to follow it at
+    here = not any(unknowns[n].thing in known for n in block.core)
+    wished = _immediate(block) if here else np.zeros(0, dtype=np.intp)
 
     def least_from(begin: FloatArray) -> FloatArray | None:
         held: list[tuple[Turn, float]] = []
@@ -236,12 +238,12 @@ def free_start(
 
     def cost(x: FloatArray) -> tuple[float, float, float]:
         turn = float(sum(turn.angle(x) ** 2 for turn in fresh))
-        off = float(np.sum(wishes_of(block, one, clocks, x[None])[0] ** 2)) / plan.size**2 if wished else 0.0
+        off = float(np.sum(wishes_of(block, one, clocks, x[None])[0][0, wished] ** 2)) / plan.size**2
         return round(off, 9), round(turn, 9), metric.square(x - origin)
 
     nearest = least_from(origin)
     if nearest is not None and freedom_of(block, one, clocks, nearest, scale) > 0:
-        if not wished or cost(nearest)[0] == 0.0:
+        if not len(wished) or cost(nearest)[0] == 0.0:
             return Starts([nearest], True)
         # the wish is not met from there: perhaps it can be from elsewhere (a stretched chain cannot tell how to fold)
         begins = sorted(newton_starts(plan, block, state, k, carry, scale).solutions, key=cost)[:BEGINS]
@@ -253,6 +255,14 @@ def free_start(
         return Starts([nearest, *others], starts.complete)
     found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
     return Starts([min(found, key=cost)] if found else [], True)
+
+
+def _immediate(block: Block) -> NDArray[np.intp]:
+    """The errors of the wishes without a speed."""
+    chosen = np.ones(block.wish_count, dtype=np.bool_)
+    for first, stop, _ in block.wish_speeds:
+        chosen[first:stop] = False
+    return np.nonzero(chosen)[0]
 
 
 def _turn_metric(x: FloatArray, fresh: Sequence[Turn], metric: FloatArray) -> FloatArray:
@@ -276,7 +286,7 @@ def _least(
     origin: FloatArray,
     pull: FloatArray,
     scale: FloatArray,
-    wished: bool,
+    wished: NDArray[np.intp],
 ) -> FloatArray | None:
     """Minimise turns (where given) or the distance from ``origin`` in ``metric`` under the block's equations, with the
     directions in ``held`` fixed; ``pull`` is the gradient that the known part of the same poses adds. Gauss–Newton
@@ -303,10 +313,10 @@ def _least(
         _, free, inverse = null_space(rows[0])
         restore = -(inverse @ right) * scale
         free = free * scale[:, None]
-        if wished and free.shape[1]:  # first as near to the wishes as can be, then what is left of the freedom
-            errors, wish_rows = wishes_of(block, state, k, x[None])
-            along = wish_rows[0] @ free
-            restore = restore + free @ toward(along, -(errors[0] + wish_rows[0] @ restore))
+        if len(wished) and free.shape[1]:  # first as near to the wishes as can be, then what is left of the freedom
+            errors, wish_rows = (item[0, wished] for item in wishes_of(block, state, k, x[None]))
+            along = wish_rows @ free
+            restore = restore + free @ toward(along, -(errors + wish_rows @ restore))
             _, indifferent, _ = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), 1e-6)
             free = free @ indifferent
         if turns:
@@ -342,7 +352,7 @@ def sparse_least(
     origin: FloatArray,
     pull: FloatArray,
     scale: FloatArray,
-    wished: bool,
+    wished: NDArray[np.intp],
 ) -> FloatArray | None:
     """`_least` for large blocks: the same steps from sparse saddle point systems (`solve.sparse`)."""
     from movimentum.solve.sparse import Quadratic
@@ -355,9 +365,9 @@ def sparse_least(
         for turn, angle in held:
             c, s = float(np.cos(angle)), float(np.sin(angle))
             step_of.row(*turn.across(c, s), turn.sine.at(x) * c - turn.cosine.at(x) * s)
-        if wished:
-            errors, slopes = wishes_of(block, state, k, x[None])
-            for error, row in zip(errors[0], slopes[0], strict=True):
+        if len(wished):
+            errors, slopes = (item[0, wished] for item in wishes_of(block, state, k, x[None]))
+            for error, row in zip(errors, slopes, strict=True):
                 places = np.nonzero(row)[0]
                 step_of.row(places, row[places], float(error), soft=True)
         if turns:

@@ -133,9 +133,10 @@ class Builder:
         return StepHeader(_bare(pieces[2]), relative=True, span=_span(pieces))
 
     def statement(self, pieces: Sequence[Piece]) -> Statement:
-        """``left = right;``."""
-        left, comparison, right, _ = pieces
-        return Statement(_bare(left), Comparison(comparison), _bare(right), span=_span(pieces[:3]))
+        """``left = right;``, ``left ~ right .speed(limit);``."""
+        left, comparison, right, *speed = pieces
+        limit = _bare(speed[2]) if len(speed) > 1 else None
+        return Statement(_bare(left), Comparison(comparison), _bare(right), limit, span=_span(pieces[:-1]))
 
     def claim(self, pieces: Sequence[Piece]) -> Claim:
         """``.claim left = right .within(tolerance);``."""

@@ -36,6 +36,7 @@ _WORDS = {
     "WORD": "an option",
     "CONFIG": "`.config`",
     "WITHIN": "`.within(…)`",
+    "SPEED": "`.speed(…)`",
 }
 _ORDER = ("SEMICOLON", "RPAR", "RSQB", "RBRACE", "COMMA", "COLON", "LPAR", "LSQB", "ABOVE", "EQUAL")
 _LOOKALIKES = {

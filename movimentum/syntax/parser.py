@@ -163,7 +163,7 @@ def _expressions(item: Item) -> list[Expression]:
         case Claim():
             return [item.left, item.right, *(() if item.tolerance is None else (item.tolerance,))]
         case Statement():
-            return [item.left, item.right]
+            return [item.left, item.right, *(() if item.speed is None else (item.speed,))]
         case StepHeader():
             return [item.time]
         case Config():

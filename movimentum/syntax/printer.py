@@ -66,6 +66,8 @@ def item_text(item: Item) -> str:
                 parts.append(f".within({expression_text(item.tolerance)})")
         case Statement():
             parts = [expression_text(item.left), item.comparison, expression_text(item.right)]
+            if item.speed is not None:
+                parts.append(f".speed({expression_text(item.speed)})")
     return " ".join(parts) + ";"
 
 

@@ -263,11 +263,12 @@ class StepHeader(Node):
 
 @dataclass(frozen=True, slots=True)
 class Statement(Node):
-    """``left comparison right;``."""
+    """``left comparison right;``, and ``.speed(speed)`` behind a wish (what stands behind others is refused later)."""
 
     left: Expression
     comparison: Comparison
     right: Expression
+    speed: Expression | None = None
 
 
 @dataclass(frozen=True, slots=True)

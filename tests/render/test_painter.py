@@ -309,7 +309,7 @@ def test_names_anchors_and_free_motions_are_written():
     made = scene(bar((0, 0), (40, 0), name="Crank"))
     where = poses([20, 40, 0])
     bare = frame(made, where)
-    for show, free in ((Show.NAMES, ()), (Show.ANCHORS, ()), (Show.FREE, (FreeMark(0, (0.0, 0.0)),))):
+    for show, free in ((Show.NAMES, ()), (Show.ANCHORS, ()), (Show.FREE, (FreeMark(0, (0.0, 0.0), (1.0, 0.0)),))):
         assert (frame(made, where, show=frozenset({show}), free=free) != bare).any()
     slide = frame(made, where, show=frozenset({Show.FREE}), free=(FreeMark(0, (20.0, 0.0), (0.0, 1.0)),))
     changed = np.argwhere((slide != bare).any(axis=2))

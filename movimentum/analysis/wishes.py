@@ -1,0 +1,196 @@
+"""What becomes of the wishes that draw free motion: reached, blocked, or stuck where no velocity leads nearer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.analysis.words import number, time_text
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.plan.blocks import Block
+from movimentum.plan.unknowns import symbol_numbers
+from movimentum.scene.model import Constraint
+from movimentum.solve.free import FOLLOWING, FreeMotion
+from movimentum.solve.kernels import State
+from movimentum.solve.local import Local
+from movimentum.solve.motion import Motion
+from movimentum.solve.stretches import Dead, Stretch
+from movimentum.solve.tracks import Piece
+
+FloatArray = NDArray[np.float64]
+
+REACHED = 1e-3
+"""Of the scene's size: what a wish may be off by and be reached."""
+STILL = 1e-3
+"""Of the speed with which a wish is followed that nothing holds back: slower than that, it comes no nearer."""
+SAMPLES = 200
+ASIDE = 1e-3
+"""Of the scene's size: how far a pose is pushed to see whether it is stuck or blocked."""
+TRIES, STEPS, STEP = 3, 60, 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class _Life:
+    """Where a wish draws free motion: stretches with the numbers of its errors in `Plan.wishes`."""
+
+    constraint: Constraint
+    stretches: list[tuple[Stretch, list[int]]]
+
+
+def wish_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
+    """A note (a warning where it is stuck) for each wish that draws free motion."""
+    for life in _lives(motion):
+        found = _told(motion, life)
+        if found is not None:
+            yield found
+
+
+def _lives(motion: Motion) -> list[_Life]:
+    lives: dict[int, _Life] = {}
+    for stretch in motion.stretches:
+        plan = stretch.plan
+        for i, wish in enumerate(plan.system.wishes):
+            reads = symbol_numbers(*wish.errors)
+            if not any(block.free and reads & set(block.unknowns) for block in plan.blocks):
+                continue
+            constraint = next(c for c in stretch.segment.active if c.number == wish.constraint)
+            errors = [place for place, owner in enumerate(plan.wish_of) if owner == i]
+            life = lives.setdefault(wish.constraint, _Life(constraint, []))
+            life.stretches.append((stretch, errors))
+    return list(lives.values())
+
+
+def _told(motion: Motion, life: _Life) -> Diagnostic | None:
+    times: list[FloatArray] = []
+    offs: list[FloatArray] = []
+    for stretch, errors in life.stretches:
+        for piece in stretch.pieces:
+            if isinstance(piece, Dead):
+                return None  # where there is no solution, that is told
+            tau = np.linspace(piece.begin, piece.end, SAMPLES if piece.end > piece.begin else 1)
+            off, bad = _off(piece, errors, tau)
+            if bad.any():
+                return None
+            times.append(tau + float(stretch.segment.start))
+            offs.append(off)
+    time, off = np.concatenate(times), np.concatenate(offs)
+    last = float(off[-1])
+    left = life.constraint.left_span
+    name = motion.timeline.scene.source.slice(left)
+    tolerance = REACHED * motion.size
+    if last <= tolerance:
+        late = np.nonzero(off > tolerance)[0]
+        begin = int(late[-1]) + 1 if len(late) else 0
+        worst = float(np.max(off[begin:]))
+        when = f"at t = {time_text(round(float(time[begin]), 4))}" if begin else "from the beginning on"
+        return Diagnostic(
+            "wish/reached",
+            Severity.NOTE,
+            f"`{name}` has what is wished for it {when}, to within {number(worst, 2)}",
+            life.constraint.span,
+        )
+    return _missed(motion, life, last, name)
+
+
+def _off(piece: Piece, errors: list[int], tau: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """(F,) what a wish is off by, and where there is no telling."""
+    instants = piece.instants(tau)
+    with np.errstate(all="ignore"):
+        state, bad = piece.evaluate(instants)
+        values = [np.broadcast_to(piece.plan.wishes[i](state, instants.clocks)[0], len(tau)) for i in errors]
+    off = np.sqrt(np.sum(np.square(values), axis=0))
+    return off, bad | ~np.isfinite(off)
+
+
+def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
+    """Why a wish is not met in the end: it is on its way, blocked, or stuck."""
+    stretch, errors = life.stretches[-1]
+    plan = stretch.plan
+    piece = stretch.pieces[-1]
+    assert isinstance(piece, Piece)
+    wish = plan.system.wishes[plan.wish_of[errors[0]]]
+    reads = symbol_numbers(*wish.errors)
+    block = next(b for b in plan.blocks if b.free and reads & set(b.unknowns))
+    held = _Held(piece, block, errors)
+    speed = held.approach(held.x)
+    wanted = min(FOLLOWING * min(last, motion.size), wish.speed or np.inf)
+    if speed > STILL * wanted:
+        return Diagnostic(
+            "wish/under-way",
+            Severity.NOTE,
+            f"`{name}` is {number(last)} from what is wished for it when that ends, and coming nearer",
+            life.constraint.span,
+            helps=("a later end or a greater `.speed(…)` lets it arrive",),
+        )
+    if held.stuck(ASIDE * motion.size):
+        return Diagnostic(
+            "wish/singular",
+            Severity.WARNING,
+            f"`{name}` is stuck {number(last)} from what is wished for it: in this pose no velocity brings it nearer,"
+            " beside it one does",
+            life.constraint.span,
+            notes=("a dead centre, or a straight chain that is pushed along its line",),
+            helps=("a wish a little to one side, or another pose to begin with, gets it going",),
+        )
+    return Diagnostic(
+        "wish/blocked",
+        Severity.NOTE,
+        f"`{name}` is blocked {number(last)} from what is wished for it: what else is stated lets it come no nearer",
+        life.constraint.span,
+    )
+
+
+class _Held:
+    """A free block at the end of a piece, with time standing still."""
+
+    def __init__(self, piece: Piece, block: Block, errors: list[int]) -> None:
+        self.piece, self.block, self.errors = piece, block, errors
+        self.instants = piece.instants(np.array([piece.end]))
+        with np.errstate(all="ignore"):
+            self.state, _ = piece.evaluate(self.instants)
+        self.x = np.array([float(np.ravel(self.state[n])[0]) for n in block.core])
+        self.motion = FreeMotion(Local(block, self._probe, 1e-6, piece.end - 1.0, piece.end + 1.0), piece.plan.size)
+
+    def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
+        count = len(tau)
+        state: State = [None if v is None else np.full(count, float(np.ravel(v)[0])) for v in self.state]
+        return state, tuple(np.full(count, float(clock[0])) for clock in self.instants.clocks)
+
+    def off(self, x: FloatArray) -> float:
+        """What the wish is off by at core values ``x`` (n,)."""
+        from movimentum.solve.kernels import fill_explicit
+
+        state, clocks = self._probe(np.zeros(1))
+        for n, value in zip(self.block.core, x, strict=True):
+            state[n] = np.array([value])
+        fill_explicit(self.block, state, clocks)
+        values = [float(np.ravel(self.piece.plan.wishes[i](state, clocks)[0])[0]) for i in self.errors]
+        return float(np.sqrt(np.sum(np.square(values))))
+
+    def approach(self, x: FloatArray) -> float:
+        """How fast the wish's distance falls."""
+        with np.errstate(all="ignore"):
+            velocity = self.motion.velocity(self.piece.end, x)
+            step = 1e-6 * self.piece.plan.size / max(float(np.max(np.abs(velocity))), 1e-300)
+            return (self.off(x) - self.off(x + step * velocity)) / step if np.isfinite(step) else 0.0
+
+    def stuck(self, aside: float) -> bool:
+        """Whether a push aside frees it: it then comes nearer than it was."""
+        generator = np.random.default_rng(7)
+        before = self.off(self.x)
+        with np.errstate(all="ignore"):
+            for _ in range(TRIES):
+                x, good = self.motion.restored(self.piece.end, self.x + aside * generator.normal(size=len(self.x)))
+                for _ in range(STEPS if good else 0):
+                    velocity = self.motion.velocity(self.piece.end, x)
+                    largest = float(np.max(np.abs(velocity)))
+                    step = min(STEP, 0.05 * self.piece.plan.size / max(largest, 1e-300))
+                    x, good = self.motion.restored(self.piece.end, x + step * velocity)
+                    if not good:
+                        break
+                if good and self.off(x) < before - 2.0 * aside:
+                    return True
+        return False
