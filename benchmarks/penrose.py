@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from itertools import pairwise
 
 from movimentum.interop.linkages import Linkage, turn
 
@@ -92,6 +93,6 @@ def transformable(order: int, middle: complex = 300 + 300j, edge: float = 60.0) 
     angles: list[tuple[int, int, int]] = []
     for i, around in enumerate(halves):
         around.sort(key=lambda k, i=i: cmath.phase(points[k] - points[i]))
-        angles += [(i, a, b) for a, b in zip(around, around[1:], strict=False)]
+        angles += [(i, a, b) for a, b in pairwise(around)]
     degrees = tuple(36.0 * round(turn(places, corner) / 36.0) for corner in angles)
     return Linkage(places, tuple(rods), (), tuple(angles), degrees)

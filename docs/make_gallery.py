@@ -19,6 +19,7 @@ TRACES: dict[str, tuple[str, ...]] = {
     "jansen": ("ghi.W",),
     "pantograph": ("BP.P", "AQ.Q"),
     "peaucellier": ("AP.P",),
+    "peaucellier-linkage": ("R3_5.V5",),
     "trammel": ("Rod.P",),
     "watt": ("Coupler.P",),
 }

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.plan.blocks import Block, make_block
+from movimentum.plan.blocks import Block, dense_block
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.decompose import Group
 from movimentum.plan.equations import Form
@@ -63,7 +63,7 @@ class _Part:
         self.plan = plan
         self.tau = tau
         self.equations = equations
-        self.block: Block = make_block(0, system, Group(unknowns, equations, free=True), clocks, set(), plan.size)
+        self.block: Block = dense_block(system, Group(unknowns, equations, free=True), clocks)
         self.clock_values = at_offsets(clocks.starts, system.segment.start, np.array([tau])).clocks
         self.scale = scale_of(plan, unknowns)
         first = np.array([carry.now.value(system, n) or 0.0 for n in unknowns])

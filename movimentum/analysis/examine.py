@@ -18,6 +18,7 @@ from movimentum.scene.model import Scene
 from movimentum.solve.carry import Snapshot
 from movimentum.solve.integration import DRIFT_TOLERANCE
 from movimentum.solve.motion import Motion
+from movimentum.solve.multistep import TOLERANCE
 from movimentum.solve.stretches import Beginning, Dead, Stretch
 from movimentum.solve.tracks import NodeTrack
 from movimentum.source import Span
@@ -306,7 +307,8 @@ def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
         if isinstance(piece, Dead):
             continue
         for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
-            if not isinstance(track, NodeTrack) or track.tolerance <= DRIFT_TOLERANCE:
+            usual = DRIFT_TOLERANCE if block.sparse is None else TOLERANCE
+            if not isinstance(track, NodeTrack) or track.tolerance <= usual:
                 continue
             scene = stretch.plan.system.scene
             names = listed([f"`{scene.things[t].name}`" for t in _things_of(stretch, (block.number,))])

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.analysis.held import HeldBlock
 from movimentum.analysis.words import number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.plan.blocks import Block
 from movimentum.plan.unknowns import symbol_numbers
 from movimentum.scene.model import Constraint
-from movimentum.solve.free import FOLLOWING, FreeMotion
-from movimentum.solve.kernels import State
-from movimentum.solve.local import Local
+from movimentum.solve.free import FOLLOWING
 from movimentum.solve.motion import Motion
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece
@@ -29,7 +27,6 @@ STILL = 1e-3
 SAMPLES = 200
 ASIDE = 1e-3
 """Of the scene's size: how far a pose is pushed to see whether it is stuck or blocked."""
-TRIES, STEPS, STEP = 3, 60, 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,9 +111,9 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
     wish = plan.system.wishes[plan.wish_of[errors[0]]]
     reads = symbol_numbers(*wish.errors)
     block = next(b for b in plan.blocks if b.free and reads & set(b.unknowns))
-    held = _Held(piece, block, errors)
+    held = HeldBlock(piece, block, piece.end, [piece.plan.wishes[i] for i in errors])
     speed = held.approach(held.x)
-    wanted = min(FOLLOWING * min(last, motion.size), wish.speed or np.inf)
+    wanted = min(FOLLOWING * last, wish.speed or np.inf)
     if speed > STILL * wanted:
         return Diagnostic(
             "wish/under-way",
@@ -125,7 +122,7 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
             life.constraint.span,
             helps=("a later end or a greater `.speed(…)` lets it arrive",),
         )
-    if held.stuck(ASIDE * motion.size):
+    if held.stuck(held.x, ASIDE * motion.size):
         return Diagnostic(
             "wish/singular",
             Severity.WARNING,
@@ -141,56 +138,3 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
         f"`{name}` is blocked {number(last)} from what is wished for it: what else is stated lets it come no nearer",
         life.constraint.span,
     )
-
-
-class _Held:
-    """A free block at the end of a piece, with time standing still."""
-
-    def __init__(self, piece: Piece, block: Block, errors: list[int]) -> None:
-        self.piece, self.block, self.errors = piece, block, errors
-        self.instants = piece.instants(np.array([piece.end]))
-        with np.errstate(all="ignore"):
-            self.state, _ = piece.evaluate(self.instants)
-        self.x = np.array([float(np.ravel(self.state[n])[0]) for n in block.core])
-        self.motion = FreeMotion(Local(block, self._probe, 1e-6, piece.end - 1.0, piece.end + 1.0), piece.plan.size)
-
-    def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
-        count = len(tau)
-        state: State = [None if v is None else np.full(count, float(np.ravel(v)[0])) for v in self.state]
-        return state, tuple(np.full(count, float(clock[0])) for clock in self.instants.clocks)
-
-    def off(self, x: FloatArray) -> float:
-        """What the wish is off by at core values ``x`` (n,)."""
-        from movimentum.solve.kernels import fill_explicit
-
-        state, clocks = self._probe(np.zeros(1))
-        for n, value in zip(self.block.core, x, strict=True):
-            state[n] = np.array([value])
-        fill_explicit(self.block, state, clocks)
-        values = [float(np.ravel(self.piece.plan.wishes[i](state, clocks)[0])[0]) for i in self.errors]
-        return float(np.sqrt(np.sum(np.square(values))))
-
-    def approach(self, x: FloatArray) -> float:
-        """How fast the wish's distance falls."""
-        with np.errstate(all="ignore"):
-            velocity = self.motion.velocity(self.piece.end, x)
-            step = 1e-6 * self.piece.plan.size / max(float(np.max(np.abs(velocity))), 1e-300)
-            return (self.off(x) - self.off(x + step * velocity)) / step if np.isfinite(step) else 0.0
-
-    def stuck(self, aside: float) -> bool:
-        """Whether a push aside frees it: it then comes nearer than it was."""
-        generator = np.random.default_rng(7)
-        before = self.off(self.x)
-        with np.errstate(all="ignore"):
-            for _ in range(TRIES):
-                x, good = self.motion.restored(self.piece.end, self.x + aside * generator.normal(size=len(self.x)))
-                for _ in range(STEPS if good else 0):
-                    velocity = self.motion.velocity(self.piece.end, x)
-                    largest = float(np.max(np.abs(velocity)))
-                    step = min(STEP, 0.05 * self.piece.plan.size / max(largest, 1e-300))
-                    x, good = self.motion.restored(self.piece.end, x + step * velocity)
-                    if not good:
-                        break
-                if good and self.off(x) < before - 2.0 * aside:
-                    return True
-        return False

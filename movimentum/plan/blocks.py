@@ -151,6 +151,13 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
     return _newton_block(number, system, group, clocks, moving, explicit, (core, residuals, stated))
 
 
+def dense_block(system: System, group: Group, clocks: Clocks) -> Block:
+    """All of ``group`` as one block in all of its unknowns, a row for each equation: for looking at it, not for solving
+    a path.
+    """
+    return _newton_block(0, system, group, clocks, set(), [], None)
+
+
 def _general_block(number: int, system: System, group: Group, clocks: Clocks, moving: set[int]) -> Block:
     """A block with equations that are no polynomials: an unknown alone on a side is assigned, else Newton."""
     if len(group.unknowns) == 1 and len(group.equations) == 1:
@@ -241,7 +248,7 @@ def _free_block(number: int, system: System, group: Group, clocks: Clocks, movin
         return _newton_block(number, system, group, clocks, moving, [], None)
     core, linear, residuals, stated = reduced_rows(system, group.equations, group.unknowns, size)
     explicit = list(linear.explicit)
-    sparse = sparse_rows(residuals, core, clocks) if len(core) > DENSE else None
+    sparse = sparse_rows(residuals, core, clocks)
     if sparse is None:
         block = _newton_block(
             number, system, replace(group, free=False), clocks, moving, explicit, (core, residuals, stated)

@@ -300,6 +300,15 @@ def _reopened(system: System) -> _Builder:
     return builder
 
 
+def lowered_expressions(system: System, expressions: Iterable[Expr]) -> list[Expr]:
+    """Expressions of the scene in the unknowns of ``system``; ValueError for one that mentions anything else."""
+    builder = _reopened(system)
+    found = [builder.lower(expression) for expression in expressions]
+    if len(builder.unknowns) > len(system.unknowns):
+        raise ValueError(builder.unknowns[len(system.unknowns)].name)
+    return found
+
+
 def with_rigidity(system: System, driven: frozenset[int]) -> System:
     """``system`` with each directed thing's rigid equation and the tie between its angle and its direction.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,9 +12,10 @@ import numpy as np
 from movimentum.analysis.words import counted, number, time_text
 from movimentum.files import whole_file
 from movimentum.repl.command import Answer, Command, plain, split_output, table
-from movimentum.repl.reading import lowered
+from movimentum.repl.reading import lowered, reading
 from movimentum.repl.session import Session, refused
 from movimentum.repl.sheet import write_film, write_sheet
+from movimentum.solve.carry import Snapshot
 from movimentum.solve.stretches import Dead
 from movimentum.solve.tracks import Piece
 
@@ -84,12 +86,15 @@ def _name(argument: str, example: str) -> str:
 def free(session: Session, argument: str) -> Answer:
     """``free``: each free motion in words, and what would stop it."""
     plain(argument, "free")
-    from movimentum.analysis.freedom import block_ranks
+    from movimentum.analysis.freedom import free_motions_at
 
-    motions = [m for rank in block_ranks(session.stretch) for m in rank.motions]
+    motions = free_motions_at(session.work.motion, session.time)
     if not motions:
         return session, "nothing can move in a way that is not determined"
-    lines = [f"{n}. {motion.words}\n   {motion.remedy}" for n, motion in enumerate(motions, 1)]
+    lines = [
+        f"{n}. {motion.words}{' (a wish says where it goes)' if motion.drawn else ''}\n   {motion.remedy}"
+        for n, motion in enumerate(motions, 1)
+    ]
     suggestions = tuple(text for motion in motions for text in re.findall(r"`([^`]*;)`", motion.remedy))
     lines += [f"apply {n}: {text}" for n, text in enumerate(suggestions, 1)]
     return replace(session, suggestions=suggestions), "\n".join(lines)
@@ -108,6 +113,68 @@ def wiggle(session: Session, argument: str) -> Answer:
         return session, "nothing can move in a way that is not determined"
     write_film(session, [moment for _, moments in found for moment in moments], Path(name))
     return session, "\n".join([*(f"{n}. {motion.words}" for n, (motion, _) in enumerate(found, 1)), f"wrote {name}"])
+
+
+def drag(session: Session, argument: str) -> Answer:
+    """``drag EXPR to EXPR [-o FILE]``: pull at it at this moment, as a wish would, while time stands still."""
+    from movimentum.analysis.drag import Outcome
+    from movimentum.analysis.drag import drag as pull
+
+    rest, target = split_output(argument, (".gif", ".apng", ".webp"))
+    match = re.fullmatch(r"\s*(.+?)\s+to\s+(.+?)\s*;?\s*", rest, re.DOTALL)
+    if match is None:
+        raise refused(
+            "argument", "say what to drag where", "drag Rod.B to [300, 200]", "drag Rod.B to [300, 200] -o drag.gif"
+        )
+    left, goal = match[1], match[2]
+    expressions = lowered(session, left)
+    values = reading(session, goal).values(session.poses())[0]
+    if len(values) != len(expressions):
+        raise refused("kind", f"`{left}` and `{goal}` are a scalar and a vector", "drag Rod.B to [300, 200]")
+    piece, tau = _piece(session)
+    try:
+        found = pull(session.stretch, piece, tau, expressions, [float(v) for v in values])
+    except ValueError as error:
+        raise refused("name", f"nothing says anything about `{error}` at this moment") from error
+    off = number(found.off)
+    if found.outcome is Outcome.FIXED:
+        return (
+            session,
+            f"`{left}` is determined, and cannot be dragged; it is {off} from there (`why {left}` tells more)",
+        )
+    words = {
+        Outcome.REACHED: f"`{left}` gets there",
+        Outcome.BLOCKED: f"`{left}` comes no nearer than {off}: what is stated holds it back",
+        Outcome.SINGULAR: f"`{left}` is stuck {off} from there: in this pose no velocity brings it nearer",
+    }
+    lines = [words[found.outcome], *_displaced(session, found.moments)]
+    suggestion = f"{left} ~ {goal};"
+    lines.append(f"apply 1: {suggestion}")
+    if target is not None:
+        write_film(session, found.moments, Path(target))
+        lines.append(f"wrote {target}")
+    return replace(session, suggestions=(suggestion,)), "\n".join(lines)
+
+
+def _displaced(session: Session, moments: Sequence[Snapshot]) -> list[str]:
+    """How far and how much everything has moved, farthest first."""
+    first, last = moments[0], moments[-1]
+    rows: list[tuple[float, str]] = []
+    for thing in session.work.scene.things:
+        a, b = first.things[thing.number], last.things[thing.number]
+        way = max(
+            (
+                float(np.hypot((b.x + b.c * x - b.s * y) - (a.x + a.c * x - a.s * y),
+                               (b.y + b.s * x + b.c * y) - (a.y + a.s * x + a.c * y)))
+                for x, y in (anchor.local for anchor in thing.anchors)
+            ),
+            default=0.0,
+        )  # fmt: skip
+        if way > 1e-6 * session.work.motion.size:
+            turned = float(np.degrees(np.arctan2(a.c * b.s - a.s * b.c, a.c * b.c + a.s * b.s)))
+            rows.append((way, f"   `{thing.name}` moves {number(way)} and turns {number(turned)} degrees"))
+    rows.sort(key=lambda row: -row[0])
+    return [text for _, text in rows[:8]] + ([f"   and {len(rows) - 8} more"] if len(rows) > 8 else [])
 
 
 def solutions(session: Session, argument: str) -> Answer:
@@ -178,6 +245,7 @@ COMMANDS = (
     Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what stands in the way", formula),
     Command("free", "free", "what can still move, in words, and what would stop it", free),
     Command("wiggle", "wiggle FILE.gif", "each free motion there and back, one after the other", wiggle),
+    Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull at it at this moment, and see what comes along", drag),
     Command("solutions", "solutions [-o FILE.png]", "every solution at this moment, and what selects it", solutions),
     Command("branch", "branch", "how close the solver's choices were over the whole animation", branch),
 )

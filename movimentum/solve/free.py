@@ -34,9 +34,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 FOLLOWING = 8.0
-"""How fast a wish is followed: what it is off by falls to a third in an eighth of a time unit; one that is farther off
-than the scene's size no faster than one just there.
-"""
+"""How fast a wish is followed: what it is off by falls to a third in an eighth of a time unit."""
 
 
 @dataclass(slots=True, eq=False)
@@ -76,10 +74,11 @@ class FreeMotion:
             coupled = [np.broadcast_to(state[n], 3) for n in self.metric.coupled]
             pull = self.metric.pull(np.array([(v[1] - v[2]) / span for v in coupled]))
         slopes: FloatArray | None = None
-        wished = np.zeros(0)
+        wished, strain = np.zeros(0), 1.0
         if block.wishes is not None:
             errors, rows = wishes_of(block, state, clocks, repeated)
             slopes, wished = rows[0], self._wished(errors[0], (errors[1] - errors[2]) / span)
+            strain = max(1.0, float(np.max(np.abs(wished), initial=0.0)) / (FOLLOWING * self.size))
         one: State = [None] * len(state)
         for n in block.inputs:
             if state[n] is not None:
@@ -91,22 +90,21 @@ class FreeMotion:
 
                 tangent = saddle(block, one, first, x)
             v = tangent.least(want, pull)
-            return v if slopes is None else tangent.toward(v, slopes, wished)
+            return v if slopes is None else tangent.toward(v, slopes, wished, strain)
         rows, lengths = _whitened(self.factor, jacobian_of(block, one, first, x[None])[0])
         _, free, inverse = null_space(rows)
         y = inverse @ (want / lengths)
         y = y - free @ (free.T @ np.linalg.solve(self.factor, pull))
         if slopes is not None and free.shape[1]:
             along = np.asarray(np.linalg.solve(self.factor, slopes.T).T, dtype=np.float64)
-            y = y + free @ toward(along @ free, wished - along @ y)
+            y = y + free @ toward(along @ free, wished - along @ y, strain)
         return np.asarray(np.linalg.solve(self.factor.T, y), dtype=np.float64)
 
     def _wished(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
         """How fast each error should change (p,): with its target, and what it is off by down; no faster than a wish's
         own speed.
         """
-        far = float(np.max(np.abs(errors), initial=0.0)) / self.size
-        want = -drift - FOLLOWING * errors / max(1.0, far)
+        want = -drift - FOLLOWING * errors
         for first, stop, speed in self.local.block.wish_speeds:
             now = float(np.linalg.norm(want[first:stop]))
             if now > speed:

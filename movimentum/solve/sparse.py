@@ -160,7 +160,7 @@ class Saddle:
             y = y + self._solved(right)[: self.size]
         return y * self.pattern.scale
 
-    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray) -> FloatArray:
+    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, strain: float) -> FloatArray:
         """``v`` and the least motion that brings the p errors with ``slopes`` (p, n) to change as they should, damped
         as `solve.newton.damped_inverse` says.
         """
@@ -175,7 +175,7 @@ class Saddle:
         reach = wide @ along
         if not np.isfinite(reach).all():
             return np.full_like(v, np.nan)
-        pushed = damped_inverse(0.5 * (reach + reach.T)) @ (want - slopes @ v)
+        pushed = damped_inverse(0.5 * (reach + reach.T), strain) @ (want - slopes @ v)
         return v + (along @ pushed) * self.pattern.scale
 
 

@@ -139,6 +139,33 @@ def carried_values(plan: Plan, block: Block, carry: Carry) -> FloatArray:
     return np.array([0.0 if v is None else v for v in values])
 
 
+def _completed(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, x: FloatArray
+) -> FloatArray:
+    """``x`` (n,) with what nothing drawn tells (the value of a `_`) set so that the unknowns that are eliminated come
+    out as they are carried, as nearly as can be.
+    """
+    loose = [j for j, n in enumerate(block.core) if carry.now.value(plan.system, n) is None]
+    known = [(n, v) for n in block.targets if (v := carry.now.value(plan.system, n)) is not None]
+    if not loose or not known:
+        return x
+
+    def explicit(core: FloatArray) -> FloatArray:
+        there = list(state)
+        for n, value in zip(block.core, core, strict=True):
+            there[n] = np.array([value])
+        fill_explicit(block, there, k)
+        return np.array([float(np.ravel(there[n])[0]) for n, _ in known])
+
+    now = explicit(x)
+    unit = np.eye(len(x))[loose]
+    slopes = np.stack([explicit(x + step) - now for step in unit], axis=1)
+    off = np.array([value for _, value in known]) - now
+    if not (np.isfinite(slopes).all() and np.isfinite(off).all()):
+        return x
+    return x + np.asarray(np.linalg.lstsq(slopes, off, rcond=None)[0], dtype=np.float64) @ unit
+
+
 def newton_starts(
     plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
 ) -> Starts:
@@ -154,8 +181,10 @@ def newton_starts(
         outcome = newton(block, one, clocks, first[None], scale, iterations=6)
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
             return Starts([outcome.x[0]], True)
-    if len(first) > LARGEST_SINGULAR and _singular_as_it_is(block, *_first_instant(state, k, 1), first, scale):
-        return Starts([], True)
+    if len(first) > LARGEST_SINGULAR:
+        one, clocks = _first_instant(state, k, 1)
+        if _singular_as_it_is(block, one, clocks, _completed(plan, block, one, clocks, carry, first), scale):
+            return Starts([], True)
     generator = np.random.default_rng(20121)
     seeds = max(1, min(SEEDS, LARGEST_BATCH // max(1, len(first)) ** 2))
     starts = np.repeat(first[None], seeds, axis=0)

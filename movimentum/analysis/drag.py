@@ -1,0 +1,101 @@
+"""Pulling at something of a scene at one moment, with everything that is stated kept true."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from movimentum.analysis.held import HeldBlock
+from movimentum.expressions import Expr, call, const, sub, substitute, symbol
+from movimentum.plan.codegen import Clocks, compiled
+from movimentum.plan.equations import Wish
+from movimentum.plan.model import Plan
+from movimentum.plan.system import lowered_expressions
+from movimentum.plan.unknowns import PoseCos, PoseSin, symbol_numbers, unknown_number
+from movimentum.plan.wishes import with_wishes
+from movimentum.scene.model import ThingAngle
+from movimentum.solve.carry import Snapshot
+from movimentum.solve.moments import snapshot
+from movimentum.solve.stretches import Stretch
+from movimentum.solve.tracks import Piece
+
+MOST_STEPS = 400
+MET = 1e-9
+"""Of the scene's size: what is off by less has arrived."""
+STILL = 1e-3
+ASIDE = 1e-3
+
+
+class Outcome(StrEnum):
+    """What became of it: nothing free to be moved, arrived, held back, or at a pose where no velocity leads nearer."""
+
+    FIXED = "fixed"
+    REACHED = "reached"
+    BLOCKED = "blocked"
+    SINGULAR = "singular"
+
+
+@dataclass(frozen=True, slots=True)
+class Drag:
+    """``moments`` from the pose there was to the last one; ``off`` is what is left to go."""
+
+    outcome: Outcome
+    off: float
+    moments: list[Snapshot]
+
+
+def _by_direction(plan: Plan, expr: Expr) -> Expr:
+    """An expression with angles that follow from a thing's direction taken from there (to within full turns)."""
+    system = plan.system
+
+    def direction(node: Expr) -> Expr | None:
+        if node.op != "symbol":
+            return None
+        payload = system.unknowns[unknown_number(node.payload)].payload
+        if not isinstance(payload, ThingAngle):
+            return None
+        c, s = (system.number_of.get(kind(payload.thing)) for kind in (PoseCos, PoseSin))
+        if c is None or s is None:
+            return None
+        cosine, sine = system.frame(payload.thing).turn_of(symbol(c), symbol(s))
+        return call("atan2d", sine, cosine)
+
+    return substitute(expr, direction)
+
+
+def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]) -> Drag:
+    """Pull the expressions ``left`` of the scene toward ``target`` at offset ``tau``, while time stands still.
+
+    Velocities are least, and everything stated is restored after every step, as for wishes (`solve.free`).
+    """
+    plan = stretch.plan
+    lowered = [_by_direction(plan, expr) for expr in lowered_expressions(plan.system, left)]
+    errors = [sub(expr, const(value)) for expr, value in zip(lowered, target, strict=True)]
+    clocks = Clocks(plan.clocks)
+    functions = [compiled([error], clocks) for error in errors]
+    reads = symbol_numbers(*errors)
+    block = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
+    if block is None:
+        instants = piece.instants(np.array([tau]))
+        state, _ = piece.evaluate(instants)
+        values = [float(np.ravel(function(state, instants.clocks)[0])[0]) for function in functions]
+        return Drag(Outcome.FIXED, float(np.sqrt(np.sum(np.square(values)))), [])
+    known = {n for other in plan.blocks if other.number != block.number for n in other.unknowns}
+    bare = replace(block, wishes=None, wish_count=0, wish_slopes=None, wish_entries=(), wish_speeds=())
+    held = HeldBlock(piece, with_wishes(bare, [Wish(tuple(errors), -1)], known, clocks), tau, functions)
+    x = held.x
+    moments = [snapshot(plan, held.placed(x)[0], stretch.base.now, 0)]
+    off = held.off(x)
+    for y in held.pulled(held.x, MOST_STEPS):
+        x = y
+        moments.append(snapshot(plan, held.placed(x)[0], stretch.base.now, 0))
+        before, off = off, held.off(x)
+        if off <= MET * plan.size or before - off <= 1e-9 * plan.size:
+            break
+    if off <= 1e-6 * plan.size:
+        return Drag(Outcome.REACHED, off, moments)
+    stuck = held.approach(x) <= STILL * min(off, plan.size) and held.stuck(np.array(x), ASIDE * plan.size)
+    return Drag(Outcome.SINGULAR if stuck else Outcome.BLOCKED, off, moments)
