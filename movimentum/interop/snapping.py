@@ -130,7 +130,7 @@ def _fitted(
     off = np.inf
     best = p
     for _ in range(20):
-        residual, jacobian = _rows(p, rods, corners, lengths, radians)
+        residual, jacobian = rows_of(p, rods, corners, lengths, radians)
         worst = float(np.max(np.abs(residual), initial=0.0))
         if worst >= 0.5 * off:
             break
@@ -142,7 +142,7 @@ def _fitted(
     return best, off if np.isfinite(off) else 0.0
 
 
-def _rows(
+def rows_of(
     p: FloatArray, rods: NDArray[np.intp], corners: NDArray[np.intp], lengths: FloatArray, radians: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """What rods and angles are off (in pixels), (M,), and the derivatives by all coordinates, (M, 2 V).

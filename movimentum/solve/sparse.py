@@ -24,8 +24,9 @@ FloatArray = NDArray[np.float64]
 
 RELAXED = 1e-10
 """The square of the relative singular value at which rows begin to be taken for redundant."""
-REFINEMENTS = 4
-REFINED = 1e-13
+REFINEMENTS = 3
+REFINED = 1e-12
+"""Relative to what was wanted: a velocity's rows that are met better need no refinement."""
 SLOW = 0.2
 """A chord step that leaves more of the residual calls for a new factorisation."""
 
@@ -91,11 +92,19 @@ class _Pattern:
         self.metric = values * self.scale[i] * self.scale[j]
         self.form: Any = csr_matrix((self.metric, (i, j)), shape=(n, n))
         self.row = np.repeat(np.arange(m), np.diff(rows.indptr))
-        places = np.arange(1, len(i) + 2 * len(self.row) + m + 1, dtype=np.float64)
         at_row = np.concatenate([i, rows.indices, n + self.row, n + np.arange(m)])
         at_column = np.concatenate([j, n + self.row, rows.indices, n + np.arange(m)])
-        whole: Any = coo_matrix((places, (at_row, at_column)), shape=(n + m, n + m)).tocsc()
-        self.order = np.asarray(whole.data, dtype=np.intp) - 1
+        # the order of elimination depends on the pattern only: found once, with any numbers
+        some = np.random.default_rng(1).uniform(0.5, 1.0, len(self.row))
+        sample = np.concatenate([self.metric, some, some, np.full(m, -RELAXED)])
+        first: Any = coo_matrix((sample, (at_row, at_column)), shape=(n + m, n + m)).tocsc()
+        factors = factored(first, order="MMD_AT_PLUS_A")
+        self.place = np.arange(n + m) if factors is None else np.asarray(factors.perm_c, dtype=np.intp)
+        """(n + m,) where each row and column stands in the order of elimination; ``order`` is its inverse."""
+        self.order = np.argsort(self.place)
+        numbers = np.arange(1, len(sample) + 1, dtype=np.float64)
+        whole: Any = coo_matrix((numbers, (self.place[at_row], self.place[at_column])), shape=first.shape).tocsc()
+        self.entries = np.asarray(whole.data, dtype=np.intp) - 1
         self.indices, self.indptr, self.shape = whole.indices, whole.indptr, whole.shape
 
 
@@ -104,13 +113,15 @@ def _pattern(block: Block) -> _Pattern:
     return _Pattern(block)
 
 
-def _factored(matrix: Any) -> Any:
-    """The LU factors of a quasi-definite matrix (compressed columns), None where it is singular."""
+def factored(matrix: Any, order: str = "NATURAL") -> Any:
+    """The LU factors of a quasi-definite matrix (compressed columns), without looking for pivots; None where it is
+    singular. ``order``: of elimination, as SuperLU calls it.
+    """
     import scipy.sparse.linalg
 
     factor: Any = getattr(scipy.sparse.linalg, "splu")  # noqa: B009 - the stubs know no types here
     try:
-        return factor(matrix, permc_spec="COLAMD", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        return factor(matrix, permc_spec=order, diag_pivot_thresh=0.0, panel_size=1, options={"SymmetricMode": True})
     except RuntimeError:
         return None
 
@@ -133,16 +144,17 @@ class Saddle:
         self.lengths = np.where(lengths > 0.0, lengths, 1.0)
         scaled = wide / self.lengths[pattern.row]
         self.rows: Any = csr_matrix((scaled, rows.indices, rows.indptr), shape=(rows.rows, self.size))
-        data = np.concatenate([pattern.metric, scaled, scaled, np.full(rows.rows, -RELAXED)])[pattern.order]
+        data = np.concatenate([pattern.metric, scaled, scaled, np.full(rows.rows, -RELAXED)])[pattern.entries]
         matrix: Any = csc_matrix((data, pattern.indices, pattern.indptr), shape=pattern.shape)
-        self.factors = _factored(matrix)
+        self.factors = factored(matrix)
 
     def _solved(self, right: FloatArray) -> FloatArray:
         if self.factors is None or not np.isfinite(right).all():
             return np.full_like(right, np.nan)
-        return np.asarray(self.factors.solve(right), dtype=np.float64)
+        found = np.asarray(self.factors.solve(right[self.pattern.order]), dtype=np.float64)
+        return found[self.pattern.place]
 
-    def least(self, want: FloatArray, pull: FloatArray | None = None) -> FloatArray:
+    def least(self, want: FloatArray, pull: FloatArray | None = None, refinements: int = REFINEMENTS) -> FloatArray:
         """The v (n,) with J v = ``want`` (m,) that makes v' M v + 2 v' ``pull`` least."""
         wanted = want / self.lengths
         right = np.zeros(self.size + len(wanted))
@@ -151,7 +163,7 @@ class Saddle:
         right[self.size :] = wanted
         y = self._solved(right)[: self.size]
         size = float(np.max(np.abs(wanted), initial=0.0)) + float(np.max(np.abs(right), initial=0.0))
-        for _ in range(REFINEMENTS):
+        for _ in range(refinements):
             off = wanted - self.rows @ y
             if not np.max(np.abs(off), initial=0.0) > REFINED * size:
                 break
@@ -168,10 +180,9 @@ class Saddle:
         right = np.zeros((self.size + self.rows.shape[0], len(slopes)))
         right[: self.size] = wide.T
         along = self._solved(right)[: self.size]
-        for _ in range(2):
-            right[: self.size] = 0.0
-            right[self.size :] = -(self.rows @ along)
-            along = along + self._solved(right)[: self.size]
+        right[: self.size] = 0.0
+        right[self.size :] = -(self.rows @ along)
+        along = along + self._solved(right)[: self.size]
         reach = wide @ along
         if not np.isfinite(reach).all():
             return np.full_like(v, np.nan)
@@ -207,7 +218,7 @@ def chord_newton(
     for _ in range(iterations):
         if not error > 0.0 or not np.isfinite(error):
             break
-        step = -factors.least(residual)
+        step = -factors.least(residual, refinements=0)
         if limit is not None:
             largest = float(np.max(np.abs(step / factors.pattern.scale), initial=0.0))
             step = step * min(1.0, limit / max(largest, 1e-300))
@@ -281,7 +292,7 @@ class Quadratic:
         right = np.concatenate([-self.gradient, self.right])
         if not (np.isfinite(data).all() and np.isfinite(right).all()):
             return np.full(n, np.nan)
-        factors = _factored(matrix)
+        factors = factored(matrix, "MMD_AT_PLUS_A")
         if factors is None:
             return np.full(n, np.nan)
         return np.asarray(factors.solve(right)[:n], dtype=np.float64) * self.scale

@@ -183,6 +183,60 @@ def test_wiggling_keeps_everything_else_true(talk, tmp_path):
     assert talk()(f"wiggle {tmp_path / 'b.gif'}").startswith("nothing can move")
 
 
+ARM = """.config(20, 300, 300);
+Upper : .bar S=[100,100] E=[160,100];
+Lower : .bar E=[160,100] H=[160,160];
+Shelf : .bar P=[10,10] Q=[60,10];
+@0 Upper.S=[100,100]; Lower.E=Upper.E; Shelf.P=[10,10];
+@2
+"""
+
+
+def test_dragging_pulls_along_what_it_must_and_nothing_else(talk, tmp_path):
+    say = talk(ARM)
+    said = say("drag Lower.H to [60, 160]")
+    assert said.startswith("`Lower.H` gets there")
+    assert "`Upper` moves" in said
+    assert "Shelf" not in said  # not connected
+    assert "apply 1: Lower.H ~ [60, 160];" in said
+    film = tmp_path / "drag.gif"
+    assert f"wrote {film}" in say(f"drag Lower.H to [60, 160] -o {film}")
+    with Image.open(film) as picture:
+        assert picture.format == "GIF"
+        assert picture.n_frames > 5
+
+
+def test_dragging_ends_as_near_as_can_be(talk):
+    # an arm of 60 + 60 from (100, 100) toward (400, 100) ends stretched, 180 away
+    assert "comes no nearer than 180:" in talk(ARM)("drag Lower.H to [400, 100]")
+
+
+def test_dragging_a_straight_arm_along_its_line_is_stuck(talk):
+    straight = ARM.replace("H=[160,160]", "H=[220,100]")
+    assert "is stuck 100 from there" in talk(straight)("drag Lower.H to [120, 100]")
+
+
+def test_dragging_an_angle_and_what_cannot_be_dragged(talk):
+    say = talk(ARM)
+    assert say("drag Lower.angle to Upper.angle + 30").startswith("`Lower.angle` gets there")
+    assert say("drag Upper.S to [0, 0]").startswith("`Upper.S` is determined, and cannot be dragged; it is 141.4")
+    assert say.refuses("drag Lower.H") == "repl/argument"
+    assert say.refuses("drag Lower.H to 3") == "repl/kind"
+    assert say.refuses("drag Lower.X to [1,2]") == "name/unknown-anchor"
+    assert talk(SLIDER)("drag Rod.B to [0,0]").startswith("`Rod.B` is determined")
+
+
+def test_a_drag_can_be_kept(talk):
+    say = talk(ARM)
+    say("drag Lower.H to [60, 160]")
+    say("apply 1")
+    assert "Lower.H ~ [60, 160];" in say.session.work.source.text
+    shown = say("show Lower.H")
+    assert "60" in shown
+    assert "160" in shown
+    assert "(a wish says where it goes)" in say("free")
+
+
 def test_branch_tells_how_near_the_other_solution_comes(talk):
     rows = talk()("branch").splitlines()
     assert len(rows) == 2  # the crank stands still from 2 on
