@@ -157,7 +157,8 @@ def main() -> None:
         slow, far = greedy(linkage, options.steps, shown)
         counts = f"{name:14}{len(linkage.vertices):9}{len(linkage.rods):6}{len(linkage.angles):7}"
         print(
-            f"{counts}{imports(name, linkage):7.2f}s   {taken:6}{1e3 * seconds:10.2f}{off:9.0e}   {shown:13}{1e3 * slow:10.2f}{far:9.0e}",
+            f"{counts}{imports(name, linkage):7.2f}s   {taken:6}{1e3 * seconds:10.2f}{off:9.0e}"
+            f"   {shown:13}{1e3 * slow:10.2f}{far:9.0e}",
             flush=True,
         )
 

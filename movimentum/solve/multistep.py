@@ -19,7 +19,7 @@ from movimentum.solve.tracks import NodeTrack, node_track
 
 FloatArray = NDArray[np.float64]
 
-TOLERANCE = 1e-8
+TOLERANCE = 1e-9
 """Error of a step, in units of the unknowns' scale."""
 COARSEST = 1e-4
 ORDER = 4
