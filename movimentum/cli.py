@@ -351,6 +351,7 @@ def _watch(console: Console, script: str, once: Callable[[], int], shown: Path |
 Examples:
   movimentum check crank.mov
   movimentum check crank.mov --format json | jq .diagnostics
+  movimentum check crank.mov --freedom
   movimentum check crank.mov --fps-invariance --reverse
 
 """
@@ -365,6 +366,7 @@ Examples:
     show_default=True,
     help="For people, for programs, or for code review tools.",
 )
+@click.option("--freedom", is_flag=True, help="Tell all connected parts and all free motions, with velocities.")
 @click.option("--fps-invariance", is_flag=True, help="Solve at another frame rate too, and compare.")
 @click.option("--reverse", is_flag=True, help="Follow the motion from its end back to its beginning too, and compare.")
 @FPS
@@ -378,6 +380,7 @@ def check(
     *,
     script: str,
     form: str,
+    freedom: bool,
     fps_invariance: bool,
     reverse: bool,
     fps: Fraction | None,
@@ -404,11 +407,11 @@ def check(
     elif form == "json":
         from movimentum.report import check_json
 
-        click.echo(check_json(report, source))
+        click.echo(check_json(report, source, freedom=freedom))
     else:
         from movimentum.report import check_text
 
-        click.echo(check_text(report, source, color=wants_color(sys.stdout)), nl=False)
+        click.echo(check_text(report, source, color=wants_color(sys.stdout), freedom=freedom), nl=False)
     return report.exit_code
 
 

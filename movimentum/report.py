@@ -9,7 +9,7 @@ from movimentum.analysis.words import listed
 from movimentum.diagnostics import render_text, to_json
 
 if TYPE_CHECKING:
-    from movimentum.analysis.report import PartReport, StepReport
+    from movimentum.analysis.report import MotionReport, PartReport, StepReport
     from movimentum.pipeline import CheckReport
     from movimentum.source import SourceText, Span
 
@@ -18,8 +18,10 @@ MOST_GROUPS = 3
 SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
-def check_json(report: CheckReport, source: SourceText) -> str:
-    """One JSON object: ``diagnostics``, ``steps``, ``frames``, ``duration`` (null where it did not get so far)."""
+def check_json(report: CheckReport, source: SourceText, *, freedom: bool = False) -> str:
+    """One JSON object: ``diagnostics``, ``steps``, ``frames``, ``duration`` (null where it did not get so far); with
+    ``freedom``, each step has its ``parts`` and ``motions`` too.
+    """
     return json.dumps(
         {
             "diagnostics": to_json(report.diagnostics, source),
@@ -33,27 +35,7 @@ def check_json(report: CheckReport, source: SourceText) -> str:
                     "freedom": step.freedom,
                     "redundant": step.redundant,
                     "blocks": [{"unknowns": list(unknowns), "kernel": kernel} for unknowns, kernel in step.blocks],
-                    "parts": [
-                        {
-                            "things": list(part.things),
-                            "freedom": part.freedom,
-                            "redundant": part.redundant,
-                            "rigid": [list(some) for some in part.rigid],
-                            "fixed": list(part.fixed),
-                            "superfluous": list(part.superfluous),
-                        }
-                        for part in step.parts
-                    ],
-                    "motions": [
-                        {
-                            "words": motion.words,
-                            "things": list(motion.things),
-                            "variables": list(motion.variables),
-                            "velocities": {name: list(velocity) for name, velocity in motion.velocities},
-                            "drawn": motion.drawn,
-                        }
-                        for motion in step.motions
-                    ],
+                    **(_freedom(step) if freedom else {}),
                 }
                 for step in report.steps
             ],
@@ -64,6 +46,32 @@ def check_json(report: CheckReport, source: SourceText) -> str:
         ensure_ascii=False,
         allow_nan=False,
     )
+
+
+def _freedom(step: StepReport) -> dict[str, Any]:
+    return {
+        "parts": [
+            {
+                "things": list(part.things),
+                "freedom": part.freedom,
+                "redundant": part.redundant,
+                "rigid": [list(some) for some in part.rigid],
+                "fixed": list(part.fixed),
+                "superfluous": list(part.superfluous),
+            }
+            for part in step.parts
+        ],
+        "motions": [
+            {
+                "words": motion.words,
+                "things": list(motion.things),
+                "variables": list(motion.variables),
+                "velocities": {name: list(velocity) for name, velocity in motion.velocities},
+                "drawn": motion.drawn,
+            }
+            for motion in step.motions
+        ],
+    }
 
 
 def check_sarif(report: CheckReport, source: SourceText) -> str:
@@ -110,12 +118,14 @@ def check_sarif(report: CheckReport, source: SourceText) -> str:
     return json.dumps(log, indent=1, ensure_ascii=False, allow_nan=False)
 
 
-def check_text(report: CheckReport, source: SourceText, *, color: bool) -> str:
-    """The diagnostics with their lines, then a line a step, and what it all comes to."""
+def check_text(report: CheckReport, source: SourceText, *, color: bool, freedom: bool = False) -> str:
+    """The diagnostics with their lines, then a line a step, and what it all comes to; with ``freedom``, every part and
+    every free motion.
+    """
     parts: list[str] = []
     if report.diagnostics:
         parts.append(render_text(report.diagnostics, source, color=color).rstrip("\n") + "\n\n")
-    parts.extend(_line(step) for step in report.steps)
+    parts.extend(_line(step, freedom) for step in report.steps)
     if report.exit_code:
         parts.append(f"{source.path}: not good yet\n")
     elif report.frames is not None and report.duration is not None:
@@ -123,7 +133,7 @@ def check_text(report: CheckReport, source: SourceText, *, color: bool) -> str:
     return "".join(parts)
 
 
-def _line(step: StepReport) -> str:
+def _line(step: StepReport, freedom: bool) -> str:
     return (
         f"step @{step.time:g}"
         + (f" to @{step.end:g}" if step.end > step.time else "")
@@ -131,24 +141,34 @@ def _line(step: StepReport) -> str:
         + (f"{counted(step.freedom, 'free motion')}, " if step.freedom else "nothing free, ")
         + (f"{counted(step.redundant, 'redundant equation')}" if step.redundant else "nothing redundant")
         + "\n"
-        + "".join(_part(part) for part in step.parts)
+        + "".join(_part(part, freedom) for part in step.parts)
+        + "".join(_motion(number, motion) for number, motion in enumerate(step.motions if freedom else (), 1))
     )
 
 
-def _part(part: PartReport) -> str:
-    """What there is to say about a part: a line, or nothing where all is as it should be."""
-    if not part.freedom and not part.redundant:
+def _part(part: PartReport, whole: bool) -> str:
+    """What there is to say about a part: a line; nothing where all is as it should be, unless ``whole``."""
+    if not part.freedom and not part.redundant and not whole:
         return ""
+    most, groups = (10**6, 10**6) if whole else (4, MOST_GROUPS)
     said = [f"{counted(part.freedom, 'degree')} of freedom" if part.freedom else "no freedom"]
-    said += [f"{listed(some, 4)} move as one" for some in part.rigid[:MOST_GROUPS]]
-    if len(part.rigid) > MOST_GROUPS:
-        said.append(f"so do {counted(len(part.rigid) - MOST_GROUPS, 'other group')}")
-    if part.fixed and part.freedom:
-        said.append(f"{listed(part.fixed, 4)} cannot move")
+    said += [f"{listed(some, most)} move as one" for some in part.rigid[:groups]]
+    if len(part.rigid) > groups:
+        said.append(f"so do {counted(len(part.rigid) - groups, 'other group')}")
+    if part.fixed and (part.freedom or whole):
+        said.append(f"{listed(part.fixed, most)} cannot move")
     if part.redundant:
         many = "one of these is" if part.redundant == 1 else f"{part.redundant} of these are"
-        said.append(f"{many} superfluous: {listed(part.superfluous, 6)}")
-    return f"  {listed(part.things, 4)}: {'; '.join(said)}\n"
+        said.append(f"{many} superfluous: {listed(part.superfluous, max(most, 6))}")
+    return f"  {listed(part.things, most)}: {'; '.join(said)}\n"
+
+
+def _motion(number: int, motion: MotionReport) -> str:
+    """A free motion: in words, and the velocities of the anchors that move."""
+    drawn = " (a wish says where it goes)" if motion.drawn else ""
+    rounded = [(name, round(x, 3) + 0.0, round(y, 3) + 0.0) for name, (x, y) in motion.velocities]
+    moving = [f"{name} [{x:g}, {y:g}]" for name, x, y in rounded if x or y]
+    return f"  motion {number}{drawn}: {motion.words}\n" + (f"    {', '.join(moving)}\n" if moving else "")
 
 
 def counted(number: int, what: str) -> str:

@@ -365,7 +365,12 @@ def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
             yield Diagnostic(
                 code="constraint/redundant",
                 severity=Severity.NOTE,
-                message="one of the constraints solved together with this one follows from the others (and agrees)",
+                message=(
+                    "one of the constraints solved together with this one follows from the others (and agrees)"
+                    if rank.rows - rank.rank == 1
+                    else f"{rank.rows - rank.rank} of the constraints solved together with this one follow from the"
+                    " others (and agree)"
+                ),
                 span=_span_of_blocks(stretch, (rank.block,)),
             )
     for check in stretch.plan.checks:

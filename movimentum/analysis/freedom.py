@@ -339,16 +339,22 @@ def _together(twists: dict[int, FloatArray]) -> tuple[tuple[tuple[int, ...], ...
     tolerance = TOGETHER * max((float(np.max(np.abs(v), initial=0.0)) for v in twists.values()), default=0.0)
     # what moves is seen to 1e-9 or so by differences of poses
     tolerance = max(tolerance, 1e-7)
-    for t, twist in twists.items():
+    for t, twist in sorted(twists.items(), key=lambda item: (*item[1][:1].tolist(), item[0])):
         if float(np.max(np.abs(twist), initial=0.0)) <= tolerance:
             fixed.append(t)
             continue
-        alike = next((some for other, some in found if float(np.max(np.abs(other - twist))) <= tolerance), None)
+        alike: list[int] | None = None
+        for other, some in reversed(found):  # in order of the first number: what is alike is near by
+            if twist[0] - other[0] > tolerance:
+                break
+            if float(np.max(np.abs(other - twist))) <= tolerance:
+                alike = some
+                break
         if alike is None:
             found.append((twist, [t]))
         else:
             alike.append(t)
-    return tuple(tuple(some) for _, some in found if len(some) > 1), tuple(fixed)
+    return tuple(sorted(tuple(sorted(some)) for _, some in found if len(some) > 1)), tuple(sorted(fixed))
 
 
 def _reduced(rows: FloatArray, scale: FloatArray) -> FloatArray:
