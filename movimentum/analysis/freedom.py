@@ -21,7 +21,7 @@ from movimentum.solve.free import projected
 from movimentum.solve.kernels import State, fill_explicit
 from movimentum.solve.moments import snapshot
 from movimentum.solve.motion import Motion
-from movimentum.solve.newton import jacobian_of, null_space, scaled, wishes_of
+from movimentum.solve.newton import jacobian_of, null_space, relative_error, residual_of, scaled, wishes_of
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece, scale_of
 
@@ -31,6 +31,8 @@ RANK_TOLERANCE = 1e-5
 """Of the largest singular value, rows scaled to unit gradients."""
 ASIDE = 0.03
 """Of the scene's size: how far beside a pose it is looked at again, in general position."""
+MET = 1e-13
+"""Relative residual of a pose beside that is one."""
 STRESSED = 1e-6
 """Of the largest: a row that takes part in a dependence among rows."""
 TOGETHER = 1e-6
@@ -146,7 +148,7 @@ def _motions(
     scale: FloatArray,
 ) -> tuple[FreeMotion, ...]:
     """The free motions of a block with the null space ``free`` (n, p) at core values ``x`` (n,)."""
-    basis = _basis(block, one, clocks, x, free, scale) if free.shape[1] else []
+    basis = _basis(plan, block, one, clocks, x, free, scale) if free.shape[1] else []
     return tuple(_told(plan, block, one, v, drawn) for v, drawn in basis)
 
 
@@ -168,7 +170,9 @@ def _beside(
     step = (free @ weights) * scale
     step *= ASIDE / max(float(np.max(np.abs(step) / scale)), 1e-300)
     y, good = projected(block, lambda _: (list(one), clocks), 0.0, x + step)
-    if not good:
+    # where rods in a line stay in a line, Newton's method converges slowly, and what it has not reached has more rank
+    residual, jacobian = (of(block, list(one), clocks, y[None]) for of in (residual_of, jacobian_of))
+    if not good or not relative_error(residual, jacobian, scale)[0] <= MET:
         y = x
     there = list(one)
     for n, value in zip(block.core, y, strict=True):
@@ -189,16 +193,21 @@ def _dependent(rows: FloatArray, rank: int) -> tuple[int, ...]:
 
 
 def _basis(
-    block: Block, one: State, clocks: Sequence[FloatArray], x: FloatArray, free: FloatArray, scale: FloatArray
+    plan: Plan,
+    block: Block,
+    one: State,
+    clocks: Sequence[FloatArray],
+    x: FloatArray,
+    free: FloatArray,
+    scale: FloatArray,
 ) -> list[tuple[FloatArray, bool]]:
     """A canonical basis of a block's free velocities, each (n,), and whether wishes say where it goes.
 
-    What wishes say nothing about comes first; both halves are in reduced row echelon form, which depends on the space
-    only: sparse, the same from run to run, its signs fixed by the first unknown that moves.
+    What wishes say nothing about comes first; both halves are canonical (`_reduced`).
     """
     velocities = (free * scale[:, None]).T
     if block.wishes is None:
-        return [(v, False) for v in _reduced(velocities, scale)]
+        return [(v, False) for v in _reduced(plan, block, one, velocities)]
     slopes = wishes_of(block, one, clocks, x[None])[1][0]
     along = slopes @ velocities.T
     _, loose, inverse = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), RANK_TOLERANCE)
@@ -207,8 +216,8 @@ def _basis(
     del left
     drawn = turned[singular > RANK_TOLERANCE * max(float(np.max(singular, initial=0.0)), 1e-300)]
     return [
-        *((v, False) for v in _reduced(loose.T @ velocities, scale)),
-        *((v, True) for v in _reduced(drawn @ velocities, scale)),
+        *((v, False) for v in _reduced(plan, block, one, loose.T @ velocities)),
+        *((v, True) for v in _reduced(plan, block, one, drawn @ velocities)),
     ]
 
 
@@ -226,7 +235,7 @@ def free_directions(
     for n, value in zip(block.core, x, strict=True):
         one[n] = np.array([value])
     fill_explicit(block, one, clocks)
-    return [(_told(plan, block, one, v, drawn), v) for v, drawn in _basis(block, one, clocks, x, free, scale)]
+    return [(_told(plan, block, one, v, drawn), v) for v, drawn in _basis(plan, block, one, clocks, x, free, scale)]
 
 
 def free_motions_at(motion: Motion, time: Fraction) -> list[FreeMotion]:
@@ -357,24 +366,68 @@ def _together(twists: dict[int, FloatArray]) -> tuple[tuple[tuple[int, ...], ...
     return tuple(sorted(tuple(sorted(some)) for _, some in found if len(some) > 1)), tuple(sorted(fixed))
 
 
-def _reduced(rows: FloatArray, scale: FloatArray) -> FloatArray:
-    """Row echelon form with column pivots in order: a sparse, stable, sign-fixed basis of the same space."""
-    rows = rows / scale
+def _reduced(plan: Plan, block: Block, one: State, rows: FloatArray) -> FloatArray:
+    """A canonical basis of the space of core velocities that ``rows`` (p, n) span.
+
+    Its anchors' velocities, in order of definition, are in reduced row echelon form: that depends on the space only,
+    not on the unknowns that it is written in. Sparse, the same from run to run, its signs fixed by the first anchor.
+    """
+    if not len(rows):
+        return rows
+    seen = np.array([_seen(plan, block, one, row) for row in rows])
+    size = float(np.max(np.abs(seen), initial=0.0))
+    if size > 0.0:
+        seen = seen / size
+    whole = np.concatenate([seen, rows], axis=1)
     done = 0
-    for column in range(rows.shape[1]):
-        if done == len(rows):
+    for column in range(seen.shape[1]):
+        if done == len(whole):
             break
-        pivot = done + int(np.argmax(np.abs(rows[done:, column])))
-        if abs(rows[pivot, column]) < 1e-7 * np.max(np.abs(rows)):
+        pivot = done + int(np.argmax(np.abs(whole[done:, column])))
+        if abs(whole[pivot, column]) < 1e-7 * np.max(np.abs(whole[done:, : seen.shape[1]])):
             continue
-        rows[[done, pivot]] = rows[[pivot, done]]
-        rows[done] /= rows[done, column]
-        for other in range(len(rows)):
+        whole[[done, pivot]] = whole[[pivot, done]]
+        whole[done] /= whole[done, column]
+        for other in range(len(whole)):
             if other != done:
-                rows[other] -= rows[other, column] * rows[done]
+                whole[other] -= whole[other, column] * whole[done]
         done += 1
-    rows[np.abs(rows) < 1e-9] = 0.0
-    return rows * scale
+    result = whole[:, seen.shape[1] :]
+    largest = np.max(np.abs(result), axis=1, keepdims=True)
+    return np.where(np.abs(result) < 1e-9 * largest, 0.0, result)
+
+
+def _seen(plan: Plan, block: Block, one: State, velocity: FloatArray) -> FloatArray:
+    """What a core velocity (n,) moves: the velocities of all anchors in order of definition, then the speeds of all
+    other unknowns, by name, in their own units.
+    """
+    system = plan.system
+    speeds = _speeds(block, velocity)
+    values: list[float] = []
+    for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
+        _, anchors = _moved(plan, one, speeds, t)
+        values += [part for anchor in anchors for part in anchor]
+    others = [system.unknowns[n] for n in block.unknowns if system.unknowns[n].thing is None]
+    values += [speeds.get(unknown.number, 0.0) for unknown in sorted(others, key=lambda unknown: unknown.name)]
+    return np.array(values)
+
+
+def _moved(
+    plan: Plan, one: State, speeds: dict[int, float], thing: int
+) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
+    """A thing's (x, y, cosine, sine, vx, vy, turn) and its anchors' velocities, given the speeds of its unknowns."""
+    system = plan.system
+    numbers = [system.number_of.get(kind(thing)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
+    vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
+    frame = system.frame(thing)
+    pose = (0.0, 0.0, *frame.of_thing(1.0, 0.0))
+    x, y, c, s = (pose[i] if n is None or one[n] is None else float(np.ravel(one[n])[0]) for i, n in enumerate(numbers))
+    turn = c * vs - s * vc
+    anchors: list[tuple[float, float]] = []
+    for anchor in system.scene.things[thing].anchors:
+        dx, dy = frame.local(anchor.local)
+        anchors.append((vx - turn * (s * dx + c * dy), vy + turn * (c * dx - s * dy)))
+    return (x + system.shift[0], y + system.shift[1], c, s, vx, vy, turn), anchors
 
 
 def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: bool) -> FreeMotion:
@@ -386,24 +439,14 @@ def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: boo
     twists: dict[int, tuple[float, float, float]] = {}
     velocities: dict[AnchorRef, tuple[float, float]] = {}
     for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
-        thing = system.scene.things[t]
-        numbers = [system.number_of.get(kind(t)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
-        vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
-        frame = system.frame(t)
-        pose = (*system.shift, *frame.of_thing(1.0, 0.0))
-        x, y, c, s = (
-            pose[i] if n is None or one[n] is None else float(np.ravel(one[n])[0]) + (system.shift[i] if i < 2 else 0.0)
-            for i, n in enumerate(numbers)
-        )
-        turn = c * vs - s * vc
+        (x, y, c, s, vx, vy, turn), anchors = _moved(plan, one, speeds, t)
         if max(abs(vx), abs(vy), abs(turn) * plan.size) <= 1e-6 * largest * plan.size:
             continue
         twists[t] = (turn, vx + turn * y, vy - turn * x)
-        for k, anchor in enumerate(thing.anchors):
-            dx, dy = frame.local(anchor.local)
-            velocities[AnchorRef(t, k)] = (vx - turn * (s * dx + c * dy), vy + turn * (c * dx - s * dy))
-        here = tuple(None if n is None else v for n, v in zip(numbers[:2], (x, y), strict=True))
-        moving.append((t, *_way(plan, t, (vx, vy, turn), frame.to_thing(c, s), here)))
+        velocities |= {AnchorRef(t, k): velocity for k, velocity in enumerate(anchors)}
+        numbers = (system.number_of.get(PoseX(t)), system.number_of.get(PoseY(t)))
+        here = tuple(None if n is None else v for n, v in zip(numbers, (x, y), strict=True))
+        moving.append((t, *_way(plan, t, (vx, vy, turn), system.frame(t).to_thing(c, s), here)))
     variables = tuple(
         system.unknowns[n].name
         for n, speed in speeds.items()
