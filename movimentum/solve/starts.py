@@ -19,7 +19,6 @@ from movimentum.solve.free import projected
 from movimentum.solve.homotopy import all_solutions
 from movimentum.solve.kernels import State, fill_explicit
 from movimentum.solve.newton import (
-    RANK_TOLERANCE,
     freedom_of,
     jacobian_of,
     newton,
@@ -27,6 +26,7 @@ from movimentum.solve.newton import (
     relative_error,
     residual_of,
     scaled,
+    step_of,
     toward,
     wishes_of,
 )
@@ -34,10 +34,9 @@ from movimentum.solve.newton import (
 FloatArray = NDArray[np.float64]
 
 SEEDS = 64
-LARGEST_SINGULAR = 24
-"""Unknowns of a block that is solved as it stands, but singular there: a larger one has redundant equations and freedom
-left (every rhombus of a tiling), and no search for other solutions would come to anything.
-"""
+ASIDE = 0.03
+"""Of the unknowns' scale: how far beside a pose another solution is looked for."""
+LOST_RANK = 1e-6
 LARGEST_BATCH = 4_000_000
 """Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
 SAME = 1e-6
@@ -181,10 +180,11 @@ def newton_starts(
         outcome = newton(block, one, clocks, first[None], scale, iterations=6)
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
             return Starts([outcome.x[0]], True)
-    if len(first) > LARGEST_SINGULAR:
-        one, clocks = _first_instant(state, k, 1)
-        if _singular_as_it_is(block, one, clocks, _completed(plan, block, one, clocks, carry, first), scale):
-            return Starts([], True)
+    one, clocks = _first_instant(state, k, 1)
+    if block.rows == len(block.core) and _mobile(
+        block, one, clocks, _completed(plan, block, one, clocks, carry, first), scale
+    ):
+        return Starts([], True)
     generator = np.random.default_rng(20121)
     seeds = max(1, min(SEEDS, LARGEST_BATCH // max(1, len(first)) ** 2))
     starts = np.repeat(first[None], seeds, axis=0)
@@ -212,13 +212,39 @@ def newton_starts(
     return Starts(found, every is not None and every.complete)
 
 
-def _singular_as_it_is(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> bool:
-    """Whether a square block is solved by core values ``x`` (n,) and its Jacobian has no full rank there."""
-    residual, jacobian = residual_of(block, state, k, x[None]), jacobian_of(block, state, k, x[None])
-    if not (relative_error(residual, jacobian, scale)[0] <= SAME and np.isfinite(jacobian).all()):
+def _mobile(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> bool:
+    """Whether a square block is solved by core values ``x`` (n,) and can move from there: its Jacobian has no full rank
+    there, and there is another solution beside it where it has none either.
+
+    That is so where equations are redundant by their geometry (a third parallel crank, the rhombuses of a tiling). A
+    dead centre has no solution beside it.
+    """
+
+    def rank_lost(y: FloatArray) -> FloatArray | None:
+        """The direction (n,) in units of the scale in which nothing holds the block, or None."""
+        rows = scaled(jacobian_of(block, state, k, y[None]), scale)[0][0]
+        if not np.isfinite(rows).all():
+            return None
+        _, singular, turned = np.linalg.svd(rows)
+        return turned[-1] if singular[-1] <= LOST_RANK * singular[0] else None
+
+    def error(y: FloatArray) -> float:
+        residual, jacobian = residual_of(block, state, k, y[None]), jacobian_of(block, state, k, y[None])
+        return float(relative_error(residual, jacobian, scale)[0])
+
+    if not error(x) <= SAME:
         return False
-    singular = np.linalg.svd(scaled(jacobian, scale)[0][0], compute_uv=False)
-    return bool(singular[-1] <= RANK_TOLERANCE * singular[0])
+    direction = rank_lost(x)
+    if direction is None:
+        return False
+    y = x + ASIDE * scale * direction / float(np.max(np.abs(direction)))
+    for _ in range(40):
+        step = step_of(
+            jacobian_of(block, state, k, y[None]), residual_of(block, state, k, y[None]), scale, square=False
+        )
+        y = y + step[0]
+    away = float(np.max(np.abs(y - x) / scale))
+    return away > 0.5 * ASIDE and error(y) <= 1e-10 and rank_lost(y) is not None
 
 
 def free_start(
