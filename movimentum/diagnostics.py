@@ -9,6 +9,9 @@ from typing import Any
 
 from movimentum.source import SourceText, Span
 
+MAX_MESSAGES = 200
+"""How many diagnostics of one file are shown."""
+
 
 class Severity(StrEnum):
     """How bad it is: an error stops the work, a warning may (``--strict``), a note never does."""
@@ -44,6 +47,15 @@ class Diagnostic:
 
 
 # --- as data ------------------------------------------------------------------------------------------
+
+
+def the_first(items: list[Diagnostic]) -> list[Diagnostic]:
+    """So many as one can read, and how many more there are."""
+    rest = len(items) - MAX_MESSAGES
+    if rest <= 0:
+        return items
+    message = f"and {rest:,} more, which are not shown"
+    return [*items[:MAX_MESSAGES], Diagnostic("limit/messages", Severity.NOTE, message)]
 
 
 def to_json(diagnostics: Iterable[Diagnostic], source: SourceText) -> list[dict[str, Any]]:

@@ -11,28 +11,22 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.analysis.beside import RANK_TOLERANCE, at_one, beside, loosened, rank_at, values_of
 from movimentum.analysis.words import number
 from movimentum.plan.blocks import Block, Kernel
 from movimentum.plan.graph import groups
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.scene.model import AnchorRef, ThingAngle
-from movimentum.solve.free import projected
 from movimentum.solve.kernels import State, fill_explicit
 from movimentum.solve.moments import snapshot
 from movimentum.solve.motion import Motion
-from movimentum.solve.newton import jacobian_of, null_space, relative_error, residual_of, scaled, wishes_of
+from movimentum.solve.newton import jacobian_of, null_space, scaled, wishes_of
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece, scale_of
 
 FloatArray = NDArray[np.float64]
 
-RANK_TOLERANCE = 1e-5
-"""Of the largest singular value, rows scaled to unit gradients."""
-ASIDE = 0.03
-"""Of the scene's size: how far beside a pose it is looked at again, in general position."""
-MET = 1e-13
-"""Relative residual of a pose beside that is one."""
 STRESSED = 1e-6
 """Of the largest: a row that takes part in a dependence among rows."""
 TOGETHER = 1e-6
@@ -60,7 +54,8 @@ class FreeMotion:
 
 @dataclass(frozen=True, slots=True)
 class BlockRank:
-    """Rank and freedom of one block at a generic pose, its free motions there and at another pose ``nearby``;
+    """Rank and freedom of one block at a generic pose (a dead centre makes no freedom), its free motions there and at
+    another pose ``nearby``;
     ``dependent``: the equations that take part in a dependence, of which ``rows - rank`` say nothing new.
     """
 
@@ -112,30 +107,74 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
         return []
     piece, tau = moment
     result: list[BlockRank] = []
+    seen: set[int] = set()
     instants = piece.instants(np.array([tau]))
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(instants)
         for block in stretch.plan.blocks:
             if block.kernel is not Kernel.NEWTON:
                 continue
-            x = np.array([float(np.ravel(state[n])[0]) for n in block.core])
-            one = _at_one(state)
+            x = values_of(block, state)
+            one = at_one(state)
             scale = scale_of(stretch.plan, block.core)
-            rows, rank, free = _rank_at(block, one, instants.clocks, x, scale)
+            rows, rank, free = rank_at(block, one, instants.clocks, x, scale)
             nearby: tuple[FreeMotion, ...] = ()
             if block.free and rank < len(x):
                 # at a dead centre the rank drops, and nothing is free for that: look beside it too
-                y, there = _beside(stretch.plan, block, one, instants.clocks, x, free)
-                more, higher, other = _rank_at(block, there, instants.clocks, y, scale)
+                y, there = beside(stretch.plan, block, one, instants.clocks, x, free)
+                more, higher, other = rank_at(block, there, instants.clocks, y, scale)
                 nearby = _motions(stretch.plan, block, there, instants.clocks, y, other, scale)
                 if higher > rank:
                     rows, rank, free, one, x = more, higher, other, there, y
-            freedom = len(block.core) - rank
+            freedom = len(block.core) - rank if block.free else 0
             motions = _motions(stretch.plan, block, one, instants.clocks, x, free, scale) if block.free else ()
+            if not block.free:
+                motions, more = _loose_motions(stretch.plan, block, one, instants.clocks, x, free, seen)
+                seen |= more
+                freedom = len(motions)
+                rank = min(len(x), block.rows) - freedom  # singular for another reason: checks tell what is left
             dependent = _dependent(rows, rank) if rank < block.rows else ()
             equations = tuple(sorted({block.row_equations[i] for i in dependent}))
             result.append(BlockRank(block.number, block.rows, rank, freedom, motions, nearby, equations))
     return result
+
+
+def _motions_of(plan: Plan, block: Block, state: State, clocks: tuple[FloatArray, ...]) -> tuple[FreeMotion, ...]:
+    """The free motions of a free block in a state."""
+    return tuple(motion for motion, _ in free_directions(plan, block, at_one(state), clocks, values_of(block, state)))
+
+
+def _loose_motions(
+    plan: Plan,
+    block: Block,
+    one: State,
+    clocks: tuple[FloatArray, ...],
+    x: FloatArray,
+    free: FloatArray,
+    seen: set[int],
+) -> tuple[tuple[FreeMotion, ...], set[int]]:
+    """The free motions of a block that its count of equations determines (see `analysis.beside.loosened`), and the
+    unknowns that have been looked at for that; ``seen`` are those that were before.
+    """
+    loose = None if seen & set(block.core) else loosened(plan, block, one, clocks, x, free)
+    if loose is None:
+        return (), set()
+    again, whole, state, ticks = loose
+    place = {unknown.payload: unknown.number for unknown in again.system.unknowns}
+    counted = {
+        place[plan.system.unknowns[n].payload]
+        for other in plan.blocks
+        if other.kernel is Kernel.NEWTON and not other.free
+        for n in other.core
+    }
+    scale = float(np.max(scale_of(again, whole.core)))
+    found: list[FreeMotion] = []
+    for motion, velocity in free_directions(again, whole, at_one(state), ticks, values_of(whole, state)):
+        speeds = _speeds(whole, velocity)
+        if any(abs(speeds.get(n, 0.0)) > 1e-9 * scale for n in counted):  # else a free block has it
+            found.append(motion)
+    back = plan.system.number_of
+    return tuple(found), {n for m in whole.unknowns if (n := back.get(again.system.unknowns[m].payload)) is not None}
 
 
 def _motions(
@@ -150,39 +189,6 @@ def _motions(
     """The free motions of a block with the null space ``free`` (n, p) at core values ``x`` (n,)."""
     basis = _basis(plan, block, one, clocks, x, free, scale) if free.shape[1] else []
     return tuple(_told(plan, block, one, v, drawn) for v, drawn in basis)
-
-
-def _rank_at(
-    block: Block, one: State, clocks: Sequence[FloatArray], x: FloatArray, scale: FloatArray
-) -> tuple[FloatArray, int, FloatArray]:
-    """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
-    rows = scaled(jacobian_of(block, one, clocks, x[None]), scale)[0][0]
-    rank, free, _ = null_space(rows, RANK_TOLERANCE)
-    return rows, rank, free
-
-
-def _beside(
-    plan: Plan, block: Block, one: State, clocks: tuple[FloatArray, ...], x: FloatArray, free: FloatArray
-) -> tuple[FloatArray, State]:
-    """A pose a little way along all free motions at once, in no particular proportion; ``x`` where there is none."""
-    scale = scale_of(plan, block.core)
-    weights = np.cos(1.0 + 2.399963 * np.arange(free.shape[1], dtype=np.float64))
-    step = (free @ weights) * scale
-    step *= ASIDE / max(float(np.max(np.abs(step) / scale)), 1e-300)
-    y, good = projected(block, lambda _: (list(one), clocks), 0.0, x + step)
-    # where rods in a line stay in a line, Newton's method converges slowly, and what it has not reached has more rank
-    residual, jacobian = (of(block, list(one), clocks, y[None]) for of in (residual_of, jacobian_of))
-    if not good or not relative_error(residual, jacobian, scale)[0] <= MET:
-        y = x
-    there = list(one)
-    for n, value in zip(block.core, y, strict=True):
-        there[n] = np.array([value])
-    fill_explicit(block, there, clocks)
-    return y, there
-
-
-def _at_one(state: State) -> State:
-    return [None if v is None else np.array([float(np.ravel(v)[0])]) for v in state]
 
 
 def _dependent(rows: FloatArray, rank: int) -> tuple[int, ...]:
@@ -226,7 +232,7 @@ def free_directions(
 ) -> list[tuple[FreeMotion, FloatArray]]:
     """Each free motion of a block at core values ``x`` (n,), and its velocity (n,)."""
     scale = scale_of(plan, block.core)
-    one = _at_one(state)
+    one = at_one(state)
     rows = scaled(jacobian_of(block, one, clocks, x[None]), scale)[0][0]
     rank, free, _ = null_space(rows, RANK_TOLERANCE)
     if rank == len(x):
@@ -248,14 +254,22 @@ def free_motions_at(motion: Motion, time: Fraction) -> list[FreeMotion]:
         return []
     instants = piece.instants(np.array([tau]))
     found: list[FreeMotion] = []
+    seen: set[int] = set()
     with np.errstate(all="ignore"):
         state, bad = piece.evaluate(instants)
         if bad.any():
             return []
         for block in stretch.plan.blocks:
-            if block.kernel is Kernel.NEWTON and block.free:
-                x = np.array([float(np.ravel(state[n])[0]) for n in block.core])
-                found += [item for item, _ in free_directions(stretch.plan, block, state, instants.clocks, x)]
+            if block.kernel is not Kernel.NEWTON:
+                continue
+            if block.free:
+                found += _motions_of(stretch.plan, block, state, instants.clocks)
+                continue
+            x, one = values_of(block, state), at_one(state)
+            free = rank_at(block, one, instants.clocks, x, scale_of(stretch.plan, block.core))[2]
+            motions, more = _loose_motions(stretch.plan, block, one, instants.clocks, x, free, seen)
+            seen |= more
+            found += motions
     return found
 
 
@@ -280,7 +294,7 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
             continue
         members = set(component)
         found = [of_block[b] for b in sorted({owner[n] for n in component if n in owner}) if b in of_block]
-        free = sum(rank.freedom for rank in found if plan.blocks[rank.block].free)
+        free = sum(rank.freedom for rank in found)
         checks = [e for e in plan.checks if system.equations[e].unknowns & members]
         dependent = [*(e for rank in found for e in rank.dependent), *checks]
         rods = {t for e in dependent if (t := system.equations[e].thing) is not None}

@@ -79,8 +79,9 @@ def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Pa
             rank += len(block.core)
         else:
             rank += found.rank
-            freedom += found.freedom if block.free else 0
+            freedom += found.freedom
             redundant += block.rows - found.rank
+    motions = [motion for rank in ranks for motion in rank.motions]
     return StepReport(
         float(stretch.segment.start),
         float(stretch.segment.end),
@@ -91,8 +92,13 @@ def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Pa
         redundant,
         tuple(blocks),
         tuple(_part(plan.system.scene, part) for part in parts),
-        tuple(_motion(plan.system.scene, motion) for rank in ranks for motion in rank.motions),
+        tuple(_motion(plan.system.scene, motion) for motion in sorted(motions, key=_first_moved)),
     )
+
+
+def _first_moved(motion: FreeMotion) -> tuple[bool, int]:
+    """Motions in the order of the things that they move; of variables alone last."""
+    return not motion.things, min(motion.things, default=0)
 
 
 def _part(scene: Scene, part: Part) -> PartReport:

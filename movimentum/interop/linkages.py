@@ -13,7 +13,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.diagnostics import Diagnostic, Label, Severity, the_first
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
@@ -78,9 +78,10 @@ def read_linkage(source: SourceText) -> tuple[Linkage, tuple[Diagnostic, ...]]:
         else:
             lines[section].append((numbers, span))
     linkage = _linked(lines, found)
+    found.sort(key=lambda item: item.span or Span(0, 0))
+    found = the_first(found)
     if not linkage.vertices:
         raise ScriptError([*found, Diagnostic("import/empty", Severity.ERROR, f"{source.path} has no vertex")])
-    found.sort(key=lambda item: item.span or Span(0, 0))
     return linkage, tuple(found)
 
 

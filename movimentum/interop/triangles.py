@@ -10,6 +10,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.analysis.words import listed
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import Formula, Formulas, evaluate
@@ -63,7 +64,7 @@ def _only_plan(motion: Motion) -> Plan:
     for block in plans[0].blocks:
         if block.kernel is Kernel.NEWTON:
             numbers = {plans[0].system.unknowns[n].thing for n in block.unknowns} - {None}
-            names = ", ".join(f"`{scene.things[t].name}`" for t in sorted(n for n in numbers if n is not None))
+            names = listed([f"`{scene.things[t].name}`" for t in sorted(n for n in numbers if n is not None)])
             spans = [scene.constraints()[c].span for e in block.equations
                      if (c := plans[0].system.equations[e].constraint) is not None]  # fmt: skip
             why = "can still move" if block.free else "must be solved for together, and not triangle by triangle"

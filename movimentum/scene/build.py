@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
-from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.diagnostics import Label, the_first
 from movimentum.errors import ScriptError
 from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
@@ -50,9 +50,6 @@ from movimentum.syntax.tree import (
     postorder,
 )
 
-MAX_MESSAGES = 200
-"""How many diagnostics of one script are shown."""
-
 
 def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixels: int = MAX_PIXELS) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
@@ -76,7 +73,7 @@ def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixe
         _report_no_step(script, findings)
     findings.items.sort(key=lambda item: item.span.start if item.span else -1)
     if findings.errors:
-        raise ScriptError(_the_first(findings.items))
+        raise ScriptError(the_first(findings.items))
     assert inference is not None
     by_step: list[list[Constraint | Ending]] = [[] for _ in times]
     for item in statements:
@@ -94,15 +91,6 @@ def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixe
         diagnostics=tuple(findings.items),
         mentioned=_mentioned(stated),
     )
-
-
-def _the_first(items: list[Diagnostic]) -> list[Diagnostic]:
-    """So many as one can read, and how many more there are."""
-    rest = len(items) - MAX_MESSAGES
-    if rest <= 0:
-        return items
-    message = f"and {rest:,} more, which are not shown"
-    return [*items[:MAX_MESSAGES], Diagnostic("limit/messages", Severity.NOTE, message)]
 
 
 def _folder(source: SourceText) -> str:
