@@ -4,7 +4,7 @@ the script's words, which things are rigid together, and what is said more often
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -270,7 +270,12 @@ def free_motions_at(motion: Motion, time: Fraction) -> list[FreeMotion]:
             motions, more = _loose_motions(stretch.plan, block, one, instants.clocks, x, free, seen)
             seen |= more
             found += motions
-    return found
+    return in_order(found)
+
+
+def in_order(motions: Iterable[FreeMotion]) -> list[FreeMotion]:
+    """Motions in the order of the things that they move, as they are numbered everywhere; of variables alone last."""
+    return sorted(motions, key=lambda motion: (not motion.things, min(motion.things, default=0)))
 
 
 def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from movimentum.analysis.freedom import BlockRank, FreeMotion, Part
+from movimentum.analysis.freedom import BlockRank, FreeMotion, Part, in_order
 from movimentum.plan.blocks import Kernel
 from movimentum.plan.equations import Form
 from movimentum.scene.model import Scene
@@ -92,13 +92,8 @@ def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Pa
         redundant,
         tuple(blocks),
         tuple(_part(plan.system.scene, part) for part in parts),
-        tuple(_motion(plan.system.scene, motion) for motion in sorted(motions, key=_first_moved)),
+        tuple(_motion(plan.system.scene, motion) for motion in in_order(motions)),
     )
-
-
-def _first_moved(motion: FreeMotion) -> tuple[bool, int]:
-    """Motions in the order of the things that they move; of variables alone last."""
-    return not motion.things, min(motion.things, default=0)
 
 
 def _part(scene: Scene, part: Part) -> PartReport:
