@@ -9,14 +9,12 @@ from enum import StrEnum
 import numpy as np
 
 from movimentum.analysis.held import HeldBlock
-from movimentum.expressions import Expr, call, const, sub, substitute, symbol
+from movimentum.expressions import Expr, const, sub
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.equations import Wish
-from movimentum.plan.model import Plan
 from movimentum.plan.system import lowered_expressions
-from movimentum.plan.unknowns import PoseCos, PoseSin, symbol_numbers, unknown_number
-from movimentum.plan.wishes import with_wishes
-from movimentum.scene.model import ThingAngle
+from movimentum.plan.unknowns import symbol_numbers
+from movimentum.plan.wishes import by_directions, with_wishes
 from movimentum.solve.carry import Snapshot
 from movimentum.solve.moments import snapshot
 from movimentum.solve.stretches import Stretch
@@ -47,33 +45,17 @@ class Drag:
     moments: list[Snapshot]
 
 
-def _by_direction(plan: Plan, expr: Expr) -> Expr:
-    """An expression with angles that follow from a thing's direction taken from there (to within full turns)."""
-    system = plan.system
-
-    def direction(node: Expr) -> Expr | None:
-        if node.op != "symbol":
-            return None
-        payload = system.unknowns[unknown_number(node.payload)].payload
-        if not isinstance(payload, ThingAngle):
-            return None
-        c, s = (system.number_of.get(kind(payload.thing)) for kind in (PoseCos, PoseSin))
-        if c is None or s is None:
-            return None
-        cosine, sine = system.frame(payload.thing).turn_of(symbol(c), symbol(s))
-        return call("atan2d", sine, cosine)
-
-    return substitute(expr, direction)
-
-
 def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]) -> Drag:
     """Pull the expressions ``left`` of the scene toward ``target`` at offset ``tau``, while time stands still.
 
     Velocities are least, and everything stated is restored after every step, as for wishes (`solve.free`).
     """
     plan = stretch.plan
-    lowered = [_by_direction(plan, expr) for expr in lowered_expressions(plan.system, left)]
-    errors = [sub(expr, const(value)) for expr, value in zip(lowered, target, strict=True)]
+    lowered = lowered_expressions(plan.system, left)
+    errors = [
+        by_directions(plan.system, frozenset(), sub(expr, const(value)))
+        for expr, value in zip(lowered, target, strict=True)
+    ]
     clocks = Clocks(plan.clocks)
     functions = [compiled([error], clocks) for error in errors]
     reads = symbol_numbers(*errors)

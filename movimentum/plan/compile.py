@@ -13,7 +13,7 @@ from movimentum.plan.model import Plan
 from movimentum.plan.polynomial import Polynomial, plus
 from movimentum.plan.system import build_system, with_rates, with_rigidity
 from movimentum.plan.unknowns import Accumulated, Rate, symbol_numbers, unknown_number
-from movimentum.plan.wishes import with_wishes
+from movimentum.plan.wishes import by_directions, with_wishes
 from movimentum.scene.model import Anonymous, Scene
 from movimentum.timeline.model import Segment
 
@@ -35,7 +35,10 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
     part is to be solved as one block, see `plan.decompose.decompose`. Raises `CyclicRateError`.
     """
     system = build_system(scene, segment)
-    system = with_rigidity(system, driven_angles(system, with_rigidity))
+    driven = driven_angles(system, with_rigidity)
+    system = with_rigidity(system, driven)
+    wishes = (replace(w, errors=tuple(by_directions(system, driven, e) for e in w.errors)) for w in system.wishes)
+    system = replace(system, wishes=tuple(wishes))
     decomposition = decompose(system, merged)
     system, decomposition = _with_needed_rates(system, decomposition, merged)
     clocks = Clocks()
