@@ -245,7 +245,7 @@ class _Builder:
                     Selector(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
                 )
             case Relation.WISH:
-                errors = tuple(sub(a, b) for a, b in pairs)
+                errors = tuple(_apart(a, b) for a, b in pairs)
                 self.wishes.append(Wish(errors, constraint.number, constraint.speed))
         self.constraint = None
 
@@ -266,6 +266,15 @@ class _Builder:
                     self.add_equation(row, poly.from_expression(row), number, original=residual)
                     return
         self.add_equation(residual, form, number)
+
+
+def _apart(left: Expr, right: Expr) -> Expr:
+    """What the sides of a wish differ by; an angle between vectors is meant modulo a turn."""
+    error = sub(left, right)
+    if "atan2d" not in (left.op, right.op):
+        return error
+    half = const(180.0)
+    return sub(call("mod", add(error, half), const(360.0)), half)
 
 
 def build_system(scene: Scene, segment: Segment) -> System:

@@ -87,25 +87,25 @@ LOST = 1e-5
 """And where it is not followed at all: rounding would choose the way."""
 
 
-def toward(rows: FloatArray, want: FloatArray, strain: float = 1.0) -> FloatArray:
+def toward(rows: FloatArray, want: FloatArray, strain: float = 1.0, weak: float = WEAK) -> FloatArray:
     """The damped least-squares solution of rows @ step = want: as far as the rows let it, bounded where they do not.
 
-    ``strain``: see `damped_inverse`.
+    ``strain`` and ``weak``: see `damped_inverse`.
     """
     if not np.isfinite(rows).all() or not np.isfinite(want).all():
         return np.zeros(int(rows.shape[1]), dtype=np.float64)
     return np.asarray(
-        rows.T @ (damped_inverse(np.asarray(rows @ rows.T, dtype=np.float64), strain) @ want), dtype=np.float64
+        rows.T @ (damped_inverse(np.asarray(rows @ rows.T, dtype=np.float64), strain, weak) @ want), dtype=np.float64
     )
 
 
-def damped_inverse(reach: FloatArray, strain: float = 1.0) -> FloatArray:
+def damped_inverse(reach: FloatArray, strain: float = 1.0, weak: float = WEAK) -> FloatArray:
     """The inverse of a symmetric ``reach`` (p, p), damped in its weak directions.
 
     Directions that are strong are followed exactly. Where a direction loses its strength (an arm that comes to be
     stretched) damping sets in smoothly, so that speeds stay bounded (Nakamura & Hanafusa 1986, J. Dyn. Syst. Meas.
-    Control 108; Maciejewski & Klein 1988, J. Robotic Syst. 5), the more of it the greater the ``strain`` (from 1 on).
-    It depends on no basis that anything is written in.
+    Control 108; Maciejewski & Klein 1988, J. Robotic Syst. 5), the more of it the greater the ``strain`` (from 1 on);
+    ``weak`` is how much weaker than the strongest such a direction is. It depends on no basis that anything is written in.
     """
     if not len(reach):
         return reach
@@ -114,7 +114,7 @@ def damped_inverse(reach: FloatArray, strain: float = 1.0) -> FloatArray:
     if not largest > 0.0:
         return np.zeros_like(reach)
     part = np.maximum(squares, 0.0) / largest
-    damping = np.where(part < WEAK**2, strain * WEAK**2 * (1.0 - part / WEAK**2) ** 2, 0.0)
+    damping = np.where(part < weak**2, strain * weak**2 * (1.0 - part / weak**2) ** 2, 0.0)
     gains = np.where(part > LOST**2, 1.0 / np.maximum(part + damping, LOST**2), 0.0) / largest
     return np.asarray((directions * gains) @ directions.T, dtype=np.float64)
 

@@ -104,19 +104,19 @@ def _begin(
     else:
         plan = compile_segment(scene, segment, size)
     selection = select(plan, segment.start, 0.0, ahead, carry, totals_of(plan, carry))
-    if selection.choices is not None:
-        return plan, selection
+    first = plan, selection
     merged: set[int] = set()
-    for rejection in selection.rejections:
-        if rejection.block is not None and rejection.amount == -np.inf:
-            merged |= set(plan.blocks[rejection.block].unknowns)
-        elif rejection.check is not None:
-            merged |= plan.system.equations[rejection.check].unknowns
-    if merged:
-        again = compile_segment(scene, segment, size, frozenset(merged))
-        other = select(again, segment.start, 0.0, ahead, carry, totals_of(again, carry))
-        if other.choices is not None:
-            return again, other
+    while selection.choices is None:
+        before = len(merged)
+        for rejection in selection.rejections:
+            if rejection.block is not None and rejection.amount == -np.inf:
+                merged |= set(plan.blocks[rejection.block].unknowns)
+            elif rejection.check is not None:
+                merged |= plan.system.equations[rejection.check].unknowns
+        if len(merged) == before:  # nothing else to try; the first plan tells best what is wrong
+            return first
+        plan = compile_segment(scene, segment, size, frozenset(merged))
+        selection = select(plan, segment.start, 0.0, ahead, carry, totals_of(plan, carry))
     return plan, selection
 
 

@@ -40,6 +40,12 @@ LOST_RANK = 1e-6
 LARGEST_BATCH = 4_000_000
 """Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
 SAME = 1e-6
+LONGEST = 0.3
+"""In units of the unknowns' scale: the longest step toward the pose to begin with."""
+WEAK_TO_BEGIN = 1e-3
+"""Where a path begins, wishes are followed into directions that are weaker than that (see `newton.damped_inverse`):
+steps are limited there anyway.
+"""
 TRACE = 1e-6
 """How much the anchors' motion weighs beside turns, where these are to be least."""
 BEGINS = 6
@@ -351,7 +357,8 @@ def _least(
     assert block.metric is not None
     metric = block.metric.dense
     x = start.copy()
-    for _ in range(80):
+    longest, nearest = LONGEST, np.inf
+    for _ in range(80 if not len(wished) else 240):
         residual = residual_of(block, state, k, x[None])
         jacobian = jacobian_of(block, state, k, x[None])
         if not np.isfinite(residual).all() or not np.isfinite(jacobian).all():
@@ -370,8 +377,12 @@ def _least(
         free = free * scale[:, None]
         if len(wished) and free.shape[1]:  # first as near to the wishes as can be, then what is left of the freedom
             errors, wish_rows = (item[0, wished] for item in wishes_of(block, state, k, x[None]))
+            # as near as can be may be a stretched pose, which full steps would jump over for ever
+            off = float(np.linalg.norm(errors))
+            longest = 0.5 * longest if off > nearest else min(LONGEST, 1.2 * longest)
+            nearest = min(nearest, off)
             along = wish_rows @ free
-            restore = restore + free @ toward(along, -(errors + wish_rows @ restore))
+            restore = restore + free @ toward(along, -(errors + wish_rows @ restore), weak=WEAK_TO_BEGIN)
             _, indifferent, _ = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), 1e-6)
             free = free @ indifferent
         if turns:
@@ -391,7 +402,7 @@ def _least(
         else:
             step = restore
         size = float(np.max(np.abs(step) / scale, initial=0.0))
-        x = x + step * min(1.0, 0.3 / max(size, 1e-300))
+        x = x + step * min(1.0, longest / max(size, 1e-300))
         if size < 1e-13:
             break
     return x
@@ -435,7 +446,7 @@ def sparse_least(
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         if not np.isfinite(size):
             return None
-        x = x + step * min(1.0, 0.3 / max(size, 1e-300))
+        x = x + step * min(1.0, LONGEST / max(size, 1e-300))
         if size < 1e-12:
             break
     return x
