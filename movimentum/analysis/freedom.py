@@ -216,11 +216,8 @@ def _basis(
         return [(v, False) for v in _reduced(plan, block, one, velocities)]
     slopes = wishes_of(block, one, clocks, x[None])[1][0]
     along = slopes @ velocities.T
-    _, loose, inverse = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), RANK_TOLERANCE)
-    drawn = inverse.T if inverse.size else np.zeros((0, len(velocities)))
-    left, singular, turned = np.linalg.svd(drawn, full_matrices=False)
-    del left
-    drawn = turned[singular > RANK_TOLERANCE * max(float(np.max(singular, initial=0.0)), 1e-300)]
+    rank, loose, inverse = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), RANK_TOLERANCE)
+    drawn = np.linalg.svd(inverse.T)[2][:rank] if rank else np.zeros((0, len(velocities)))
     return [
         *((v, False) for v in _reduced(plan, block, one, loose.T @ velocities)),
         *((v, True) for v in _reduced(plan, block, one, drawn @ velocities)),

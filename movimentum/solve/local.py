@@ -66,6 +66,8 @@ class Local:
         jacobian = jacobian_of(self.block, state, clocks, repeated)[:1]
         rows, lengths = scaled(jacobian, scale)
         right = -drift / lengths[0]
+        if not (np.isfinite(rows).all() and np.isfinite(right).all()):
+            return np.full(len(x), np.nan), 0.0
         left, singular, turned = np.linalg.svd(rows[0], full_matrices=False)
         smallest = float(singular[-1] / singular[0]) if len(singular) and singular[0] > 0 else 0.0
         keep = singular > 1e-11 * singular[0]

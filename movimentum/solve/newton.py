@@ -94,9 +94,8 @@ def toward(rows: FloatArray, want: FloatArray, strain: float = 1.0, weak: float 
     """
     if not np.isfinite(rows).all() or not np.isfinite(want).all():
         return np.zeros(int(rows.shape[1]), dtype=np.float64)
-    return np.asarray(
-        rows.T @ (damped_inverse(np.asarray(rows @ rows.T, dtype=np.float64), strain, weak) @ want), dtype=np.float64
-    )
+    reach = np.asarray(rows @ rows.T, dtype=np.float64)
+    return np.asarray(rows.T @ (damped_inverse(reach, strain, weak) @ want), dtype=np.float64)
 
 
 def damped_inverse(reach: FloatArray, strain: float = 1.0, weak: float = WEAK) -> FloatArray:
@@ -105,7 +104,7 @@ def damped_inverse(reach: FloatArray, strain: float = 1.0, weak: float = WEAK) -
     Directions that are strong are followed exactly. Where a direction loses its strength (an arm that comes to be
     stretched) damping sets in smoothly, so that speeds stay bounded (Nakamura & Hanafusa 1986, J. Dyn. Syst. Meas.
     Control 108; Maciejewski & Klein 1988, J. Robotic Syst. 5), the more of it the greater the ``strain`` (from 1 on);
-    ``weak`` is how much weaker than the strongest such a direction is. It depends on no basis that anything is written in.
+    ``weak`` is how much weaker than the strongest such a direction is. The result depends on no basis.
     """
     if not len(reach):
         return reach

@@ -162,7 +162,6 @@ def test_blocked_by_a_line_at_the_distance_of_the_line() -> None:
     assert "blocked 37.5 from" in wish.message
 
 
-@pytest.mark.xfail(strict=True, reason="where a path begins, a wish out of reach is not approached as far as can be")
 def test_out_of_reach_from_the_beginning_begins_as_near_as_can_be() -> None:
     motion, _ = examined_script(ARM + "@0 R.A = [0,0]; R.B ~ [0,250];\n@1\n")
     assert path(motion, "R.B")[1][0] == pytest.approx((0, 100), abs=1e-6)

@@ -97,7 +97,7 @@ def test_every_code_of_the_front_end_has_a_case() -> None:
         for found in code.findall(path.read_text(encoding="utf-8"))
     }
     shown = {found for case in ALL for found in re.findall(r"^\w+\[(\S+)\]:", case.said, re.MULTILINE)}
-    assert used - shown == {"limit/messages"}  # 200 messages make no readable case: tests/syntax/test_limits.py
+    assert used <= shown
     assert len(used) > 20
 
 
