@@ -86,8 +86,8 @@ def read_linkage(source: SourceText) -> tuple[Linkage, tuple[Diagnostic, ...]]:
 
 
 def _numbers(section: str, words: list[str]) -> tuple[float, ...] | None:
-    if len(words) != _NUMBERS[section]:
-        return None
+    if len(words) != _NUMBERS[section] or not all(word.isascii() and "_" not in word for word in words):
+        return None  # Python would read 1_0 and other scripts' digits
     try:
         numbers = tuple(float(word) if section == "v" else int(word) for word in words)
     except ValueError:

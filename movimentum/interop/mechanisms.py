@@ -37,7 +37,7 @@ class Joint:
 
 _TOKEN = re.compile(
     r"(?P<skip>\s+|\#\[.*?\#\][^\n]*|\#[^\n]*)|(?P<word>[A-Za-z_][\w-]*)|(?P<mark>[\[\](),])"
-    r"|(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)",
+    r"|(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)",
     re.DOTALL,
 )
 
@@ -217,7 +217,7 @@ def _link_names(joints: Sequence[Joint]) -> dict[str, str]:
     for joint in joints:
         for link in joint.links:
             if link != GROUND and link not in names:
-                name = re.sub(r"\W", "_", link)
+                name = re.sub(r"[^A-Za-z0-9_]", "_", link)
                 name = name if re.match(r"[A-Za-z]", name) else f"L{name}"
                 while name in names.values() or re.fullmatch(r"Ground\d+|slide_\d+|input_\d+_\d+", name):
                     name += "_"
