@@ -129,7 +129,7 @@ def test_ten_thousand_lines_of_junk_are_told_as_far_as_one_can_read() -> None:
 
 
 def test_link_names_of_any_script_become_names() -> None:
-    text = "M[J[R, P[0, 0], L[ground, link_٣]], J[R, P[10, 20], L[link_٣, link_4, b-ä]], J[R, P[6, 0], L[link_4, ground]]]"
+    text = "M[J[R, P[0, 0], L[ground, l_٣]], J[R, P[10, 20], L[l_٣, link_4, b-ä]], J[R, P[6, 0], L[link_4, ground]]]"
     script = mechanism_script(read_mechanism(SourceText("names.txt", text)), [], "names.txt")
     names = {thing.name for thing in understand(SourceText("names.mov", script)).things}
     assert len(names) == 3
