@@ -94,11 +94,6 @@ def test_what_hangs_from_a_third_crank_is_counted_once() -> None:
     assert step.parts[0].freedom == 3
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="where two blocks prove singular by their geometry, only one is planned again",
-)
 def test_two_third_cranks_are_each_mobile() -> None:
     second = {"A ": "D ", "B ": "E ", "C ": "F ", "K ": "L ", "A.": "D.", "B.": "E.", "C.": "F.", "K.": "L."}
     things, stated = THIRD_CRANK.split("@0")
