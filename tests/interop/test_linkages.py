@@ -220,8 +220,15 @@ def test_the_facts_of_published_files(path: Path) -> None:
     assert list(linkage.rods[-1]) == facts["last_edge"]
 
 
+LARGE = {"penrose2t", "penrose3"}
+
+
 @pytest.mark.skipif(not FILES, reason="the linkage files are not here")
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=[pytest.mark.slow] if path.stem in LARGE else []) for path in FILES],
+    ids=lambda path: path.stem,
+)
 @pytest.mark.parametrize("snap", [False, True])
 def test_the_degrees_of_freedom_of_published_files(path: Path, snap: bool, tmp_path: Path) -> None:
     facts = json.loads(path.with_suffix(".invariants.json").read_text())
