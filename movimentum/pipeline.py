@@ -481,7 +481,7 @@ FREE_MOMENTS = 24
 
 def _free_marks(motion: Motion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
     """Arrows for all free motions at ``times`` (ascending): one for each moving anchor, numbered by motion."""
-    from movimentum.analysis.freedom import free_motions_at
+    from movimentum.analysis.motions import free_motions_at
     from movimentum.render.options import FreeMark
 
     if len(times) > FREE_MOMENTS:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
-from movimentum.plan.compile import compile_segment
-from movimentum.plan.metric import anchor_metric
 from movimentum.plan.model import Plan
 from movimentum.solve.free import projected
 from movimentum.solve.kernels import State, fill_explicit
@@ -64,33 +60,3 @@ def beside(
         there[n] = np.array([value])
     fill_explicit(block, there, clocks)
     return y, there
-
-
-def loosened(
-    plan: Plan, block: Block, one: State, clocks: Clocks, x: FloatArray, free: FloatArray
-) -> tuple[Plan, Block, State, Clocks] | None:
-    """A block that is determined by its count of equations, as a free one, if it does move: if along its null space
-    ``free`` (n, p) at core values ``x`` (n,) there are other poses, and as much freedom there.
-
-    A linkage may be mobile by its measures alone (a parallelogram with a third crank). At a dead centre there is a
-    null space as well, and no pose along it. It is planned anew with all that hangs from it; no wish draws it.
-    """
-    if not free.shape[1]:
-        return None
-    loose = replace(block, free=True, metric=block.metric or anchor_metric(plan.system, block.core, block.linear))
-    y, there = beside(plan, loose, one, clocks, x, free)
-    scale = scale_of(plan, block.core)
-    if not 0.3 * ASIDE < float(np.max(np.abs(y - x) / scale)) < 3.0 * ASIDE:
-        return None
-    if rank_at(loose, there, clocks, y, scale)[2].shape[1] < free.shape[1]:
-        return None
-    again = compile_segment(plan.system.scene, plan.system.segment, plan.size, frozenset(block.unknowns))
-    place = [plan.system.number_of.get(unknown.payload) for unknown in again.system.unknowns]
-    ticks = dict(zip(plan.clocks, clocks, strict=True))
-    whole = next((b for b in again.blocks if b.free and block.core[0] in (place[n] for n in b.unknowns)), None)
-    if whole is None or not ticks.keys() >= set(again.clocks):
-        return None
-    state = [None if n is None else one[n] for n in place]
-    if any(state[n] is None for n in (*whole.core, *whole.inputs)):
-        return None
-    return again, replace(whole, wishes=None), state, tuple(ticks[start] for start in again.clocks)

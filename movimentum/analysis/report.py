@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from movimentum.analysis.freedom import BlockRank, FreeMotion, Part, in_order
+from movimentum.analysis.freedom import BlockRank, Part
+from movimentum.analysis.motions import FreeMotion, in_order
 from movimentum.plan.blocks import Kernel
 from movimentum.plan.equations import Form
 from movimentum.scene.model import Scene

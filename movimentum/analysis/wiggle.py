@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.analysis.freedom import FreeMotion, free_directions
+from movimentum.analysis.motions import FreeMotion, free_directions
 from movimentum.plan.blocks import Block
 from movimentum.solve import kernels
 from movimentum.solve.carry import Snapshot

@@ -86,7 +86,7 @@ def _name(argument: str, example: str) -> str:
 def free(session: Session, argument: str) -> Answer:
     """``free``: each free motion in words, and what would stop it."""
     plain(argument, "free")
-    from movimentum.analysis.freedom import free_motions_at
+    from movimentum.analysis.motions import free_motions_at
 
     motions = free_motions_at(session.work.motion, session.time)
     if not motions:
