@@ -7,7 +7,7 @@ from enum import StrEnum
 
 from movimentum.expressions import ZERO, Expr, div, neg, substitute, symbol, symbols, walk
 from movimentum.plan import polynomial as poly
-from movimentum.plan.calculus import with_respect_to
+from movimentum.plan.calculus import affine, with_respect_to
 from movimentum.plan.codegen import Clocks, Compiled, compiled
 from movimentum.plan.decompose import Group
 from movimentum.plan.equations import Form, System
@@ -55,7 +55,8 @@ class Block:
     ``sparse``        large free blocks: the residuals by their terms, instead of ``coefficients`` and ``jacobian``
     ``wishes``        free blocks: compiled; the ``wish_count`` errors of the wishes that draw it, and their derivatives
                       ``wish_slopes`` at ``wish_entries`` (error, core); ``wish_speeds``: how fast the errors from a
-                      first to an end (not included) may change together
+                      first to an end (not included) may change together; ``drawn_by`` their numbers in
+                      `System.wishes`
     ``inputs``        the unknowns of earlier blocks that it reads
     ``moving``        whether anything in it can change with time
     ``phases``        compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
@@ -95,6 +96,7 @@ class Block:
     wish_slopes: Compiled | None = None
     wish_entries: tuple[tuple[int, int], ...] = ()
     wish_speeds: tuple[tuple[int, int, float], ...] = ()
+    drawn_by: tuple[int, ...] = ()
     sparse: SparseRows | None = None
     row_equations: tuple[int, ...] = ()
     linear: LinearMap | None = None
@@ -166,19 +168,10 @@ def _general_block(number: int, system: System, group: Group, clocks: Clocks, mo
         assigned = _assigned(number, system, group, clocks, moving, residual)
         if assigned is not None:
             return assigned
-        slope = with_respect_to(residual, unknown)
-        if unknown not in symbols(slope):
-            return _block(
-                number,
-                Kernel.LINEAR,
-                system,
-                group,
-                clocks,
-                moving,
-                (unknown,),
-                [],
-                [slope, neg(_without(residual, unknown))],
-            )
+        linear = affine(residual, unknown)
+        if linear is not None:
+            slope, rest = linear
+            return _block(number, Kernel.LINEAR, system, group, clocks, moving, (unknown,), [], [slope, neg(rest)])
     return _newton_block(number, system, group, clocks, moving, [], None)
 
 
@@ -187,16 +180,11 @@ def _assigned(
 ) -> Block | None:
     """The block of one unknown that ``residual`` gives as it stands (its slope is a constant), or None."""
     (unknown,) = group.unknowns
-    slope = with_respect_to(residual, unknown)
-    if slope.value is None or slope.value == 0.0:
+    linear = affine(residual, unknown)
+    if linear is None or not linear[0].value:
         return None
-    explicit = [(unknown, div(neg(_without(residual, unknown)), slope))]
-    return _block(number, Kernel.ASSIGN, system, group, clocks, moving, (), explicit, [])
-
-
-def _without(residual: Expr, unknown: int) -> Expr:
-    """``residual`` where the unknown is 0."""
-    return substitute(residual, lambda n: ZERO if n.op == "symbol" and n.payload == unknown else None)
+    slope, rest = linear
+    return _block(number, Kernel.ASSIGN, system, group, clocks, moving, (), [(unknown, div(neg(rest), slope))], [])
 
 
 def _newton_block(

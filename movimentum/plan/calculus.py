@@ -27,6 +27,33 @@ def with_respect_to(root: Expr, unknown: Hashable, memo: dict[Expr, Expr] | None
     return differentiate(root, lambda node: ONE if node.op == "symbol" and node.payload == unknown else ZERO, memo)
 
 
+def affine(root: Expr, unknown: Hashable) -> tuple[Expr, Expr] | None:
+    """(slope, rest), which do not mention the symbol ``unknown``, where ``root`` is slope * unknown + rest for all its
+    values; None where it is not, or does not show it (x^2 - x^2 + x).
+    """
+    memo: dict[Expr, tuple[Expr, Expr]] = {}
+    for node in walk(root):
+        if node.op == "symbol" and node.payload == unknown:
+            memo[node] = ONE, ZERO
+            continue
+        parts = [memo[arg] for arg in node.args]
+        if all(slope == ZERO for slope, _ in parts):
+            memo[node] = ZERO, node
+            continue
+        match node.op, parts:
+            case "add", ((p, q), (r, s)):
+                memo[node] = add(p, r), add(q, s)
+            case "neg", ((p, q),):
+                memo[node] = neg(p), neg(q)
+            case "mul", ((p, q), (r, s)) if ZERO in (p, r):
+                memo[node] = (mul(q, r), mul(q, s)) if p == ZERO else (mul(p, s), mul(q, s))
+            case "div", ((p, q), (r, s)) if r == ZERO:
+                memo[node] = div(p, s), div(q, s)
+            case _:
+                return None
+    return memo[root]
+
+
 def _rule(node: Expr, leaf: Callable[[Expr], Expr], d: list[Expr]) -> Expr:
     if not node.args or node.op == "integral":
         return leaf(node)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mpmath import mp, quad
+from mpmath import mp, mpf, quad
 
 from movimentum import expressions as ex
 from movimentum.plan import polynomial as poly
-from movimentum.plan.calculus import with_respect_to
+from movimentum.plan.calculus import affine, with_respect_to
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.integrals import closed_form
 from movimentum.plan.numeric import sincosd
@@ -32,6 +32,31 @@ def interpreted(root, values=VALUES, time=0.0):
             memo[node] = time - float(node.payload)
         else:
             memo[node] = ex.evaluate_op(node.op, node.payload, [memo[a] for a in node.args])
+    return memo[root]
+
+
+MANY_DIGITS = {
+    "add": lambda a, b: a + b,
+    "neg": lambda a: -a,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "sind": lambda a: mp.sin(a * mp.pi / 180),
+    "cosd": lambda a: mp.cos(a * mp.pi / 180),
+    "sqrt": mp.sqrt,
+    "atan2d": lambda a, b: mp.atan2(a, b) * 180 / mp.pi,
+}
+
+
+def in_many_digits(root, values):
+    """Node by node with mpmath."""
+    memo = {}
+    for node in ex.walk(root):
+        if node.op in ("const", "symbol"):
+            memo[node] = mpf(node.payload if node.op == "const" else values[node.payload])
+        elif node.op == "pow":
+            memo[node] = memo[node.args[0]] ** node.payload
+        else:
+            memo[node] = MANY_DIGITS[node.op](*(memo[a] for a in node.args))
     return memo[root]
 
 
@@ -70,12 +95,24 @@ def test_generated_code_computes_what_the_nodes_say(root):
 @settings(max_examples=200, deadline=None)
 @given(expressions(), st.sampled_from([0, 1, 2]))
 def test_derivatives_agree_with_differences(root, unknown):
-    slope = interpreted(with_respect_to(root, unknown))
-    h = 1e-5
-    high = interpreted(root, {**VALUES, unknown: VALUES[unknown] + h})
-    low = interpreted(root, {**VALUES, unknown: VALUES[unknown] - h})
-    size = max(1.0, abs(high), abs(low), abs(slope))
-    assert slope == pytest.approx((high - low) / (2 * h), abs=1e-4 * size)
+    with mp.workdps(80):  # so that a step can be short enough for whatever oscillates
+        slope = float(in_many_digits(with_respect_to(root, unknown), VALUES))
+        h = mpf(10) ** -30
+        high, low = (in_many_digits(root, {**VALUES, unknown: VALUES[unknown] + d}) for d in (h, -h))
+        expected = float((high - low) / (2 * h))
+    assert slope == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+def test_what_is_affine_is_told_from_what_only_has_a_constant_slope() -> None:
+    x, y, z = X
+    slope, rest = affine(ex.sub(ex.mul(y, ex.add(x, ex.const(3.0))), ex.div(ex.sub(z, x), y)), 0) or (x, x)
+    assert ex.symbols(slope, rest) == {1, 2}
+    assert interpreted(slope) == pytest.approx(-1.3 - 1 / 1.3)
+    assert interpreted(rest) == pytest.approx(-3 * 1.3 + 2.1 / 1.3)
+    assert affine(ex.sub(x, ex.call("floor", x)), 0) is None
+    assert affine(ex.sub(ex.mul(ex.const(2.0), x), ex.call("mod", x, ex.const(3.0))), 0) is None
+    assert affine(ex.mul(x, x), 0) is None
+    assert affine(ex.div(y, x), 0) is None
 
 
 @settings(max_examples=200, deadline=None)
