@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
-from movimentum.analysis.held import HeldBlock
+from movimentum.analysis.held import HeldBlock, drawn_by
 from movimentum.expressions import Expr, const, sub
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.equations import Wish
 from movimentum.plan.system import lowered_expressions
 from movimentum.plan.unknowns import symbol_numbers
-from movimentum.plan.wishes import by_directions, with_wishes
+from movimentum.plan.wishes import in_what_moves
 from movimentum.solve.carry import Snapshot
 from movimentum.solve.moments import snapshot
 from movimentum.solve.stretches import Stretch
@@ -53,11 +53,10 @@ def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], targe
     plan = stretch.plan
     lowered = lowered_expressions(plan.system, left)
     errors = [
-        by_directions(plan.system, frozenset(), sub(expr, const(value)))
+        in_what_moves(plan.system, frozenset(), plan.measured, sub(expr, const(value)))
         for expr, value in zip(lowered, target, strict=True)
     ]
-    clocks = Clocks(plan.clocks)
-    functions = [compiled([error], clocks) for error in errors]
+    functions = [compiled([error], Clocks(plan.clocks)) for error in errors]
     reads = symbol_numbers(*errors)
     block = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
     if block is None:
@@ -65,9 +64,8 @@ def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], targe
         state, _ = piece.evaluate(instants)
         values = [float(np.ravel(function(state, instants.clocks)[0])[0]) for function in functions]
         return Drag(Outcome.FIXED, float(np.sqrt(np.sum(np.square(values)))), [])
-    known = {n for other in plan.blocks if other.number != block.number for n in other.unknowns}
-    bare = replace(block, wishes=None, wish_count=0, wish_slopes=None, wish_entries=(), wish_speeds=())
-    held = HeldBlock(piece, with_wishes(bare, [Wish(tuple(errors), -1)], known, clocks), tau, functions)
+    wish = Wish(tuple(errors), -1, frozenset(reads))
+    held = HeldBlock(piece, drawn_by(plan, block, wish), tau, functions)
     x = held.x
     moments = [snapshot(plan, held.placed(x)[0], stretch.base.now, 0)]
     off = held.off(x)

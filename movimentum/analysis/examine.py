@@ -9,6 +9,7 @@ import numpy as np
 
 from movimentum.analysis.claims import claim_diagnostics
 from movimentum.analysis.freedom import BlockRank, block_ranks, parts_of
+from movimentum.analysis.motions import FreeMotion
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.analysis.verify import first_shortfall
 from movimentum.analysis.words import counted, listed, number, time_text
@@ -163,7 +164,6 @@ def _span_of_blocks(stretch: Stretch, blocks: tuple[int, ...]) -> Span | None:
 
 
 def _free_motions(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
-    scene = stretch.plan.system.scene
     for rank in ranks:
         for motion in rank.motions:
             if motion.drawn:
@@ -172,12 +172,19 @@ def _free_motions(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
                 code="constraint/free-motion",
                 severity=Severity.WARNING,
                 message=f"{motion.words}; it moves as little as it can",
-                span=scene.things[motion.things[0]].name_span
-                if motion.things
-                else _span_of_blocks(stretch, (rank.block,)),
+                span=_where_free(stretch, rank, motion),
                 notes=(f"from t = {time_text(float(stretch.segment.start))} on",) if stretch.segment.number else (),
                 helps=(motion.remedy,),
             )
+
+
+def _where_free(stretch: Stretch, rank: BlockRank, motion: FreeMotion) -> Span | None:
+    """Where a thing is defined, or else a variable last stated, or else first used."""
+    scene = stretch.plan.system.scene
+    if motion.things:
+        return scene.things[motion.things[0]].name_span
+    used = scene.variables.get(motion.variables[0].split(".")[0]) if motion.variables else None
+    return _span_of_blocks(stretch, (rank.block,)) or (used.span if used is not None else None)
 
 
 def _unconstrained(scene: Scene) -> Iterator[Diagnostic]:

@@ -5,14 +5,16 @@ what is said more often than it need be.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.beside import at_one, beside, rank_at, values_of
 from movimentum.analysis.motions import FreeMotion, motions_of
-from movimentum.plan.blocks import Kernel
+from movimentum.expressions import symbol
+from movimentum.plan.blocks import Block, Kernel
+from movimentum.plan.equations import System
 from movimentum.plan.graph import groups
 from movimentum.solve.moments import snapshot
 from movimentum.solve.stretches import Dead, Stretch
@@ -29,7 +31,7 @@ TOGETHER = 1e-6
 @dataclass(frozen=True, slots=True)
 class BlockRank:
     """Rank and freedom of one block at a generic pose (a dead centre makes no freedom), its free motions there and at
-    another pose ``nearby``;
+    another pose ``nearby``; ``free`` (n, freedom): an orthonormal basis of its core's null space there;
     ``dependent``: the equations that take part in a dependence, of which ``rows - rank`` say nothing new.
     """
 
@@ -40,6 +42,20 @@ class BlockRank:
     motions: tuple[FreeMotion, ...]
     nearby: tuple[FreeMotion, ...] = ()
     dependent: tuple[int, ...] = ()
+    free: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def shared(self, block: Block, system: System, members: set[int]) -> tuple[int, int, list[int]]:
+        """The freedom, the number of redundant rows, and the dependent equations of those of the block's unknowns that
+        are ``members`` of a connected part: parts that a wish draws together are one block.
+        """
+        dependent = [e for e in self.dependent if system.equations[e].unknowns & members]
+        columns = [j for j, n in enumerate(block.core) if n in members]
+        if not block.free or len(columns) == len(block.core):
+            return self.freedom, self.rows - self.rank, dependent
+        # the null space is the direct sum of the parts' own: on a part's columns, singular values are 0 or 1
+        freedom = int(np.sum(np.linalg.svd(self.free[columns], compute_uv=False) > 0.5)) if columns else 0
+        rows = sum(1 for e in block.row_equations if system.equations[e].unknowns & members)
+        return freedom, rows - (len(columns) - freedom), dependent
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +121,7 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
                 rank = min(len(x), block.rows)
             dependent = _dependent(rows, rank) if rank < block.rows else ()
             equations = tuple(sorted({block.row_equations[i] for i in dependent}))
-            result.append(BlockRank(block.number, block.rows, rank, freedom, motions, nearby, equations))
+            result.append(BlockRank(block.number, block.rows, rank, freedom, motions, nearby, equations, free))
     return result
 
 
@@ -124,7 +140,10 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
     first_of: dict[int, int] = {}
     bodies = [unknown for unknown in system.unknowns if unknown.thing is not None]
     links = [(first_of.setdefault(unknown.thing or 0, unknown.number), unknown.number) for unknown in bodies]
+    hanging = {e for b in plan.blocks if not {*map(symbol, b.unknowns)}.isdisjoint(plan.measured) for e in b.equations}
     for equation in system.equations:
+        if equation.number in hanging:  # what is measured between things does not connect them
+            continue
         members = sorted(equation.unknowns)
         links += [(members[0], other) for other in members[1:]]
     owner = {n: block.number for block in plan.blocks for n in block.unknowns}
@@ -136,18 +155,18 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
         if not things:
             continue
         members = set(component)
-        found = [of_block[b] for b in sorted({owner[n] for n in component if n in owner}) if b in of_block]
-        free = sum(rank.freedom for rank in found)
+        touched = sorted({owner[n] for n in component if n in owner})
+        shares = [of_block[b].shared(plan.blocks[b], system, members) for b in touched if b in of_block]
         checks = [e for e in plan.checks if system.equations[e].unknowns & members]
-        dependent = [*(e for rank in found for e in rank.dependent), *checks]
+        dependent = [*(e for _, _, equations in shares for e in equations), *checks]
         rods = {t for e in dependent if (t := system.equations[e].thing) is not None}
         stated = {c for e in dependent if (c := system.equations[e].constraint) is not None}
         rigid, fixed = _together({t: twists.get(t, np.zeros(0)) for t in things})
         parts.append(
             Part(
                 tuple(things),
-                free,
-                len(checks) + sum(rank.rows - rank.rank for rank in found),
+                sum(freedom for freedom, _, _ in shares),
+                len(checks) + sum(redundant for _, redundant, _ in shares),
                 rigid,
                 fixed,
                 tuple(sorted(rods)),

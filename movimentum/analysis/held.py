@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
-from movimentum.plan.codegen import Compiled
+from movimentum.plan.codegen import Clocks, Compiled
+from movimentum.plan.equations import Wish
+from movimentum.plan.model import Plan
+from movimentum.plan.wishes import with_wishes
 from movimentum.solve.free import FreeMotion
 from movimentum.solve.kernels import State, fill_explicit
 from movimentum.solve.local import Local
@@ -19,6 +23,13 @@ FloatArray = NDArray[np.float64]
 TRIES, STEPS, STEP, SHORTEST = 3, 60, 0.05, 1e-6
 FARTHEST = 0.05
 """Of the scene's size: what a step may move anything."""
+
+
+def drawn_by(plan: Plan, block: Block, wish: Wish) -> Block:
+    """``block``, a free one, drawn by ``wish`` alone."""
+    known = {n for other in plan.blocks if other.number != block.number for n in other.unknowns}
+    bare = replace(block, wishes=None, wish_count=0, wish_slopes=None, wish_entries=(), wish_speeds=(), drawn_by=())
+    return with_wishes(bare, [wish], known, Clocks(plan.clocks))
 
 
 class HeldBlock:

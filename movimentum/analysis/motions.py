@@ -216,6 +216,8 @@ def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: boo
     if not moving:
         words = " and ".join(f"`{v}` can take any value" for v in variables) or "a `_` can take any value"
         remedy = f"`{variables[0]} = 0;` gives it a value" if variables else "name the `_` and give it a value"
+        if variables[:1] in (("t",), ("time",)):
+            remedy = f"the time is `.t`; {remedy}"
         return FreeMotion((), variables, words, remedy, drawn=drawn)
     names = [f"`{system.scene.things[t].name}`" for t, _, _ in moving]
     first, remedy = moving[0][1:]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.analysis.held import HeldBlock
-from movimentum.analysis.words import number, time_text
+from movimentum.analysis.held import HeldBlock, drawn_by
+from movimentum.analysis.words import listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.plan.unknowns import symbol_numbers
+from movimentum.plan.equations import Wish
 from movimentum.scene.model import Constraint
 from movimentum.solve.free import FOLLOWING
 from movimentum.solve.motion import Motion
@@ -50,8 +50,7 @@ def _lives(motion: Motion) -> list[_Life]:
     for stretch in motion.stretches:
         plan = stretch.plan
         for i, wish in enumerate(plan.system.wishes):
-            reads = symbol_numbers(*wish.errors)
-            if not any(block.free and reads & set(block.unknowns) for block in plan.blocks):
+            if not any(i in block.drawn_by for block in plan.blocks):
                 continue
             constraint = next(c for c in stretch.segment.active if c.number == wish.constraint)
             errors = [place for place, owner in enumerate(plan.wish_of) if owner == i]
@@ -108,10 +107,11 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
     plan = stretch.plan
     piece = stretch.pieces[-1]
     assert isinstance(piece, Piece)
-    wish = plan.system.wishes[plan.wish_of[errors[0]]]
-    reads = symbol_numbers(*wish.errors)
-    block = next(b for b in plan.blocks if b.free and reads & set(b.unknowns))
-    held = HeldBlock(piece, block, piece.end, [piece.plan.wishes[i] for i in errors])
+    number_of_wish = plan.wish_of[errors[0]]
+    wish = plan.system.wishes[number_of_wish]
+    block = next(b for b in plan.blocks if number_of_wish in b.drawn_by)
+    watched = [piece.plan.wishes[i] for i in errors]
+    held = HeldBlock(piece, block, piece.end, watched)
     speed = held.approach(held.x)
     wanted = min(FOLLOWING * last, wish.speed or np.inf)
     if speed > STILL * wanted:
@@ -122,6 +122,10 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
             life.constraint.span,
             helps=("a later end or a greater `.speed(…)` lets it arrive",),
         )
+    if len(block.drawn_by) > 1:
+        held = HeldBlock(piece, drawn_by(plan, block, wish), piece.end, watched)
+        if held.approach(held.x) > STILL * wanted:
+            return _opposed(motion, life, last, name, [plan.system.wishes[i] for i in block.drawn_by])
     if held.stuck(held.x, ASIDE * motion.size):
         return Diagnostic(
             "wish/singular",
@@ -137,4 +141,19 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
         Severity.NOTE,
         f"`{name}` is blocked {number(last)} from what is wished for it: what else is stated lets it come no nearer",
         life.constraint.span,
+    )
+
+
+def _opposed(motion: Motion, life: _Life, last: float, name: str, wishes: Sequence[Wish]) -> Diagnostic:
+    """Other wishes of the same part hold it off."""
+    scene = motion.timeline.scene
+    others = {wish.constraint for wish in wishes} - {life.constraint.number}
+    keys = [scene.source.slice(c.left_span) for c in scene.constraints() if c.number in others]
+    quoted = [f"`{key}`" for key in keys]
+    return Diagnostic(
+        "wish/blocked",
+        Severity.NOTE,
+        f"`{name}` is held {number(last)} from what is wished for it by other wishes: for {listed(quoted)}",
+        life.constraint.span,
+        helps=(f"`{keys[0]} ~ _;` ends {'that' if len(keys) == 1 else 'one'}",),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute, symbol
 from movimentum.plan.blocks import Block, Kernel, make_block
@@ -13,7 +14,7 @@ from movimentum.plan.model import Plan
 from movimentum.plan.polynomial import Polynomial, plus
 from movimentum.plan.system import build_system, with_rates, with_rigidity
 from movimentum.plan.unknowns import Accumulated, Rate, symbol_numbers, unknown_number
-from movimentum.plan.wishes import by_directions, with_wishes
+from movimentum.plan.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
 from movimentum.scene.model import Anonymous, Scene
 from movimentum.timeline.model import Segment
 
@@ -37,17 +38,18 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
     system = build_system(scene, segment)
     driven = driven_angles(system, with_rigidity)
     system = with_rigidity(system, driven)
-    wishes = (replace(w, errors=tuple(by_directions(system, driven, e) for e in w.errors)) for w in system.wishes)
-    system = replace(system, wishes=tuple(wishes))
     decomposition = decompose(system, merged)
     system, decomposition = _with_needed_rates(system, decomposition, merged)
+    hanging = measured(system, decomposition.groups)
+    moved = partial(in_what_moves, system, driven, hanging)
+    system = replace(system, wishes=tuple(rewritten(wish, moved) for wish in system.wishes))
     clocks = Clocks()
     blocks: list[Block] = []
     moving: set[int] = set()
     known: set[int] = set()
     constants: dict[int, Expr] = {}
     folded = list(system.equations)
-    for group in _needed(system, decomposition):
+    for group in ordered(_needed(system, decomposition), system):
         for e in group.equations:
             folded[e] = _folded(folded[e], constants)
         block = make_block(len(blocks), replace(system, equations=folded), group, clocks, moving, size)
@@ -71,6 +73,7 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
         selectors=tuple(compiled([selector.value], clocks) for selector in system.selectors),
         wishes=tuple(compiled([error], clocks) for error in errors),
         wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
+        measured=hanging,
         clocks=tuple(clocks.starts),
         bodies=system.bodies(),
         size=size,

@@ -104,7 +104,7 @@ def _hanging(system: System, equations: list[Equation], of_column: list[int], co
         for n in sorted(left):
             if of_column[n] >= 0 and not isinstance(system.unknowns[n].payload, PosePart):
                 row = equations[of_column[n]]
-                if row.targets == (n,) or ((users[n] & left) <= {n} and _linear_in(row, n)):
+                if row.targets == (n,) or ((users[n] & left) <= {n} and _gives(row, n)):
                     left.discard(n)
                     hanging.add(n)
                     progress = True
@@ -117,8 +117,11 @@ def _hanging(system: System, equations: list[Equation], of_column: list[int], co
         left |= bad
 
 
-def _linear_in(equation: Equation, unknown: int) -> bool:
-    return equation.polynomial is not None and max(m.count(unknown) for m in equation.polynomial) == 1
+def _gives(equation: Equation, unknown: int) -> bool:
+    if equation.polynomial is not None and max(m.count(unknown) for m in equation.polynomial) == 1:
+        return True
+    linear = equation.solved_for(unknown)
+    return linear is not None and linear[0].value is not None
 
 
 def _held_together(

@@ -9,11 +9,12 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from movimentum.expressions import Expr
+from movimentum.expressions import ZERO, Expr
 from movimentum.plan import polynomial as poly
+from movimentum.plan.calculus import affine
 from movimentum.plan.frames import DRAWN, BodyFrame
 from movimentum.plan.polynomial import Polynomial
-from movimentum.plan.unknowns import BodyUnknowns, PoseCos, PosePart, PoseSin, PoseX, PoseY, Unknown
+from movimentum.plan.unknowns import BodyUnknowns, PoseCos, PosePart, PoseSin, PoseX, PoseY, Unknown, symbol_numbers
 from movimentum.scene.model import Scene, ThingAngle
 from movimentum.timeline.model import Segment
 
@@ -49,6 +50,15 @@ class Equation:
     integrand: Expr | None = None
     original: Expr | None = None
 
+    def solved_for(self, unknown: int) -> tuple[Expr, Expr] | None:
+        """(slope, rest): slope * ``unknown`` + rest = 0, as the script states it; None where it is not of that form."""
+        stated = self.original if self.original is not None and symbol_numbers(self.original) <= self.unknowns else None
+        for residual in (stated, self.residual):
+            linear = None if residual is None else affine(residual, unknown)
+            if linear is not None and linear[0] != ZERO:
+                return linear
+        return None
+
     @property
     def priority(self) -> int:
         """Which equations to keep when there are too many: linear with constant coefficients first, rigid ones last."""
@@ -78,10 +88,14 @@ class Selector:
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """A soft goal: all of ``errors`` as near to zero as can be, no faster than at ``speed``."""
+    """A soft goal: all of ``errors`` as near to zero as can be, no faster than at ``speed``.
+
+    ``about`` are the unknowns of its left side, which it draws; what only its right side reads is not drawn.
+    """
 
     errors: tuple[Expr, ...]
     constraint: int
+    about: frozenset[int]
     speed: float | None = None
 
 

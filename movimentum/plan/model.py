@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from movimentum.expressions import Expr
 from movimentum.plan.blocks import Block
 from movimentum.plan.codegen import Clocks, Compiled
 from movimentum.plan.equations import Form, System
@@ -18,9 +20,10 @@ class Plan:
 
     ``checks`` are the equations that determine nothing (redundant where they hold); ``check_values`` gives for each its
     residual and the size of its terms. ``selectors`` has one function for each of `System.selectors`, ``wishes`` one
-    for each error of `System.wishes` (``wish_of``: which wish). ``clocks`` are the starts of the clocks that all
-    compiled functions read as ``k``. ``bodies`` are the unknowns of all things that constraints mention. ``size`` is
-    the scene's size in pixels.
+    for each error of `System.wishes` (``wish_of``: which wish). ``measured`` are expressions of what hangs from free
+    motion without a say in it, see `plan.wishes`. ``clocks`` are the starts of the clocks that all compiled functions
+    read as ``k``. ``bodies`` are the unknowns of all things that constraints mention. ``size`` is the scene's size in
+    pixels.
     """
 
     system: System
@@ -31,6 +34,7 @@ class Plan:
     selectors: tuple[Compiled, ...]
     wishes: tuple[Compiled, ...]
     wish_of: tuple[int, ...]
+    measured: Mapping[Expr, Expr]
     bodies: tuple[BodyUnknowns, ...]
     size: float
     _schedules: dict[bool, Schedule] = field(default_factory=dict[bool, Schedule])

@@ -246,7 +246,8 @@ class _Builder:
                 )
             case Relation.WISH:
                 errors = tuple(_apart(a, b) for a, b in pairs)
-                self.wishes.append(Wish(errors, constraint.number, constraint.speed))
+                about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
+                self.wishes.append(Wish(errors, constraint.number, about, constraint.speed))
         self.constraint = None
 
     def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:

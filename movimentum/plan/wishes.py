@@ -1,15 +1,17 @@
-"""Wishes of a free block: what its free motion is drawn toward."""
+"""Wishes in the unknowns that can follow them, and what they mean for the blocks: their order, and what draws them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from movimentum.expressions import Expr, add, call, const, sub, substitute, symbol
+from movimentum.expressions import Expr, add, call, const, div, neg, sub, substitute, symbol
 from movimentum.plan.blocks import Block
 from movimentum.plan.calculus import with_respect_to
 from movimentum.plan.codegen import Clocks, compiled
-from movimentum.plan.equations import System, Wish
+from movimentum.plan.decompose import Group
+from movimentum.plan.equations import Form, System, Wish
+from movimentum.plan.graph import strong_components
 from movimentum.plan.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.scene.model import ThingAngle
 
@@ -37,16 +39,73 @@ def by_directions(system: System, driven: frozenset[int], expr: Expr) -> Expr:
     return sub(call("mod", add(turned, half), const(360.0)), half) if alone else turned
 
 
+def rewritten(wish: Wish, rewrite: Callable[[Expr], Expr]) -> Wish:
+    """``wish`` in other unknowns: ``rewrite`` does it for an expression."""
+    about = symbol_numbers(*(rewrite(symbol(n)) for n in wish.about))
+    return replace(wish, errors=tuple(map(rewrite, wish.errors)), about=frozenset(about))
+
+
+def measured(system: System, groups: Iterable[Group]) -> dict[Expr, Expr]:
+    """What hangs from free motion without a say in it (``h = Rod.B.y;``), in terms of the unknowns that have one."""
+    memo: dict[Expr, Expr] = {}
+    loose: set[int] = set()
+    for group in groups:
+        if group.free:
+            loose |= set(group.unknowns)
+        elif len(group.unknowns) == len(group.equations) == 1:
+            equation, (unknown,) = system.equations[group.equations[0]], group.unknowns
+            linear = equation.solved_for(unknown) if equation.unknowns & loose else None
+            if linear is not None:
+                slope, rest = linear
+                loose.add(unknown)
+                if equation.form is Form.PLAIN:
+                    memo[symbol(unknown)] = substitute(div(neg(rest), slope), lambda _: None, dict(memo))
+    return memo
+
+
+def in_what_moves(system: System, driven: frozenset[int], measured: Mapping[Expr, Expr], expr: Expr) -> Expr:
+    """``expr`` without what is ``measured`` (see there), and `by_directions`."""
+    return by_directions(system, driven, substitute(expr, lambda _: None, dict(measured)))
+
+
+def ordered(groups: Sequence[Group], system: System) -> list[Group]:
+    """``groups`` in an order in which a wish's target is found before what it draws.
+
+    Parts that are drawn by one wish together, or each toward the other, become one group.
+    """
+    of = {n: i for i, group in enumerate(groups) for n in group.unknowns}
+    depends = [{of[n] for e in group.equations for n in system.equations[e].unknowns if n in of} for group in groups]
+    moved = False
+    for wish in system.wishes:
+        drawn = sorted({of[n] for n in wish.about if n in of and groups[of[n]].free})
+        targets = {of[n] for n in symbol_numbers(*wish.errors) if n in of}.difference(drawn)
+        for place, i in enumerate(drawn):
+            depends[i] |= {drawn[place - 1]} | targets
+            moved |= len(drawn) > 1 or any(target > i for target in targets)
+    if not moved:
+        return list(groups)
+    result: list[Group] = []
+    for component in strong_components([sorted(others) for others in depends]):
+        together = [groups[i] for i in component if groups[i].free]
+        if together:
+            members = tuple(sorted(n for group in together for n in group.unknowns))
+            result.append(Group(members, tuple(sorted(e for group in together for e in group.equations)), free=True))
+        result.extend(groups[i] for i in sorted(component) if not groups[i].free)
+    return result
+
+
 def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: Clocks) -> Block:
-    """``block`` with the errors of the wishes that speak of its core and of what is ``known`` before it."""
-    core = set(block.core)
+    """``block`` with the errors of the wishes that are about it, and besides of what is ``known`` before it."""
+    core, members = set(block.core), set(block.unknowns)
     memo: dict[Expr, Expr] = {} if block.linear is None else {symbol(n): e for n, e in block.linear.explicit}
     errors: list[Expr] = []
     speeds: list[tuple[int, int, float]] = []
-    for wish in wishes:
+    numbers: list[int] = []
+    for number, wish in enumerate(wishes):
         inner = [substitute(error, lambda _: None, memo) for error in wish.errors]
         reads = symbol_numbers(*inner)
-        if reads & core and reads <= core | known:
+        if wish.about & members and reads & core and reads <= core | known:
+            numbers.append(number)
             if wish.speed is not None:
                 speeds.append((len(errors), len(errors) + len(inner), wish.speed))
             errors.extend(inner)
@@ -67,6 +126,7 @@ def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: C
         wish_slopes=compiled(slopes, clocks),
         wish_entries=tuple(entries),
         wish_speeds=tuple(speeds),
+        drawn_by=tuple(numbers),
         inputs=block.inputs | (symbol_numbers(*errors) - core),
         moving=True,  # it goes toward the wish even if nothing else moves
     )

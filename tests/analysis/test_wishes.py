@@ -250,3 +250,74 @@ def test_what_no_wish_draws_is_still_a_warning() -> None:
     (warning,) = [item for item in examination.diagnostics if item.code == "constraint/free-motion"]
     assert "`S` can still turn about `S.A`" in warning.message
     assert sorted(motion.drawn for motion in examination.steps[0].motions) == [False, True]
+
+
+# --- whom a wish draws ------------------------------------------------------------------------------------
+
+PAIR = ".config(20, 400, 400);\nD : .disc(3) c = [50,50];\nE : .disc(3) c = [150,50];\n@0 D.c.y = 50; E.c.y = 50;\n"
+RIAP = PAIR.replace(
+    "D : .disc(3) c = [50,50];\nE : .disc(3) c = [150,50];", "E : .disc(3) c = [150,50];\nD : .disc(3) c = [50,50];"
+)
+
+
+@pytest.mark.parametrize("pair", [PAIR, RIAP])
+def test_a_wish_draws_what_its_left_side_is_about_and_its_target_stays(pair: str) -> None:
+    motion, examination = examined_script(pair + "@1 D.c.x ~ E.c.x;\n@3\n")
+    times, drawn = path(motion, "D.c")
+    assert drawn[:, 0] == pytest.approx(150 - 100 * np.exp(-8 * np.maximum(times - 1, 0)), abs=1e-4)
+    assert set(path(motion, "E.c")[1][:, 0]) == {150.0}
+    assert wish_of(examination.diagnostics).code == "wish/reached"
+
+
+@pytest.mark.parametrize("pair", [PAIR, RIAP])
+def test_a_target_that_is_drawn_itself_is_followed(pair: str) -> None:
+    """E goes to 250, its lag e^-8t; D follows it with the lag of a lag."""
+    motion, _ = examined_script(pair + "@1 D.c.x ~ E.c.x; E.c.x ~ 250;\n@3\n")
+    times, drawn = path(motion, "D.c")
+    late = np.maximum(times - 1, 0)
+    assert path(motion, "E.c")[1][:, 0] == pytest.approx(250 - 100 * np.exp(-8 * late), abs=1e-4)
+    assert drawn[:, 0] == pytest.approx(250 - 200 * np.exp(-8 * late), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("wishes", "last"),
+    [("D.c.x ~ E.c.x; E.c.x ~ D.c.x;", 0), ("(D.c - E.c).l ~ 40;", 40), ("d ~ 40; d = E.c.x - D.c.x;", 40)],
+)
+def test_what_one_wish_draws_together_moves_by_the_same_amount(wishes: str, last: float) -> None:
+    motion, examination = examined_script(f"{PAIR}@1 {wishes}\n@3\n")
+    times, left = path(motion, "D.c")
+    apart = last + (100 - last) * np.exp(-8 * np.maximum(times - 1, 0))
+    assert left[:, 0] == pytest.approx(100 - apart / 2, abs=1e-4)
+    assert path(motion, "E.c")[1][:, 0] == pytest.approx(100 + apart / 2, abs=1e-4)
+    for step in examination.steps:
+        assert [(part.things, part.freedom) for part in step.parts] == [(("D",), 1), (("E",), 1)]
+
+
+@pytest.mark.parametrize(
+    ("measure", "expected"),
+    [
+        ("h = 2*R.B.y;", 2 * 100 * math.sin(math.radians(30))),
+        ("g = R.B.y + 20; h = g^2/100;", 49.0),
+        ("h = R.angle;", 30.0),
+        ("h = (R.B - [0,100]).l;", 100.0),
+    ],
+)
+def test_a_wish_for_what_is_measured_draws_what_it_is_measured_of(measure: str, expected: float) -> None:
+    motion, examination = examined_script(f"{ARM}@0 R.A = [0,0]; {measure}\n@1 h ~ {expected!r};\n@4\n")
+    assert wish_of(examination.diagnostics).code == "wish/reached"
+    assert path(motion, "R.B")[1][-1] == pytest.approx([100 * math.cos(math.pi / 6), 50], abs=1e-4)
+
+
+def test_what_is_measured_moves_nothing() -> None:
+    """When it comes to be measured least of all, however crooked the measure is."""
+    text = ARM + "@0 R.A = [0,0];\n@1 l = .sin(7*R.B.y + R.B.x);\n@2 m = (R.B - [3,8]).l;\n@3\n"
+    assert {tuple(place) for place in path(examined_script(text)[0], "R.B")[1]} == {(100.0, 0.0)}
+
+
+def test_wishes_against_each_other_are_told_so_and_which() -> None:
+    text = ARM + "@0 R.A = [0,0];\n@1 R.B ~ [0,100]; R.angle ~ 0;\n@4\n"
+    found = [item for item in examined_script(text)[1].diagnostics if item.code.startswith("wish/")]
+    assert [item.code for item in found] == ["wish/blocked", "wish/blocked"]
+    assert "by other wishes: for `R.angle`" in found[0].message
+    assert found[0].helps == ("`R.angle ~ _;` ends that",)
+    assert "by other wishes: for `R.B`" in found[1].message
