@@ -9,6 +9,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 from movimentum.plan.equations import System
+from movimentum.plan.frames import BodyFrame
 from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX
 from movimentum.scene.model import Scene, ThingAngle
 
@@ -28,12 +29,15 @@ class ThingPose:
 class Snapshot:
     """A moment: every thing's pose, and the other unknowns by their payload.
 
-    ``known`` are the things that have been placed by constraints (the others are as drawn).
+    ``known`` are the things that have been placed by constraints (the others are as drawn). ``solved`` are their poses'
+    unknowns as they were solved, in ``frames``: a plan with the same frames reads them to the last bit.
     """
 
     things: tuple[ThingPose, ...]
     others: dict[Hashable, float] = field(default_factory=dict[Hashable, float])
     known: frozenset[int] = frozenset()
+    solved: dict[PosePart, float] = field(default_factory=dict[PosePart, float])
+    frames: dict[int, BodyFrame] = field(default_factory=dict[int, BodyFrame])
 
     def value(self, system: System, unknown: int) -> float | None:
         """The value of a system's unknown at this moment, or None where the moment does not know it."""
@@ -43,6 +47,9 @@ class Snapshot:
             if isinstance(payload, ThingAngle):
                 return pose.angle
             frame = system.frame(payload.thing)
+            exact = self.solved.get(payload)
+            if exact is not None and self.frames[payload.thing] == frame:
+                return exact
             if isinstance(payload, PoseCos):
                 return frame.of_thing(pose.c, pose.s)[0]
             if isinstance(payload, PoseSin):

@@ -77,12 +77,19 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
         things[t] = ThingPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle))
     others = dict(base.others)
     known = set(base.known)
+    solved, frames = dict(base.solved), dict(base.frames)
     for unknown in plan.system.unknowns:
+        value = state[unknown.number]
         if isinstance(unknown.payload, PosePart | ThingAngle):
             known.add(unknown.payload.thing)
-        elif not isinstance(unknown.payload, Rate) and state[unknown.number] is not None:
-            others[unknown.payload] = pick(state[unknown.number])
-    return Snapshot(tuple(things), others, frozenset(known))
+            if isinstance(unknown.payload, PosePart):
+                solved.pop(unknown.payload, None)
+                frames[unknown.payload.thing] = plan.system.frame(unknown.payload.thing)
+                if value is not None:
+                    solved[unknown.payload] = pick(value)
+        elif not isinstance(unknown.payload, Rate) and value is not None:
+            others[unknown.payload] = pick(value)
+    return Snapshot(tuple(things), others, frozenset(known), solved, frames)
 
 
 def carry_at(stretch: Stretch, piece: Piece, time: float, base: Carry) -> Carry:

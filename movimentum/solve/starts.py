@@ -48,6 +48,8 @@ steps are limited there anyway.
 """
 TRACE = 1e-6
 """How much the anchors' motion weighs beside turns, where these are to be least."""
+ROUNDING = 1e-15
+"""Relative residual, and of the scene's size: what Newton's method could not make better."""
 BEGINS = 6
 """Solutions from which the least turned pose is looked for, where it cannot be reached from the pose carried over."""
 
@@ -279,6 +281,9 @@ def free_start(
     unknowns = plan.system.unknowns
     fresh = _turns(plan, block, one, clocks, set(range(len(plan.system.scene.things))) - known)
 
+    if not fresh and _stays(plan, block, one, clocks, carry, origin, pull, scale):
+        return Starts([origin], True)
+
     # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it,
     # as is what has a speed to follow it at
     here = not any(unknowns[n].thing in known for n in block.core)
@@ -316,6 +321,27 @@ def free_start(
         return Starts([nearest, *others], starts.complete)
     found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
     return Starts([min(found, key=cost)] if found else [], True)
+
+
+def _stays(
+    plan: Plan,
+    block: Block,
+    state: State,
+    k: Sequence[FloatArray],
+    carry: Carry,
+    origin: FloatArray,
+    pull: FloatArray,
+    scale: FloatArray,
+) -> bool:
+    """Whether a free block has a pose carried over that solves it as well as any: what nothing moves stays."""
+    if any(carry.now.value(plan.system, n) is None for n in block.core):
+        return False
+    residual, jacobian = residual_of(block, state, k, origin[None]), jacobian_of(block, state, k, origin[None])
+    return bool(
+        relative_error(residual, jacobian, scale)[0] <= ROUNDING
+        and np.max(np.abs(pull), initial=0.0) <= ROUNDING * plan.size
+        and freedom_of(block, state, k, origin, scale) > 0
+    )
 
 
 def _immediate(block: Block) -> NDArray[np.intp]:

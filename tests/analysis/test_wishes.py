@@ -321,3 +321,22 @@ def test_wishes_against_each_other_are_told_so_and_which() -> None:
     assert "by other wishes: for `R.angle`" in found[0].message
     assert found[0].helps == ("`R.angle ~ _;` ends that",)
     assert "by other wishes: for `R.B`" in found[1].message
+
+
+def test_what_is_not_connected_stays_to_the_last_bit_through_all_steps() -> None:
+    text = """.config(20, 600, 400);
+A : .bar P=[0,0] Q=[60,0];    B : .bar P=[0,0] Q=[70,0];
+C : .bar P=[300.1,100.7] Q=[380.123,111];    D : .bar P=[380.123,111] Q=[399,190.77];
+E : .bar P=[399,190.77] Q=[433.1,20.2];
+@0 A.P = [100.3,100.7]; B.P = A.Q; C.P = [300.1,100.7]; D.P = C.Q; E.P = D.Q;
+@1 B.Q ~ [200,200];
+@3 B.Q ~ [150 + 10*.t, 180];
+@4 A.a = 20; B.Q ~ _;
+@5 A.a = 20 + 30*.t;
+@6 A.a = _; B.Q ~ [100,160];
+@7
+"""
+    motion, _ = examined_script(text)
+    assert len({tuple(place) for place in path(motion, "B.Q")[1]}) > 100
+    for name in ("C.Q", "D.P", "D.Q", "E.P", "E.Q"):
+        assert len({tuple(place) for place in path(motion, name)[1]}) == 1, name
