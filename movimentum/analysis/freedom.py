@@ -16,6 +16,8 @@ from movimentum.expressions import symbol
 from movimentum.plan.blocks import Block, Kernel
 from movimentum.plan.equations import System
 from movimentum.plan.graph import groups
+from movimentum.plan.unknowns import PosePart
+from movimentum.scene.model import ThingAngle
 from movimentum.solve.moments import snapshot
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece, scale_of
@@ -136,10 +138,11 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
     """The connected parts of a stretch's scene, in order of definition; ``ranks`` as `block_ranks` finds them."""
     plan = stretch.plan
     system = plan.system
-    of_thing = [unknown.thing for unknown in system.unknowns]
+    # a colour or an opacity is no degree of freedom
+    payloads = [unknown.payload for unknown in system.unknowns]
+    of_thing = [p.thing if isinstance(p, PosePart | ThingAngle) else None for p in payloads]
     first_of: dict[int, int] = {}
-    bodies = [unknown for unknown in system.unknowns if unknown.thing is not None]
-    links = [(first_of.setdefault(unknown.thing or 0, unknown.number), unknown.number) for unknown in bodies]
+    links = [(first_of.setdefault(t, n), n) for n, t in enumerate(of_thing) if t is not None]
     hanging = {e for b in plan.blocks if not {*map(symbol, b.unknowns)}.isdisjoint(plan.measured) for e in b.equations}
     for equation in system.equations:
         if equation.number in hanging:  # what is measured between things does not connect them

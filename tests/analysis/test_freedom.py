@@ -205,3 +205,8 @@ def test_angles_count_as_constraints_of_a_linkage() -> None:
     text = linkage_script(Linkage(vertices, ((0, 1), (0, 2)), (), (corner,), (turn(vertices, corner),)), "corner")
     _, parts, _ = found(text)
     assert (parts[0].freedom, len(parts[0].rigid)) == (3, 1)
+
+
+def test_a_free_opacity_is_no_degree_of_freedom() -> None:
+    text = ".config(20, 400, 400);\nD : .disc(3) c = [50,50];\n@0 D.c.y = 50; D.opacity ~ 0.5;\n@1\n"
+    assert [(part.things, part.freedom) for part in found(text)[1]] == [((0,), 1)]
