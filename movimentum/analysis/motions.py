@@ -128,8 +128,9 @@ def in_order(motions: Iterable[FreeMotion]) -> list[FreeMotion]:
 def _reduced(plan: Plan, block: Block, one: State, rows: FloatArray) -> FloatArray:
     """A canonical basis of the space of core velocities that ``rows`` (p, n) span.
 
-    Its anchors' velocities, in order of definition, are in reduced row echelon form: that depends on the space only,
-    not on the unknowns that it is written in. Sparse, the same from run to run, its signs fixed by the first anchor.
+    What it moves (`_seen`) is in reduced row echelon form: that depends on the space only, not on the unknowns that it
+    is written in. Sparse, and the same from run to run. What turns comes first, counter-clockwise: the arrows of a
+    crank do not change their sense on its way round.
     """
     if not len(rows):
         return rows
@@ -157,14 +158,15 @@ def _reduced(plan: Plan, block: Block, one: State, rows: FloatArray) -> FloatArr
 
 
 def _seen(plan: Plan, block: Block, one: State, velocity: FloatArray) -> FloatArray:
-    """What a core velocity (n,) moves: the velocities of all anchors in order of definition, then the speeds of all
-    other unknowns, by name, in their own units.
+    """What a core velocity (n,) moves: how each thing turns (times the scene's size) and the velocities of its anchors,
+    in order of definition, then the speeds of all other unknowns, by name, in their own units.
     """
     system = plan.system
     speeds = _speeds(block, velocity)
     values: list[float] = []
     for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
-        _, anchors = _moved(plan, one, speeds, t)
+        (*_, turn), anchors = _moved(plan, one, speeds, t)
+        values.append(turn * plan.size)
         values += [part for anchor in anchors for part in anchor]
     others = [system.unknowns[n] for n in block.unknowns if system.unknowns[n].thing is None]
     values += [speeds.get(unknown.number, 0.0) for unknown in sorted(others, key=lambda unknown: unknown.name)]

@@ -67,7 +67,7 @@ def test_two_motions_have_two_colours_and_start_at_what_they_move(tmp_path: Path
     image = arrows(TWO, tmp_path)
     first, second = of_color(image, MOTIONS[0]), of_color(image, MOTIONS[1])
     turn = arrow_at(first, (60, 140))  # the first thing's motion has the first colour
-    assert angle_between(turn, np.array([1.0, 0.0])) < 3
+    assert angle_between(turn, np.array([-1.0, 0.0])) < 3  # counter-clockwise
     assert np.hypot(*turn) == pytest.approx(LONGEST, abs=4)  # its tip is too fine to have the full colour
     for anchor in ((200, 60), (220, 60)):
         assert angle_between(arrow_at(second[np.abs(second[:, 0] - anchor[0]) < 8], anchor), np.array([0.0, 1.0])) < 3
@@ -86,8 +86,8 @@ def test_nothing_is_drawn_where_nothing_is_free(tmp_path: Path) -> None:
 def test_arrows_of_a_four_bar_are_the_velocities_of_its_pins(scale: int, tmp_path: Path) -> None:
     places = of_color(arrows(FOUR_BAR, tmp_path, "--scale", str(scale)), MOTIONS[0]) / scale
     a, b, c, d = (np.array(point, dtype=float) for point in ((60, 60), (100, 170), (240, 200), (220, 60)))
-    # turning clockwise by 1: the pins move across their cranks, and alike along the rod between them
-    one = np.array([(b - a)[1], -(b - a)[0]])
+    # turning counter-clockwise by 1: the pins move across their cranks, and alike along the rod between them
+    one = np.array([-(b - a)[1], (b - a)[0]])
     across = np.array([(c - d)[1], -(c - d)[0]])
     other = across * (one @ (c - b)) / (across @ (c - b))
     longest = max(np.hypot(*one), np.hypot(*other)) / LONGEST
@@ -97,3 +97,13 @@ def test_arrows_of_a_four_bar_are_the_velocities_of_its_pins(scale: int, tmp_pat
         assert np.hypot(*arrow) == pytest.approx(np.hypot(*velocity) / longest, abs=4 / scale)
     near = np.minimum(np.hypot(*(places - b).T), np.hypot(*(places - c).T))
     assert near.max() < LONGEST + 2  # none at the pins that stand still
+
+
+def test_the_arrow_of_a_crank_keeps_its_sense_all_the_way_round(tmp_path: Path) -> None:
+    """It is found anew in each pose."""
+    for degrees in (0, 45, 90, 135, 200, 270, 359):
+        c, s = float(np.cos(np.radians(degrees))), float(np.sin(np.radians(degrees)))
+        pin = (150 + 80 * c, 150 + 80 * s)
+        bar = f"A : .bar P = [150,150] Q = [{pin[0]},{pin[1]}];"
+        image = arrows(f".config(10, 300, 300);\n{bar}\n@0 A.P = [150,150];\n", tmp_path)
+        assert angle_between(arrow_at(of_color(image, MOTIONS[0]), pin), np.array([-s, c])) < 4
