@@ -24,6 +24,9 @@ COARSEST = 1e-5
 STEPS, STEPS_PER_NODE, MOST_NODES = 500, 2, 2000
 """So many steps in all and for each of the path's nodes (of which no more are looked at); a motion that needs more is
 given a hundredth of the accuracy each time."""
+STEPS_PER_WAY, MOST_FOR_THE_WAY = 150, 5000
+"""Besides, so many for each unit of its scale (a radian) that the motion goes: what goes far is not wild. At most so
+many in all for that."""
 ROUNDS = 3
 """Times that the budget of steps is spent, each with a hundred times the tolerance, before accuracy is given up: a
 motion that is drawn by something wild must come to an end too."""
@@ -71,7 +74,8 @@ def drift(
     times, values, rates = [tau], [x], [slope]
     length = float(nodes[1] - nodes[0])
     tolerance, budget = DRIFT_TOLERANCE, STEPS + STEPS_PER_NODE * len(nodes)
-    spent = 0
+    most = max(budget, MOST_FOR_THE_WAY)
+    spent = stage = 0
 
     def track(end: float) -> NodeTrack:
         return node_track(times, values, rates, end, np.inf if spent > ROUNDS * budget else tolerance)
@@ -83,7 +87,8 @@ def drift(
             spent += 1
             if spent > 3 * ROUNDS * budget:
                 return track(tau)
-            if spent % budget == 0:
+            if spent > (stage + 1) * budget:
+                stage += 1
                 tolerance = min(100.0 * tolerance, COARSEST)
             length = min(length, target - tau)
             slopes = [slope]
@@ -111,6 +116,7 @@ def drift(
                 )
                 continue
             tau = target if target - tau - length < 1e-12 * total else tau + length
+            budget = min(most, budget + STEPS_PER_WAY * float(np.max(np.abs(new_x - x) / scale)))
             x = new_x
             slope = velocity(tau, x)
             times.append(tau)
