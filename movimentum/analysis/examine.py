@@ -17,9 +17,8 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.plan.blocks import Kernel
 from movimentum.scene.model import Scene
 from movimentum.solve.carry import Snapshot
-from movimentum.solve.integration import DRIFT_TOLERANCE
+from movimentum.solve.drift import LARGE_TOLERANCE, TOLERANCE
 from movimentum.solve.motion import Motion
-from movimentum.solve.multistep import TOLERANCE
 from movimentum.solve.stretches import Beginning, Dead, Stretch
 from movimentum.solve.tracks import NodeTrack
 from movimentum.source import Span
@@ -314,7 +313,7 @@ def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
         if isinstance(piece, Dead):
             continue
         for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
-            usual = DRIFT_TOLERANCE if block.sparse is None else TOLERANCE
+            usual = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
             if not isinstance(track, NodeTrack) or track.tolerance <= usual:
                 continue
             scene = stretch.plan.system.scene

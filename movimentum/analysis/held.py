@@ -77,7 +77,7 @@ class HeldBlock:
                 velocity = self.motion.velocity(self.tau, x)
                 largest = float(np.max(np.abs(velocity), initial=0.0))
                 step = min(longest, FARTHEST * self.piece.plan.size / max(largest, 1e-300))
-                y, good = self.motion.restored(self.tau, x + step * velocity)
+                y, good, _ = self.motion.restored(self.tau, x + step * velocity)
                 now = self.off(y)
                 if not good or now > off:  # too far: near a stretched pose it would bounce
                     longest = 0.5 * step
@@ -93,7 +93,7 @@ class HeldBlock:
         before = self.off(x)
         for _ in range(TRIES):
             with np.errstate(all="ignore"):
-                begin, good = self.motion.restored(self.tau, x + aside * generator.normal(size=len(x)))
+                begin, good, _ = self.motion.restored(self.tau, x + aside * generator.normal(size=len(x)))
             if good and any(self.off(y) < before - 2.0 * aside for y in self.pulled(begin, STEPS)):
                 return True
         return False

@@ -42,6 +42,12 @@ class Metric:
         result[self.form[0], self.form[1]] = self.form[2]
         return result
 
+    @cached_property
+    def whitening(self) -> tuple[FloatArray, FloatArray]:
+        """(n, n) the W with W' M W = 1, and how much of each unknown moves the anchors by one (n,)."""
+        factor = np.asarray(np.linalg.cholesky(self.dense), dtype=np.float64)
+        return np.asarray(np.linalg.inv(factor).T, dtype=np.float64), 1.0 / np.sqrt(np.diag(self.dense))
+
     def applied(self, v: FloatArray) -> FloatArray:
         """M v (n,) for v (n,)."""
         rows, columns, values = self.form

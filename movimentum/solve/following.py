@@ -16,8 +16,9 @@ from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve import kernels
 from movimentum.solve.change_points import find_events
 from movimentum.solve.continuation import trace
+from movimentum.solve.drift import drift
+from movimentum.solve.flow import flow
 from movimentum.solve.instants import Instants
-from movimentum.solve.integration import drift, flow
 from movimentum.solve.kernels import State
 from movimentum.solve.local import Probe
 from movimentum.solve.newton import freedom_of

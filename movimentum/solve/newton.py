@@ -85,37 +85,45 @@ WEAK = 0.2
 """Of the strongest direction of some wishes: how much weaker another may be and still be followed at full speed."""
 LOST = 1e-5
 """And where it is not followed at all: rounding would choose the way."""
+NOISE = 1e-12
+"""Of what is wanted in such directions: less in another one is taken for none, see `damped`."""
 
 
 def toward(rows: FloatArray, want: FloatArray, strain: float = 1.0, weak: float = WEAK) -> FloatArray:
     """The damped least-squares solution of rows @ step = want: as far as the rows let it, bounded where they do not.
 
-    ``strain`` and ``weak``: see `damped_inverse`.
+    ``strain`` and ``weak``: see `damped`.
     """
     if not np.isfinite(rows).all() or not np.isfinite(want).all():
         return np.zeros(int(rows.shape[1]), dtype=np.float64)
     reach = np.asarray(rows @ rows.T, dtype=np.float64)
-    return np.asarray(rows.T @ (damped_inverse(reach, strain, weak) @ want), dtype=np.float64)
+    return np.asarray(rows.T @ damped(reach, want, strain, weak), dtype=np.float64)
 
 
-def damped_inverse(reach: FloatArray, strain: float = 1.0, weak: float = WEAK) -> FloatArray:
-    """The inverse of a symmetric ``reach`` (p, p), damped in its weak directions.
+def damped(reach: FloatArray, want: FloatArray, strain: float = 1.0, weak: float = WEAK) -> FloatArray:
+    """The y (p,) with ``reach`` y = ``want`` for a symmetric matrix (p, p), damped in its weak directions.
 
     Directions that are strong are followed exactly. Where a direction loses its strength (an arm that comes to be
     stretched) damping sets in smoothly, so that speeds stay bounded (Nakamura & Hanafusa 1986, J. Dyn. Syst. Meas.
     Control 108; Maciejewski & Klein 1988, J. Robotic Syst. 5), the more of it the greater the ``strain`` (from 1 on);
     ``weak`` is how much weaker than the strongest such a direction is. The result depends on no basis.
+
+    What is wanted in a lost direction shows in the others, by as much as rounding turns these. That is left out: it
+    would grow where a straight chain is pushed along its line, or a bar turned away from its wish, and choose a side.
     """
     if not len(reach):
-        return reach
+        return want
     squares, directions = np.linalg.eigh(reach)
     largest = float(np.max(squares, initial=0.0))
     if not largest > 0.0:
-        return np.zeros_like(reach)
+        return np.zeros_like(want)
     part = np.maximum(squares, 0.0) / largest
     damping = np.where(part < weak**2, strain * weak**2 * (1.0 - part / weak**2) ** 2, 0.0)
-    gains = np.where(part > LOST**2, 1.0 / np.maximum(part + damping, LOST**2), 0.0) / largest
-    return np.asarray((directions * gains) @ directions.T, dtype=np.float64)
+    found = part > LOST**2
+    gains = np.where(found, 1.0 / np.maximum(part + damping, LOST**2), 0.0) / largest
+    wanted = directions.T @ want
+    told = np.abs(wanted) > NOISE * float(np.linalg.norm(wanted[~found]))
+    return np.asarray(directions @ (gains * np.where(told, wanted, 0.0)), dtype=np.float64)
 
 
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -213,7 +221,7 @@ def _sparse_newton(
     limit: float | None,
 ) -> Outcome:
     """`newton` for a large free block, one instant after the other."""
-    from movimentum.solve.sparse import chord_newton
+    from movimentum.solve.tangents import chord_newton
 
     size = float(np.max(scale))
     error = np.full(len(x), np.inf)
@@ -224,7 +232,7 @@ def _sparse_newton(
                 one[n] = np.broadcast_to(u[n], len(x))[f : f + 1]
         clocks = tuple(np.broadcast_to(clock, len(x))[f : f + 1] for clock in k)
         x[f], off, _ = chord_newton(block, one, clocks, x[f], iterations, None if limit is None else limit * size)
-        error[f] = off / size
+        error[f] = off
     return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
 
 

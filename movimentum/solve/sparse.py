@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from movimentum.plan.blocks import Block
 from movimentum.plan.metric import Metric
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import damped_inverse
+from movimentum.solve.newton import damped
 
 FloatArray = NDArray[np.float64]
 
@@ -27,8 +27,6 @@ RELAXED = 1e-10
 REFINEMENTS = 3
 REFINED = 1e-12
 """Relative to what was wanted: a velocity's rows that are met better need no refinement."""
-SLOW = 0.2
-"""A chord step that leaves more of the residual calls for a new factorisation."""
 
 
 def _coefficients(block: Block, u: State, k: Sequence[FloatArray], count: int) -> FloatArray:
@@ -127,10 +125,9 @@ def factored(matrix: Any, order: str = "NATURAL") -> Any:
 
 
 class Saddle:
-    """A block's rows linearised at one instant, ready to be solved.
+    """A `solve.tangents.Tangent` by a sparse factorisation; ``slopes`` (entries,) of the Jacobian."""
 
-    ``slopes`` (entries,) of the Jacobian there.
-    """
+    rounding = 1e-14
 
     def __init__(self, block: Block, slopes: FloatArray) -> None:
         from scipy.sparse import csc_matrix, csr_matrix
@@ -139,6 +136,7 @@ class Saddle:
         assert rows is not None
         self.pattern = pattern = _pattern(block)
         self.size = len(block.core)
+        self.scale = pattern.scale
         wide = slopes * pattern.scale[rows.indices]
         lengths = np.sqrt(np.bincount(pattern.row, wide * wide, rows.rows))
         self.lengths = np.where(lengths > 0.0, lengths, 1.0)
@@ -155,11 +153,11 @@ class Saddle:
         return found[self.pattern.place]
 
     def least(self, want: FloatArray, pull: FloatArray | None = None, refinements: int = REFINEMENTS) -> FloatArray:
-        """The v (n,) with J v = ``want`` (m,) that makes v' M v + 2 v' ``pull`` least."""
+        """See `solve.tangents.Tangent`."""
         wanted = want / self.lengths
         right = np.zeros(self.size + len(wanted))
         if pull is not None:
-            right[: self.size] = -pull * self.pattern.scale
+            right[: self.size] = -pull * self.scale
         right[self.size :] = wanted
         y = self._solved(right)[: self.size]
         size = float(np.max(np.abs(wanted), initial=0.0)) + float(np.max(np.abs(right), initial=0.0))
@@ -170,13 +168,15 @@ class Saddle:
             right[: self.size] = 0.0
             right[self.size :] = off
             y = y + self._solved(right)[: self.size]
-        return y * self.pattern.scale
+        return y * self.scale
+
+    def corrected(self, residual: FloatArray) -> FloatArray:
+        """See `solve.tangents.Tangent`."""
+        return -self.least(residual, refinements=0)
 
     def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, strain: float) -> FloatArray:
-        """``v`` and the least motion that brings the p errors with ``slopes`` (p, n) to change as they should, damped
-        as `solve.newton.damped_inverse` says.
-        """
-        wide = slopes * self.pattern.scale
+        """See `solve.tangents.Tangent`."""
+        wide = slopes * self.scale
         right = np.zeros((self.size + self.rows.shape[0], len(slopes)))
         right[: self.size] = wide.T
         along = self._solved(right)[: self.size]
@@ -186,54 +186,13 @@ class Saddle:
         reach = wide @ along
         if not np.isfinite(reach).all():
             return np.full_like(v, np.nan)
-        pushed = damped_inverse(0.5 * (reach + reach.T), strain) @ (want - slopes @ v)
-        return v + (along @ pushed) * self.pattern.scale
+        pushed = damped(0.5 * (reach + reach.T), want - slopes @ v, strain)
+        return v + (along @ pushed) * self.scale
 
 
 def saddle(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> Saddle:
     """The block linearised at core values ``x`` (n,) at one instant."""
     return Saddle(block, sparse_slopes(block, u, k, x[None])[0])
-
-
-def chord_newton(
-    block: Block,
-    u: State,
-    k: Sequence[FloatArray],
-    x: FloatArray,
-    iterations: int,
-    limit: float | None = None,
-    factors: Saddle | None = None,
-) -> tuple[FloatArray, float, Saddle]:
-    """The core values nearest to ``x`` (n,) that satisfy the rows at one instant, by Newton steps least in the metric.
-
-    The factorisation is kept as long as steps shrink fast. Returns the values, the relative residual that is left (rows
-    in units of their gradients), and the last factorisation. ``limit`` bounds a step, in units of what moves the
-    anchors by one; ``factors`` is a factorisation to begin with, from near ``x``.
-    """
-    fresh = factors is None
-    factors = factors or saddle(block, u, k, x)
-    residual = sparse_residual(block, u, k, x[None])[0]
-    error = best = float(np.max(np.abs(residual / factors.lengths), initial=0.0))
-    kept = x
-    for _ in range(iterations):
-        if not error > 0.0 or not np.isfinite(error):
-            break
-        step = -factors.least(residual, refinements=0)
-        if limit is not None:
-            largest = float(np.max(np.abs(step / factors.pattern.scale), initial=0.0))
-            step = step * min(1.0, limit / max(largest, 1e-300))
-        x = x + step
-        residual = sparse_residual(block, u, k, x[None])[0]
-        last, error = error, float(np.max(np.abs(residual / factors.lengths), initial=0.0))
-        if error < best:
-            kept, best = x, error
-        small = error <= 1e-14 * float(np.max(np.abs(x / factors.pattern.scale), initial=1.0))
-        if small or (error > 0.5 * last and fresh and limit is None and error < 1e-6):
-            break
-        fresh = False
-        if error > SLOW * last:
-            factors, fresh = saddle(block, u, k, x), True
-    return kept, best, factors
 
 
 class Quadratic:

@@ -43,7 +43,7 @@ SAME = 1e-6
 LONGEST = 0.3
 """In units of the unknowns' scale: the longest step toward the pose to begin with."""
 WEAK_TO_BEGIN = 1e-3
-"""Where a path begins, wishes are followed into directions that are weaker than that (see `newton.damped_inverse`):
+"""Where a path begins, wishes are followed into directions that are weaker than that (see `newton.damped`):
 steps are limited there anyway.
 """
 TRACE = 1e-6

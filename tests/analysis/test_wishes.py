@@ -177,6 +177,21 @@ def test_a_straight_chain_that_is_pushed_is_stuck_and_says_so(target: str) -> No
     assert path(motion, "S.B")[1][-1] == pytest.approx((180, 0), abs=1e-9)
 
 
+@pytest.mark.parametrize("rods", [1, 2])
+@pytest.mark.parametrize("angle", [0.0, 37.0, 61.3, 143.1, 200.9])
+def test_rounding_never_chooses_a_side_however_long_it_is_pushed(rods: int, angle: float) -> None:
+    """The deviation of an arm turned away from its wish grows as e^8t: in nine time units rounding would show."""
+    c, s = 100 * math.cos(math.radians(angle)), 100 * math.sin(math.radians(angle))
+    text = f".config(20, 400, 400);\nR : .bar A = [13,7] B = A + [{c!r},{s!r}];\n@0 R.A = [13,7];"
+    if rods == 2:
+        text = text.replace("@0", f"S : .bar A = [13,7] + [{c!r},{s!r}] B = A + [{c!r},{s!r}];\n@0 S.A = R.B;")
+    last = "RS"[rods - 1]
+    motion, examination = examined_script(f"{text}\n@1 {last}.B ~ R.A - 0.2*[{c!r},{s!r}];\n@10\n")
+    assert "wish/singular" in [item.code for item in examination.diagnostics]
+    end = path(motion, f"{last}.B")[1][-1]
+    assert end == pytest.approx((13 + rods * c, 7 + rods * s), abs=1e-9)
+
+
 def test_a_little_to_one_side_gets_it_going_as_the_help_says() -> None:
     text = CHAIN.replace("[180,0]", "[180,6]") + "@0 R.A = [0,0]; S.A = R.B;\n@1 S.B ~ [90,0];\n@4\n"
     assert wish_of(examined_script(text)[1].diagnostics).code == "wish/reached"
