@@ -75,8 +75,15 @@ def drift(block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: F
             if spent > (stage + 1) * budget:
                 stage += 1
                 tolerance = min(100.0 * tolerance, COARSEST)
-                if stage >= 2 * ROUNDS:
+            if stage >= ROUNDS:  # from node to node, each the nearest to the one before
+                new, good, _ = motion.restored(float(target), x)
+                if not good:
                     return track(tau)
+                rates.append((new - x) / (float(target) - tau))
+                tau, x = float(target), new
+                times.append(tau)
+                values.append(x)
+                continue
             step = min(length, float(target) - tau)
             order = min(ORDER, len(times) - begun)
             past = [time - tau for time in times[-order:]]
@@ -87,8 +94,6 @@ def drift(block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: F
             error = MILNE[order - 1] * float(np.max(np.abs(corrected - new) / scale))
             bend = _bend([*past, step], [*rates[-order:], new_rate])
             error = max(error, step**4 / 384.0 * float(np.max(np.abs(bend) / scale)))
-            if stage >= ROUNDS and np.isfinite(error):
-                error = min(error, tolerance)
             if np.isfinite(error) and error <= tolerance:
                 new, good, _ = motion.restored(tau + step, corrected, tangent)
             if not (np.isfinite(error) and error <= tolerance and good):
