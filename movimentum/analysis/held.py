@@ -41,7 +41,7 @@ class HeldBlock:
         with np.errstate(all="ignore"):
             self.state, _ = piece.evaluate(self.instants)
         self.x = np.array([float(np.ravel(self.state[n])[0]) for n in block.core])
-        self.motion = FreeMotion(Local(block, self._probe, 1e-6, tau - 1.0, tau + 1.0), piece.plan.size)
+        self.motion = FreeMotion(Local(block, self._probe, 1e-6, tau - 1.0, tau + 1.0), piece.plan)
 
     def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         count = len(tau)

@@ -54,9 +54,9 @@ class Block:
     ``linear``        large free blocks: how ``targets`` depend on the core
     ``sparse``        large free blocks: the residuals by their terms, instead of ``coefficients`` and ``jacobian``
     ``wishes``        free blocks: compiled; the ``wish_count`` errors of the wishes that draw it, and their derivatives
-                      ``wish_slopes`` at ``wish_entries`` (error, core); ``wish_speeds``: how fast the errors from a
-                      first to an end (not included) may change together; ``drawn_by`` their numbers in
-                      `System.wishes`
+                      ``wish_slopes`` at ``wish_entries`` (error, core); ``wish_speeds``: for each wish, how fast its
+                      errors, from a first to an end (not included), may change together (inf: as fast as may be);
+                      ``drawn_by``: the wishes' numbers in `System.wishes`
     ``inputs``        the unknowns of earlier blocks that it reads
     ``moving``        whether anything in it can change with time
     ``phases``        compiled; the angles (degrees) that the block's sines and cosines are taken of, or None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from math import inf
 
 from movimentum.expressions import Expr, add, call, const, div, neg, sub, substitute, symbol
 from movimentum.plan.blocks import Block
@@ -106,8 +107,7 @@ def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: C
         reads = symbol_numbers(*inner)
         if wish.about & members and reads & core and reads <= core | known:
             numbers.append(number)
-            if wish.speed is not None:
-                speeds.append((len(errors), len(errors) + len(inner), wish.speed))
+            speeds.append((len(errors), len(errors) + len(inner), wish.speed or inf))
             errors.extend(inner)
     if not errors:
         return block

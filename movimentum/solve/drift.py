@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
+from movimentum.plan.model import Plan
 from movimentum.solve.free import FreeMotion
 from movimentum.solve.local import SMALLEST_STEP, Local, Probe
 from movimentum.solve.tracks import NodeTrack, node_track
@@ -27,10 +28,10 @@ COARSEST = 1e-5
 ORDER = 4
 FIRST = 1e-3
 """Of the distance between two nodes: the first step."""
-STEPS, STEPS_PER_NODE, MOST_NODES = 1000, 4, 2000
+STEPS, STEPS_PER_NODE, MOST_NODES = 2500, 4, 2000
 """So many steps in all and for each of the path's nodes (of which no more are looked at); a motion that needs more is
 given a hundredth of the accuracy each time."""
-STEPS_PER_WAY, MOST_FOR_THE_WAY = 150, 8000
+STEPS_PER_WAY, MOST_FOR_THE_WAY = 150, 10_000
 """Besides, so many for each unit of its scale (a radian) that the motion goes: what goes far is not wild. At most so
 many in all for that."""
 ROUNDS = 3
@@ -42,7 +43,9 @@ MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
 """By order: the corrector's error as a part of what it changed."""
 
 
-def drift(block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float) -> NodeTrack:
+def drift(
+    plan: Plan, block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float
+) -> NodeTrack:
     """The least motion of a block with freedom left: of all velocities that keep the constraints, the one that moves
     the anchors least (sum of squared speeds). Integrated with its own step control, brought back onto the constraints
     after every step.
@@ -55,11 +58,12 @@ def drift(block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: F
     if len(nodes) > MOST_NODES:
         nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), tau, high)
-    motion = FreeMotion(local, float(np.max(scale)))
+    motion = FreeMotion(local, plan)
     tolerance = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
     budget = STEPS + STEPS_PER_NODE * len(nodes)
     most = max(budget, MOST_FOR_THE_WAY)
     spent = stage = refused = begun = 0
+    hurried = False
     rate = motion.velocity(tau, x)
     times, values, rates = [tau], [x], [rate]
     length = FIRST * float(nodes[1] - nodes[0])
@@ -72,8 +76,8 @@ def drift(block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: F
             if tau >= until:
                 return track(until)
             spent += 1
-            if spent > (stage + 1) * budget:
-                stage += 1
+            if spent > (stage + 1) * budget or hurried:
+                stage, hurried = stage + 1, False
                 tolerance = min(100.0 * tolerance, COARSEST)
             if stage >= ROUNDS:  # from node to node, each the nearest to the one before
                 new, good, _ = motion.restored(float(target), x)
@@ -98,7 +102,9 @@ def drift(block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: F
                 new, good, _ = motion.restored(tau + step, corrected, tangent)
             if not (np.isfinite(error) and error <= tolerance and good):
                 if step <= SMALLEST_STEP * total:
-                    return track(tau)
+                    if not motion.restored(float(target), x)[1]:
+                        return track(tau)
+                    hurried = True  # it does go on, and faster than it can be followed
                 refused += 1
                 known = np.isfinite(error) and error > tolerance
                 length = step * (max(0.2, 0.9 * (tolerance / error) ** (1.0 / (order + 1))) if known else 0.25)

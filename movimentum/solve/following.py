@@ -340,7 +340,7 @@ def _nodes(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[G
         return FlowTrack(*tracks)
     with np.errstate(all="ignore"):
         if block.free and freedom_of(block, *probe(np.array([piece.begin])), x, scale) > 0:
-            track = drift(block, probe, x, scale, grid.tau, until)
+            track = drift(plan, block, probe, x, scale, grid.tau, until)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)
             track = trace(block, probe, x, scale, grid.tau, until, rates)

@@ -6,34 +6,53 @@ space is written down.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
 from movimentum.plan.metric import Metric
+from movimentum.plan.model import Plan
+from movimentum.scene.model import Scene
 from movimentum.solve import kernels
 from movimentum.solve.kernels import State
 from movimentum.solve.local import Local, Probe
-from movimentum.solve.newton import residual_of, wishes_of
+from movimentum.solve.newton import Damping, residual_of, wishes_of
 from movimentum.solve.tangents import Tangent, chord_newton, tangent_at
 
 FloatArray = NDArray[np.float64]
 
 FOLLOWING = 8.0
 """How fast a wish is followed: what it is off by falls to a third in an eighth of a time unit."""
+FARTHEST = 100.0
+"""Fields (see `field_of`): a wish that is farther off is followed as fast as if it were so far."""
+
+
+def field_of(scene: Scene) -> float:
+    """How far apart things may be: the largest extent of all anchors as drawn, and of the canvas if it is stated."""
+    points = np.array([anchor.local for thing in scene.things for anchor in thing.anchors]).reshape(-1, 2)
+    extent = float(np.max(np.ptp(points, axis=0))) if len(points) else 0.0
+    return max(extent, *map(float, scene.config.size or (0.0,))) or 100.0
 
 
 @dataclass(slots=True, eq=False)
 class FreeMotion:
     """How a free block moves: along the least velocity that its equations leave, toward its wishes.
 
-    ``local`` is the block at an instant; ``size`` the scene's size.
+    ``local`` is the block of ``plan`` at an instant.
     """
 
     local: Local
-    size: float
+    plan: Plan
+    fastest: float = field(init=False)
+    damping: Damping = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Look at the scene once."""
+        wide = FOLLOWING * field_of(self.plan.system.scene)
+        self.fastest = FARTHEST * wide
+        self.damping = Damping(near=FOLLOWING * self.plan.size, far=wide)
 
     @property
     def metric(self) -> Metric:
@@ -66,18 +85,18 @@ class FreeMotion:
             return v
         errors, slopes = wishes_of(block, state, clocks, repeated)
         wished = self._wished(errors[0], (errors[1] - errors[2]) / span)
-        strain = max(1.0, float(np.max(np.abs(wished), initial=0.0)) / (FOLLOWING * self.size))
-        return tangent.toward(v, slopes[0], wished, strain)
+        return tangent.toward(v, slopes[0], wished, self.damping)
 
     def _wished(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
         """How fast each error should change (p,): with its target, and what it is off by down; no faster than a wish's
-        own speed.
+        own speed, nor than if it were `FARTHEST` off.
         """
         want = -drift - FOLLOWING * errors
         for first, stop, speed in self.local.block.wish_speeds:
             now = float(np.linalg.norm(want[first:stop]))
-            if now > speed:
-                want[first:stop] *= speed / now
+            most = min(speed, self.fastest)
+            if now > most:
+                want[first:stop] *= most / now
         return want
 
     def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:

@@ -81,32 +81,44 @@ def wishes_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) ->
     return errors, jacobian
 
 
-WEAK = 0.2
-"""Of the strongest direction of some wishes: how much weaker another may be and still be followed at full speed."""
-LOST = 1e-5
-"""And where it is not followed at all: rounding would choose the way."""
+@dataclass(frozen=True, slots=True)
+class Damping:
+    """How `damped` bounds what it finds. ``weak``: of the strongest direction, how much weaker another may be and still
+    be followed exactly; ``near``: wanted in a weak direction, more than this is damped the more; ``far``: wanted and
+    not to be had, it counts for no more than this.
+    """
+
+    weak: float = 0.2
+    near: float = np.inf
+    far: float = np.inf
+
+
+LOST, FOUND = 1e-5, 1e-4
+"""Of the strongest direction of some wishes: where another is not followed at all (rounding would choose the way), and
+from where it is. In between it comes to be.
+"""
 NOISE = 1e-12
-"""Of what is wanted in such directions: less in another one is taken for none, see `damped`."""
+"""Of what cannot be followed: less in another direction is taken for none, see `damped`."""
 
 
-def toward(rows: FloatArray, want: FloatArray, strain: float = 1.0, weak: float = WEAK) -> FloatArray:
-    """The damped least-squares solution of rows @ step = want: as far as the rows let it, bounded where they do not.
-
-    ``strain`` and ``weak``: see `damped`.
+def toward(rows: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
+    """The least-squares solution of rows @ step = want, `damped`: as far as the rows let it, bounded where they do
+    not.
     """
     if not np.isfinite(rows).all() or not np.isfinite(want).all():
         return np.zeros(int(rows.shape[1]), dtype=np.float64)
     reach = np.asarray(rows @ rows.T, dtype=np.float64)
-    return np.asarray(rows.T @ damped(reach, want, strain, weak), dtype=np.float64)
+    return np.asarray(rows.T @ damped(reach, want, damping), dtype=np.float64)
 
 
-def damped(reach: FloatArray, want: FloatArray, strain: float = 1.0, weak: float = WEAK) -> FloatArray:
+def damped(reach: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
     """The y (p,) with ``reach`` y = ``want`` for a symmetric matrix (p, p), damped in its weak directions.
 
     Directions that are strong are followed exactly. Where a direction loses its strength (an arm that comes to be
     stretched) damping sets in smoothly, so that speeds stay bounded (Nakamura & Hanafusa 1986, J. Dyn. Syst. Meas.
-    Control 108; Maciejewski & Klein 1988, J. Robotic Syst. 5), the more of it the greater the ``strain`` (from 1 on);
-    ``weak`` is how much weaker than the strongest such a direction is. The result depends on no basis.
+    Control 108; Maciejewski & Klein 1988, J. Robotic Syst. 5), the more of it the more is wanted there. What cannot be
+    followed counts for only so much in the other directions: an arm would point ever more stiffly at a place ever
+    farther out of its reach. The result depends on no basis.
 
     What is wanted in a lost direction shows in the others, by as much as rounding turns these. That is left out: it
     would grow where a straight chain is pushed along its line, or a bar turned away from its wish, and choose a side.
@@ -118,12 +130,16 @@ def damped(reach: FloatArray, want: FloatArray, strain: float = 1.0, weak: float
     if not largest > 0.0:
         return np.zeros_like(want)
     part = np.maximum(squares, 0.0) / largest
-    damping = np.where(part < weak**2, strain * weak**2 * (1.0 - part / weak**2) ** 2, 0.0)
-    found = part > LOST**2
-    gains = np.where(found, 1.0 / np.maximum(part + damping, LOST**2), 0.0) / largest
     wanted = directions.T @ want
-    told = np.abs(wanted) > NOISE * float(np.linalg.norm(wanted[~found]))
-    return np.asarray(directions @ (gains * np.where(told, wanted, 0.0)), dtype=np.float64)
+    edge = damping.weak**2
+    added = np.hypot(edge, wanted / damping.near) * np.maximum(1.0 - part / edge, 0.0) ** 2
+    known = np.clip((np.sqrt(part) - LOST) / (FOUND - LOST), 0.0, 1.0)
+    gains = known**2 * (3.0 - 2.0 * known) / (part + added)
+    left = np.square(wanted * (1.0 - gains * part))
+    elsewhere = np.sqrt(np.maximum(np.sum(left) - left, 0.0))
+    told = np.abs(wanted) > NOISE * elsewhere
+    followed = gains * np.where(told, wanted, 0.0) * np.minimum(1.0, damping.far / np.maximum(elsewhere, 1e-300))
+    return np.asarray(directions @ followed, dtype=np.float64) / largest
 
 
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:

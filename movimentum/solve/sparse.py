@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from movimentum.plan.blocks import Block
 from movimentum.plan.metric import Metric
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import damped
+from movimentum.solve.newton import Damping, damped
 
 FloatArray = NDArray[np.float64]
 
@@ -174,7 +174,7 @@ class Saddle:
         """See `solve.tangents.Tangent`."""
         return -self.least(residual, refinements=0)
 
-    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, strain: float) -> FloatArray:
+    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
         """See `solve.tangents.Tangent`."""
         wide = slopes * self.scale
         right = np.zeros((self.size + self.rows.shape[0], len(slopes)))
@@ -186,7 +186,7 @@ class Saddle:
         reach = wide @ along
         if not np.isfinite(reach).all():
             return np.full_like(v, np.nan)
-        pushed = damped(0.5 * (reach + reach.T), want - slopes @ v, strain)
+        pushed = damped(0.5 * (reach + reach.T), want - slopes @ v, damping)
         return v + (along @ pushed) * self.scale
 
 

@@ -19,6 +19,7 @@ from movimentum.solve.free import projected
 from movimentum.solve.homotopy import all_solutions
 from movimentum.solve.kernels import State, fill_explicit
 from movimentum.solve.newton import (
+    Damping,
     freedom_of,
     jacobian_of,
     newton,
@@ -42,10 +43,8 @@ LARGEST_BATCH = 4_000_000
 SAME = 1e-6
 LONGEST = 0.3
 """In units of the unknowns' scale: the longest step toward the pose to begin with."""
-WEAK_TO_BEGIN = 1e-3
-"""Where a path begins, wishes are followed into directions that are weaker than that (see `newton.damped`):
-steps are limited there anyway.
-"""
+TO_BEGIN = Damping(weak=1e-3)
+"""Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
 TRACE = 1e-6
 """How much the anchors' motion weighs beside turns, where these are to be least."""
 ROUNDING = 1e-15
@@ -347,8 +346,8 @@ def _stays(
 def _immediate(block: Block) -> NDArray[np.intp]:
     """The errors of the wishes without a speed."""
     chosen = np.ones(block.wish_count, dtype=np.bool_)
-    for first, stop, _ in block.wish_speeds:
-        chosen[first:stop] = False
+    for first, stop, speed in block.wish_speeds:
+        chosen[first:stop] = speed == np.inf
     return np.nonzero(chosen)[0]
 
 
@@ -408,7 +407,7 @@ def _least(
             longest = 0.5 * longest if off > nearest else min(LONGEST, 1.2 * longest)
             nearest = min(nearest, off)
             along = wish_rows @ free
-            restore = restore + free @ toward(along, -(errors + wish_rows @ restore), weak=WEAK_TO_BEGIN)
+            restore = restore + free @ toward(along, -(errors + wish_rows @ restore), TO_BEGIN)
             _, indifferent, _ = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), 1e-6)
             free = free @ indifferent
         if turns:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import damped, jacobian_of, null_space, residual_of, scaled
+from movimentum.solve.newton import Damping, damped, jacobian_of, null_space, residual_of, scaled
 
 FloatArray = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class Tangent(Protocol):
         """The least step (n,) that takes a small ``residual`` (m,) away."""
         ...
 
-    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, strain: float) -> FloatArray:
+    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
         """``v`` and the least motion that brings the p errors with ``slopes`` (p, n) to change as they should, damped
         as `solve.newton.damped` says.
         """
@@ -73,7 +73,7 @@ class DenseTangent:
         """See `Tangent`."""
         return -self.least(residual)
 
-    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, strain: float) -> FloatArray:
+    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
         """See `Tangent`."""
         if not self.free.shape[1]:
             return v
@@ -82,7 +82,7 @@ class DenseTangent:
         if not (np.isfinite(along).all() and np.isfinite(missing).all()):
             return np.full_like(v, np.nan)
         reach = np.asarray(along @ along.T, dtype=np.float64)
-        return v + self.white @ (self.free @ (along.T @ damped(reach, missing, strain)))
+        return v + self.white @ (self.free @ (along.T @ damped(reach, missing, damping)))
 
 
 def tangent_at(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> Tangent:
