@@ -9,7 +9,8 @@ from movimentum.plan.blocks import Block
 from movimentum.plan.model import Plan
 from movimentum.solve.free import projected
 from movimentum.solve.kernels import State, fill_explicit
-from movimentum.solve.newton import jacobian_of, null_space, relative_error, residual_of, scaled
+from movimentum.solve.linear import null_space, relative_error, scaled
+from movimentum.solve.rows import jacobian_of, residual_of
 from movimentum.solve.tracks import scale_of
 
 FloatArray = NDArray[np.float64]

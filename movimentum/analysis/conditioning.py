@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from movimentum.plan.blocks import Block, Kernel
 from movimentum.plan.equations import Form
 from movimentum.solve import kernels
+from movimentum.solve.linear import scaled
 from movimentum.solve.motion import Motion
-from movimentum.solve.newton import jacobian_of, scaled
+from movimentum.solve.rows import jacobian_of
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import NodeTrack, Piece, SignTrack, track_scale
 

@@ -23,7 +23,8 @@ from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Carry
 from movimentum.solve.instants import at_offsets
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import jacobian_of, residual_of, scaled
+from movimentum.solve.linear import scaled
+from movimentum.solve.rows import jacobian_of, residual_of
 from movimentum.solve.tracks import scale_of
 
 FloatArray = NDArray[np.float64]

@@ -16,8 +16,9 @@ from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.scene.model import AnchorRef, ThingAngle
 from movimentum.solve.kernels import State, fill_explicit
+from movimentum.solve.linear import null_space
 from movimentum.solve.motion import Motion
-from movimentum.solve.newton import null_space, wishes_of
+from movimentum.solve.rows import wishes_of
 from movimentum.solve.stretches import Dead
 from movimentum.solve.tracks import scale_of
 

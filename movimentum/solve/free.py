@@ -17,8 +17,9 @@ from movimentum.plan.model import Plan
 from movimentum.scene.model import Scene
 from movimentum.solve import kernels
 from movimentum.solve.kernels import State
+from movimentum.solve.linear import Damping
 from movimentum.solve.local import Local, Probe
-from movimentum.solve.newton import Damping, residual_of, wishes_of
+from movimentum.solve.rows import residual_of, wishes_of
 from movimentum.solve.tangents import Tangent, chord_newton, tangent_at
 
 FloatArray = NDArray[np.float64]

@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import (
-    jacobian_of,
-    newton,
-    residual_of,
-    scaled,
-)
+from movimentum.solve.linear import scaled
+from movimentum.solve.newton import newton
+from movimentum.solve.rows import jacobian_of, residual_of
 
 FloatArray = NDArray[np.float64]
 

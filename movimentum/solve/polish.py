@@ -23,7 +23,7 @@ from movimentum.plan.model import Plan
 from movimentum.solve.digits import DigitsArithmetic
 from movimentum.solve.evaluation import Evaluator, Number, ordered
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import scaled
+from movimentum.solve.linear import scaled
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

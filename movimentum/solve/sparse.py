@@ -1,4 +1,4 @@
-"""Large free blocks at one instant: residuals and Jacobians by their terms, and steps from sparse factorisations.
+"""Large free blocks at one instant: steps from sparse factorisations.
 
 A step that is least in the block's metric and satisfies the linearised rows solves the saddle point system
 [M J'; J -e] (Nocedal & Wright, *Numerical Optimization*, 16.1). The small -e lets redundant rows be: directions whose
@@ -18,57 +18,15 @@ from numpy.typing import NDArray
 from movimentum.plan.blocks import Block
 from movimentum.plan.metric import Metric
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import Damping, damped
+from movimentum.solve.linear import Damping, damped
+from movimentum.solve.rows import sparse_residual, sparse_slopes
 
 FloatArray = NDArray[np.float64]
-
 RELAXED = 1e-10
 """The square of the relative singular value at which rows begin to be taken for redundant."""
 REFINEMENTS = 3
 REFINED = 1e-12
 """Relative to what was wanted: a velocity's rows that are met better need no refinement."""
-
-
-def _coefficients(block: Block, u: State, k: Sequence[FloatArray], count: int) -> FloatArray:
-    """(F, T) coefficients of the terms at F instants."""
-    rows = block.sparse
-    assert rows is not None
-    values = np.repeat(rows.constants[None], count, axis=0)
-    if rows.coefficients is not None:
-        for t, value in zip(rows.varying, rows.coefficients(u, k), strict=True):
-            values[:, t] = value
-    return values
-
-
-def sparse_residual(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
-    """(F, m) residuals at core values ``x`` (F, n)."""
-    rows = block.sparse
-    assert rows is not None
-    values = _coefficients(block, u, k, len(x))
-    for d in range(rows.factors.shape[1]):
-        values = values * _extended(x)[:, rows.factors[:, d]]
-    return np.array([np.bincount(rows.row, some, rows.rows) for some in values], dtype=np.float64)
-
-
-def sparse_slopes(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
-    """(F, entries) of the Jacobian at core values ``x`` (F, n), in the order of `SparseRows.indices`."""
-    rows = block.sparse
-    assert rows is not None
-    coefficients = _coefficients(block, u, k, len(x))
-    chosen = [_extended(x)[:, rows.factors[:, d]] for d in range(rows.factors.shape[1])]
-    result = np.zeros((len(x), len(rows.indices) + 1))
-    for d in range(len(chosen)):
-        slope = coefficients
-        for other, value in enumerate(chosen):
-            if other != d:
-                slope = slope * value
-        for f, some in enumerate(slope):
-            result[f] += np.bincount(rows.slots[:, d], some, result.shape[1])
-    return result[:, :-1]
-
-
-def _extended(x: FloatArray) -> FloatArray:
-    return np.concatenate([x, np.ones((len(x), 1))], axis=1)
 
 
 class _Pattern:

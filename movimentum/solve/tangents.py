@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import Damping, damped, jacobian_of, null_space, residual_of, scaled
+from movimentum.solve.linear import Damping, damped, null_space, scaled
+from movimentum.solve.rows import jacobian_of, residual_of
 
 FloatArray = NDArray[np.float64]
 

@@ -25,7 +25,8 @@ from movimentum.solve import kernels
 from movimentum.solve.change_points import MARGIN_TOLERANCE
 from movimentum.solve.instants import Instants, at_offsets
 from movimentum.solve.kernels import State
-from movimentum.solve.newton import jacobian_of, newton, unrolled
+from movimentum.solve.newton import newton, unrolled
+from movimentum.solve.rows import jacobian_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

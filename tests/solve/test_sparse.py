@@ -11,7 +11,7 @@ from movimentum.pipeline import Choices, arranged, moved, read, understand
 from movimentum.plan import blocks
 from movimentum.plan.blocks import Block
 from movimentum.solve.motion import Motion
-from movimentum.solve.newton import jacobian_of, residual_of
+from movimentum.solve.rows import jacobian_of, residual_of
 from movimentum.solve.tracks import NodeTrack, Piece
 from movimentum.source import SourceText
 from tests.command import ROOT
