@@ -223,6 +223,9 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
     previous_match = re.search(r"\.?[A-Za-z0-9_.]+$|<=|>=|.$", text[max(0, before - 60) : before])
     previous = previous_match[0] if previous_match else ""
     functions = {*FUNCTIONS, *SYNONYMS}
+    step = re.search(r"@[^:;@\r\n]*$", text[:before])
+    if found == ":" and step:
+        return (f"a step has no colon: write `{step[0].rstrip()}`",)
     if found == "(" and "." in previous[:-1] and "CIRCUMFLEX" in accepted:
         guess = nearest(previous[previous.rfind(".") + 1 :], ["r", "rotate"])
         if guess:
