@@ -429,7 +429,13 @@ Examples:
     + EXIT_CODES
 )
 @SCRIPT
-@click.option("-c", "commands_", metavar="COMMANDS", help="Run these commands, parted by `;`, and end.")
+@click.option(
+    "-c",
+    "commands_",
+    metavar="COMMANDS",
+    multiple=True,
+    help="Run these commands, parted by `;` or by line ends, and end. May be given several times.",
+)
 @FPS
 @MAX_FRAMES_OPTION
 @MAX_NESTING_OPTION
@@ -439,7 +445,7 @@ def repl(
     console: Console,
     *,
     script: str,
-    commands_: str | None,
+    commands_: tuple[str, ...],
     fps: Fraction | None,
     max_frames: int,
     max_nesting: int,
@@ -451,9 +457,12 @@ def repl(
     from movimentum.repl.session import opened
     from movimentum.repl.shell import interact
 
-    if script == "-" and commands_ is None:
+    if script == "-" and not commands_:
         raise click.UsageError("a script from standard input leaves none for commands: give them with -c.")
-    return interact(opened(script, Choices(fps=fps, max_frames=max_frames, max_nesting=max_nesting)), commands_)
+    return interact(
+        opened(script, Choices(fps=fps, max_frames=max_frames, max_nesting=max_nesting)),
+        ";".join(commands_) if commands_ else None,
+    )
 
 
 # --- golden ---------------------------------------------------------------------------------------------

@@ -108,8 +108,8 @@ def greet(session: Session) -> Session:
 
 
 def split(commands: str) -> list[str]:
-    """``-c 'COMMAND; …'``: the commands, parted by ``;`` outside of quotes."""
-    return [part for part in re.findall(r"(?:[^;']|'[^']*'?)+", commands) if part.strip()]
+    """``-c 'COMMAND; …'``: the commands, parted by ``;`` or a line end outside of quotes."""
+    return [part for part in re.findall(r"(?:[^;'\r\n]|'[^']*'?)+", commands) if part.strip()]
 
 
 def interact(session: Session, commands: str | None) -> int:

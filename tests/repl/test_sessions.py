@@ -402,6 +402,8 @@ def test_the_command_line(tmp_path):
     base = [sys.executable, "-m", "movimentum", "repl", str(path)]
     done = subprocess.run([*base, "-c", "at 1; show .t; quit; foo"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.splitlines()[-1], done.stderr) == (0, ".t = 1", "")
+    done = subprocess.run([*base, "-c", "at 1\nshow .t", "-c", "show .t"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.splitlines()[1:]) == (0, [".t = 1", ".t = 1"])
     done = subprocess.run(base, input="at 1\nfoo\nshow .t\n", capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stdout.splitlines()[-1] == ".t = 1"
