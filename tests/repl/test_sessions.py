@@ -226,6 +226,14 @@ def test_dragging_an_angle_and_what_cannot_be_dragged(talk):
     assert talk(SLIDER)("drag Rod.B to [0,0]").startswith("`Rod.B` is determined")
 
 
+def test_dragging_what_is_only_measured_drags_what_it_is_measured_of(talk):
+    say = talk(ARM.replace("@2", "h = (Lower.H - Upper.S).l;\n@2"))
+    said = say("drag h to 110")
+    assert said.startswith("`h` gets there")
+    assert "`Lower` moves" in said
+    assert say("drag h to 200").startswith("`h` comes no nearer than 80:")
+
+
 def test_a_drag_can_be_kept(talk):
     say = talk(ARM)
     say("drag Lower.H to [60, 160]")
