@@ -43,6 +43,14 @@ class Metric:
         return result
 
     @cached_property
+    def weighted(self) -> NDArray[np.bool_]:
+        """(n,) which unknowns move an anchor."""
+        on = self.form[0] == self.form[1]
+        diagonal = np.zeros(self.size)
+        diagonal[self.form[0][on]] = self.form[2][on]
+        return diagonal > 2.0 * UNWEIGHTED * np.max(diagonal, initial=0.0)
+
+    @cached_property
     def whitening(self) -> tuple[FloatArray, FloatArray]:
         """(n, n) the W with W' M W = 1, and how much of each unknown moves the anchors by one (n,)."""
         factor = np.asarray(np.linalg.cholesky(self.dense), dtype=np.float64)

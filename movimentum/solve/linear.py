@@ -29,6 +29,10 @@ LOST, FOUND = 1e-5, 1e-4
 """Of the strongest direction of some wishes: where another is not followed at all (rounding would choose the way), and
 from where it is. In between it comes to be.
 """
+SLIGHT = 0.5
+"""Of what an error's own gradient promises, for the speed of the fastest anchor: how much less than that a direction
+may bring and still count as strong.
+"""
 NOISE = 1e-12
 """Of what cannot be followed: less in another direction is taken for none, see `damped`."""
 
@@ -43,7 +47,13 @@ def toward(rows: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
     return np.asarray(rows.T @ damped(reach, want, damping), dtype=np.float64)
 
 
-def damped(reach: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
+def damped(
+    reach: FloatArray,
+    want: FloatArray,
+    damping: Damping,
+    moves: FloatArray | None = None,
+    slopes: FloatArray | None = None,
+) -> FloatArray:
     """The y (p,) with ``reach`` y = ``want`` for a symmetric matrix (p, p), damped in its weak directions.
 
     Directions that are strong are followed exactly. Where a direction loses its strength (an arm that comes to be
@@ -51,6 +61,10 @@ def damped(reach: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
     Control 108; Maciejewski & Klein 1988, J. Robotic Syst. 5), the more of it the more is wanted there. What cannot be
     followed counts for only so much in the other directions: an arm would point ever more stiffly at a place ever
     farther out of its reach. The result depends on no basis.
+
+    How strong a direction is, is measured against the strongest; and where ``moves`` (n, p) are given, what each error
+    would move, and ``slopes`` (p, n), the errors' gradients in what moves anchors, both in units of what moves these by
+    one, against how fast anything moves for it: one wish alone has no other direction to be weaker than.
 
     What is wanted in a lost direction shows in the others, by as much as rounding turns these. That is left out: it
     would grow where a straight chain is pushed along its line, or a bar turned away from its wish, and choose a side.
@@ -61,17 +75,21 @@ def damped(reach: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
     largest = float(np.max(squares, initial=0.0))
     if not largest > 0.0:
         return np.zeros_like(want)
-    part = np.maximum(squares, 0.0) / largest
+    squares = np.maximum(squares, 0.0)
+    part = squares / largest
+    if moves is not None and slopes is not None:
+        promised = np.linalg.norm(directions.T @ slopes, axis=1) * np.max(np.abs(moves @ directions), axis=0)
+        part = np.minimum(part, np.square(squares / (SLIGHT * np.maximum(promised, 1e-300))))
     wanted = directions.T @ want
     edge = damping.weak**2
     added = np.hypot(edge, wanted / damping.near) * np.maximum(1.0 - part / edge, 0.0) ** 2
     known = np.clip((np.sqrt(part) - LOST) / (FOUND - LOST), 0.0, 1.0)
-    gains = known**2 * (3.0 - 2.0 * known) / (part + added)
-    left = np.square(wanted * (1.0 - gains * part))
+    gains = known**2 * (3.0 - 2.0 * known) * part / np.maximum(part + added, 1e-300)
+    left = np.square(wanted * (1.0 - gains))
     elsewhere = np.sqrt(np.maximum(np.sum(left) - left, 0.0))
     told = np.abs(wanted) > NOISE * elsewhere
     followed = gains * np.where(told, wanted, 0.0) * np.minimum(1.0, damping.far / np.maximum(elsewhere, 1e-300))
-    return np.asarray(directions @ followed, dtype=np.float64) / largest
+    return np.asarray(directions @ (followed / np.maximum(squares, 1e-300)), dtype=np.float64)
 
 
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -63,6 +63,8 @@ def wishes_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) ->
             errors[:, i] = value
         for (i, j), value in zip(block.wish_entries, block.wish_slopes(u, k), strict=True):
             jacobian[:, i, j] = value
+        # where it has no gradient (the distance of two places that are one), a wish draws nothing
+        jacobian[~np.isfinite(jacobian).all(axis=2)] = 0.0
     return errors, jacobian
 
 

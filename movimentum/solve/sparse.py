@@ -44,6 +44,7 @@ class _Pattern:
         diagonal[metric.form[0][on]] = metric.form[2][on]
         self.scale = 1.0 / np.sqrt(diagonal)
         """(n,) of each unknown: it moves the anchors by one."""
+        self.weighted = metric.weighted
         i, j, values = metric.form
         self.metric = values * self.scale[i] * self.scale[j]
         self.form: Any = csr_matrix((self.metric, (i, j)), shape=(n, n))
@@ -144,7 +145,7 @@ class Saddle:
         reach = wide @ along
         if not np.isfinite(reach).all():
             return np.full_like(v, np.nan)
-        pushed = damped(0.5 * (reach + reach.T), want - slopes @ v, damping)
+        pushed = damped(0.5 * (reach + reach.T), want - slopes @ v, damping, along, wide * self.pattern.weighted)
         return v + (along @ pushed) * self.scale
 
 

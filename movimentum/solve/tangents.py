@@ -58,6 +58,7 @@ class DenseTangent:
     def __init__(self, block: Block, jacobian: FloatArray) -> None:
         assert block.metric is not None
         self.white, self.scale = block.metric.whitening
+        self.gradients = np.where(block.metric.weighted, self.scale, 0.0)
         rows, lengths = scaled((jacobian @ self.white)[None], np.ones(len(self.scale)))
         self.lengths = lengths[0]
         self.finite = bool(np.isfinite(rows).all())
@@ -78,12 +79,14 @@ class DenseTangent:
         """See `Tangent`."""
         if not self.free.shape[1]:
             return v
-        along = slopes @ (self.white @ self.free)
+        free = self.white @ self.free
+        along = slopes @ free
         missing = want - slopes @ v
         if not (np.isfinite(along).all() and np.isfinite(missing).all()):
             return np.full_like(v, np.nan)
         reach = np.asarray(along @ along.T, dtype=np.float64)
-        return v + self.white @ (self.free @ (along.T @ damped(reach, missing, damping)))
+        moves = free @ along.T
+        return v + moves @ damped(reach, missing, damping, moves / self.scale[:, None], slopes * self.gradients)
 
 
 def tangent_at(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> Tangent:

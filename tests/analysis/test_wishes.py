@@ -355,3 +355,32 @@ E : .bar P=[399,190.77] Q=[433.1,20.2];
     assert len({tuple(place) for place in path(motion, "B.Q")[1]}) > 100
     for name in ("C.Q", "D.P", "D.Q", "E.P", "E.Q"):
         assert len({tuple(place) for place in path(motion, name)[1]}) == 1, name
+
+
+@pytest.mark.parametrize(
+    ("wish", "angle", "left"),
+    [
+        ("R.B.x ~ 300;", 0.0, 200.0),
+        ("R.B.x ~ 300 .speed(50);", 0.0, 200.0),
+        ("h = R.B.x + R.B.y; h ~ 400;", 45.0, 400 - 100 * math.sqrt(2)),
+        ("R.B.y ~ -2000;", -90.0, 1900.0),
+    ],
+)
+def test_a_number_out_of_reach_is_approached_and_its_gradient_lost_calmly(wish: str, angle: float, left: float) -> None:
+    """Where it is nearest, it changes no more with the arm's turn: to follow it on, the arm would have to be fast."""
+    text = ARM.replace("[100,0]", "[80,-60]") + f"@0 R.A = [0,0];\n@1 {wish}\n@9\n"
+    motion, examination = examined_script(text)
+    codes = {item.code for item in examination.diagnostics}
+    assert not codes & {"solve/inaccurate", "solve/not-converged", "wish/reached"}
+    places = path(motion, "R.B")[1]
+    assert math.degrees(math.atan2(*places[-1][::-1])) == pytest.approx(angle, abs=0.5)
+    told = next(item for item in examination.diagnostics if item.code.startswith("wish/"))
+    off = re.search(r"([\d.e+]+) from what is wished", told.message)
+    assert off is not None
+    assert float(off[1]) == pytest.approx(left, rel=1e-3)
+
+
+def test_the_distance_of_two_places_that_are_one_draws_nothing() -> None:
+    motion, examination = examined_script(f"{BENT}@0 R.A = [0,0]; S.A = R.B;\n@1 (S.A - R.B).l ~ 40;\n@2\n")
+    assert wish_of(examination.diagnostics).code == "wish/blocked"
+    assert len({tuple(place) for place in path(motion, "S.B")[1]}) == 1
