@@ -13,7 +13,7 @@ from movimentum.analysis.beside import RANK_TOLERANCE, at_one, rank_at, values_o
 from movimentum.analysis.words import number
 from movimentum.plan.blocks import Block
 from movimentum.plan.model import Plan
-from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers, unknown_number
 from movimentum.scene.model import AnchorRef, ThingAngle
 from movimentum.solve.kernels import State, fill_explicit
 from movimentum.solve.linear import null_space
@@ -209,11 +209,12 @@ def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: boo
         numbers = (system.number_of.get(PoseX(t)), system.number_of.get(PoseY(t)))
         here = tuple(None if n is None else v for n, v in zip(numbers, (x, y), strict=True))
         moving.append((t, *_way(plan, t, (vx, vy, turn), system.frame(t).to_thing(c, s), here)))
+    fast = {n for n, speed in speeds.items() if abs(speed) > 1e-6 * largest}
+    measured = (unknown_number(name.payload) for name, of in plan.measured.items() if symbol_numbers(of) & fast)
     variables = tuple(
         system.unknowns[n].name
-        for n, speed in speeds.items()
-        if abs(speed) > 1e-6 * largest
-        and not isinstance(system.unknowns[n].payload, PoseX | PoseY | PoseCos | PoseSin | ThingAngle)
+        for n in (*(n for n in speeds if n in fast), *measured)
+        if not isinstance(system.unknowns[n].payload, PoseX | PoseY | PoseCos | PoseSin | ThingAngle)
         and not system.unknowns[n].name.startswith(("_", "."))
     )
     if not moving:

@@ -60,6 +60,7 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
             for n in equation.unknowns:
                 users[n].append(of_row[i])
     free_columns = reachable(open_columns, users)
+    _give_variables_their_rows(system, equations, (of_row, of_column), free_columns)
     hanging = _hanging(system, equations, of_column, free_columns)
     free_columns -= hanging
     depends: list[list[int]] = [[] for _ in system.unknowns]
@@ -84,6 +85,42 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
             (after if component[0] in hanging else result).append(group)
     result.extend(_free_groups(system, equations, of_row, free_columns))
     return Decomposition((*result, *after), tuple(sorted(checks)))
+
+
+def _give_variables_their_rows(
+    system: System, equations: list[Equation], matching: tuple[list[int], list[int]], columns: set[int]
+) -> None:
+    """Change the matching, within the free ``columns``, so that as many unknowns as can be that are no part of a pose
+    have a row that gives them: ``h = Rod.P.y + Rod.Q.x`` gives h, and not where the rod is.
+    """
+    of_row, of_column = matching
+    pose = {n for n in columns if isinstance(system.unknowns[n].payload, PosePart)}
+    rows_of: dict[int, list[int]] = {}
+    for i, column in enumerate(of_row):
+        if column in columns:
+            for n in equations[i].targets:
+                if n in columns and n not in pose:
+                    rows_of.setdefault(n, []).append(i)
+    for start in sorted(columns - pose):
+        if of_column[start] >= 0:
+            continue
+        came: dict[int, tuple[int, int]] = {start: (-1, -1)}  # an alternating path from there to a part of a pose
+        stack, end = [start], -1
+        while stack and end < 0:
+            n = stack.pop()
+            for i in rows_of.get(n, ()):
+                owner = of_row[i]
+                if owner not in came and _gives(equations[i], n):
+                    came[owner] = n, i
+                    if owner in pose:
+                        end = owner
+                        break
+                    stack.append(owner)
+        if end >= 0:
+            of_column[end] = -1
+            while end != start:
+                end, row = came[end]
+                of_column[end], of_row[row] = row, end
 
 
 def _hanging(system: System, equations: list[Equation], of_column: list[int], columns: set[int]) -> set[int]:

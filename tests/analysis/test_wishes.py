@@ -384,3 +384,12 @@ def test_the_distance_of_two_places_that_are_one_draws_nothing() -> None:
     motion, examination = examined_script(f"{BENT}@0 R.A = [0,0]; S.A = R.B;\n@1 (S.A - R.B).l ~ 40;\n@2\n")
     assert wish_of(examination.diagnostics).code == "wish/blocked"
     assert len({tuple(place) for place in path(motion, "S.B")[1]}) == 1
+
+
+def test_what_is_measured_of_a_loose_thing_neither_moves_nor_holds_it() -> None:
+    """A rod that nothing holds: each row could as well say where the rod is."""
+    text = ARM + "@0 R.B.x ~ 100;\n@1 h = R.A.x + R.B.y; k = 2*h + R.B.x; l = k + h;\n@2 l ~ 200;\n@4\n"
+    motion, examination = examined_script(text)
+    assert {tuple(place) for place in path(motion, "R.B")[1][:100]} == {(100.0, 0.0)}
+    assert [item.code for item in examination.diagnostics if item.code.startswith("wish/")] == ["wish/reached"] * 2
+    assert [part.freedom for step in examination.steps for part in step.parts] == [3] * 4
