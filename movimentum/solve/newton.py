@@ -78,6 +78,7 @@ def newton(
         return _sparse_newton(block, u, k, x, scale, iterations, limit)
     square = block.rows == len(block.core) and not block.free
     last = np.full(len(x), np.inf)
+    going = np.ones(len(x), dtype=np.bool_)  # what has arrived moves no more: no instant depends on the others
     residual = residual_of(block, u, k, x)
     with np.errstate(all="ignore"):
         for done in range(1, iterations + 1):
@@ -86,12 +87,13 @@ def newton(
             size = np.max(np.abs(step) / scale, axis=1, initial=0.0)
             if limit is not None:
                 step = step * np.minimum(1.0, limit / np.maximum(size, 1e-300))[:, None]
-            moved = np.asarray(np.isfinite(step).all(axis=1))
+            moved = going & np.isfinite(step).all(axis=1)
             x = np.where(moved[:, None], x + np.where(moved[:, None], step, 0.0), x)
             residual = residual_of(block, u, k, x)
-            if (size <= STEP_TOLERANCE).all():
-                break
-            if done > 3 and limit is None and (size >= 0.5 * last).all() and (size < 1e-9).all():
+            going &= ~(size <= STEP_TOLERANCE)
+            if done > 3 and limit is None:
+                going &= ~((size >= 0.5 * last) & (size < 1e-9))
+            if not going.any():
                 break
             last = size
         error = relative_error(residual, jacobian_of(block, u, k, x), scale)
