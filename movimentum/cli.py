@@ -3,20 +3,38 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from contextlib import nullcontext
 from fractions import Fraction
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from click.core import ParameterSource
 
-from movimentum import __version__
-from movimentum.console import DONE, NO_SOLUTION, USAGE, Console, ReaderGone, guarded, wants_color
+from movimentum import __version__, budget
+from movimentum.console import (
+    DONE,
+    INTERRUPTED,
+    NO_SOLUTION,
+    USAGE,
+    Console,
+    ReaderGone,
+    answer,
+    answer_json,
+    guarded,
+    wants_color,
+)
 from movimentum.errors import MovimentumError
+from movimentum.files import refuse_overwriting
 from movimentum.parameters import FrameRange, FrameRangeType, PairType, RationalType, TraceType, WordsType
 from movimentum.pipeline import MAX_FRAMES, MAX_NESTING, MAX_PIXELS, Choices, Picture
+from movimentum.signals import ignore_interrupts
+from movimentum.terminal import typed
 
 if TYPE_CHECKING:
     from movimentum.pipeline import Outcome
@@ -42,13 +60,32 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     gc.freeze()
     gc.set_threshold(200_000, 50, 100)
-    sys.exit(run_command_line(sys.argv[1:] if arguments is None else arguments))
+    given = sys.argv[1:] if arguments is None else arguments
+    if "--debug" not in given and not sys.warnoptions:
+        warnings.simplefilter("ignore")  # of libraries: ours are diagnostics
+    code = run_command_line(given, watched=True)
+    ignore_interrupts()
+    if code == INTERRUPTED:  # had Ctrl-C hit inside an `exec`, Python would now end by the signal, and not with 130
+        os._exit(code)
+    sys.exit(code)
 
 
-def run_command_line(arguments: Sequence[str]) -> int:
-    """Run one command; returns its exit code, and raises nothing."""
-    console = Console(quiet="--quiet" in arguments or "-q" in arguments, debug="--debug" in arguments)
-    return guarded(lambda: _dispatch(list(arguments), console), console)
+def run_command_line(arguments: Sequence[str], *, watched: bool = False) -> int:
+    """Run one command; returns its exit code, and raises nothing.
+
+    ``watched``: this process is the command's alone, so what it holds is held to ``--max-memory``.
+    """
+    console = Console(
+        quiet="--quiet" in arguments or "-q" in arguments,
+        verbose="--verbose" in arguments or "-v" in arguments,
+        debug="--debug" in arguments,
+    )
+
+    def work() -> int:
+        with budget.watched(console) if watched else nullcontext():
+            return _dispatch(list(arguments), console)
+
+    return guarded(work, console)
 
 
 def _dispatch(arguments: list[str], console: Console) -> int:
@@ -57,7 +94,9 @@ def _dispatch(arguments: list[str], console: Console) -> int:
     except click.Abort:
         raise KeyboardInterrupt from None
     except click.ClickException as error:
-        error.show(file=console.stream)
+        told = StringIO()
+        error.show(file=told)
+        console.write(told.getvalue())
         return USAGE
     return code if isinstance(code, int) else 0
 
@@ -86,9 +125,26 @@ def _together(*decorators: Callable[[Any], Any]) -> Callable[[F], F]:
     return decorate
 
 
+def _keep_memory(context: click.Context, _: click.Parameter, megabytes: int) -> int:
+    if isinstance(context.obj, Console) and context.get_parameter_source("max_memory") is not ParameterSource.DEFAULT:
+        context.obj.megabytes = megabytes
+    return megabytes
+
+
 SPEECH = _together(
     click.option("-q", "--quiet", is_flag=True, expose_value=False, help="Say nothing but warnings and errors."),
+    click.option("-v", "--verbose", is_flag=True, expose_value=False, help="Say notes too (as `check` does anyway)."),
     click.option("--debug", is_flag=True, expose_value=False, help="Show a traceback with every error."),
+    click.option(
+        "--max-memory",
+        type=click.IntRange(min=100),
+        default=budget.DEFAULT_MEGABYTES,
+        show_default=True,
+        metavar="MB",
+        expose_value=False,
+        callback=_keep_memory,
+        help="End with an error when more memory is taken.",
+    ),
 )
 SCRIPT = click.argument("script", metavar="SCRIPT")
 FPS = click.option(
@@ -181,8 +237,8 @@ Examples:
     "-o",
     "--output",
     metavar="OUT",
-    help="The file to write: .gif (default, under the script's name), .png (a still, or numbered pictures with %d in "
-    "the name), .apng, .webp; .mp4 and .webm with the video extra.",
+    help="The file to write: .gif (default, under the script's name), .png or .jpg (a still, or numbered pictures "
+    "with %d in the name), .apng, .webp; .mp4 and .webm with the video extra.",
 )
 @FPS
 @FRAMES
@@ -313,25 +369,27 @@ def run(
         return code
     if script == "-":
         raise click.UsageError("--watch needs a script in a file.")
-    _watch(console, script, once, target if open_it else None)
-    return DONE
+    return _watch(console, script, once, target, open_it)
 
 
-def _watch(console: Console, script: str, once: Callable[[], int], shown: Path | None) -> None:
-    """Call ``once`` at every change of the script or its pictures; ``shown`` is opened the first time it exists."""
+def _watch(console: Console, script: str, once: Callable[[], int], target: Path, open_it: bool) -> int:
+    """Call ``once``, which writes ``target``, at every change of the script or its pictures, until Ctrl-C; returns that
+    exit code. ``open_it``: the file is opened the first time it exists.
+    """
     from movimentum import pipeline
     from movimentum.watch import watch
 
-    waiting = shown
+    waiting, written = open_it, False
 
     def again() -> Iterable[Path]:
-        nonlocal waiting
+        nonlocal waiting, written
         try:
             code = once()
+            written |= code in (DONE, NO_SOLUTION)
             # Opened once: most viewers follow the file by themselves, and a window a change would be a nuisance.
-            if waiting is not None and code == DONE:
-                click.launch(str(waiting))
-                waiting = None
+            if waiting and code == DONE:
+                click.launch(str(target))
+                waiting = False
         except Exception as error:  # a fault of ours must not end the watching either
             console.show_bug(error)
         console.say(f"watching {script}; Ctrl-C ends it")
@@ -340,7 +398,13 @@ def _watch(console: Console, script: str, once: Callable[[], int], shown: Path |
         except MovimentumError:
             return ()
 
-    watch([Path(script)], again)
+    try:
+        watch([Path(script)], again)
+    except KeyboardInterrupt:
+        if not written:
+            raise  # nothing was written, and that is said
+        console.say(f"\nno longer watching {script}; {target} is as it was written last")
+    return INTERRUPTED
 
 
 # --- check ----------------------------------------------------------------------------------------------
@@ -394,24 +458,25 @@ def check(
     """
     from movimentum import pipeline
 
-    report, source = pipeline.check(
-        script,
-        Choices(fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting),
-        fps_invariance=fps_invariance,
-        reverse=reverse,
-    )
+    with console.working("checking"):
+        report, source = pipeline.check(
+            script,
+            Choices(fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting),
+            fps_invariance=fps_invariance,
+            reverse=reverse,
+        )
     if form == "sarif":
         from movimentum.report import check_sarif
 
-        click.echo(check_sarif(report, source))
+        answer_json(check_sarif(report, source))
     elif form == "json":
         from movimentum.report import check_json
 
-        click.echo(check_json(report, source, freedom=freedom))
+        answer_json(check_json(report, source, freedom=freedom))
     else:
         from movimentum.report import check_text
 
-        click.echo(check_text(report, source, color=wants_color(sys.stdout), freedom=freedom), nl=False)
+        answer(check_text(report, source, color=wants_color(sys.stdout), freedom=freedom))
     return report.exit_code
 
 
@@ -496,6 +561,7 @@ def record(console: Console, *, scripts: tuple[str, ...], to: Path | None) -> in
     from movimentum.golden.record import record as write_golden
     from movimentum.pipeline import Outcome
 
+    _named(scripts)
     worst = DONE
     for script in scripts:
 
@@ -535,6 +601,7 @@ def golden_check(console: Console, *, scripts: tuple[str, ...], to: Path | None,
     from movimentum.golden.record import record as write_golden
     from movimentum.pipeline import Outcome
 
+    _named(scripts)
     worst = DONE
     for script in scripts:
 
@@ -641,6 +708,7 @@ Examples:
   movimentum import peaucellier.txt -o peaucellier.mov
   movimentum import tiling.txt --snap -o tiling.mov
   movimentum import jansen.pyslvs --drive 0,1 -o jansen.mov
+  movimentum import four-bar-formulas.txt -o four-bar.mov
 
 """
     + EXIT_CODES,
@@ -679,9 +747,10 @@ def import_(
     drives: tuple[tuple[int, int], ...],
     strict: bool,
 ) -> int:
-    """Turn FILE into a script: a linkage file of the program "linkages", or a mechanism expression of Pyslvs.
+    """Turn FILE into a script: a linkage file of the program "linkages", or a mechanism expression or triangular
+    formulas of Pyslvs.
 
-    Which of the two it is, is seen by what it says.
+    Which of the three it is, is seen by what it says.
     """
     from movimentum import pipeline
 
@@ -691,7 +760,7 @@ def import_(
     how = pipeline.Import(snap, 36.0 if snap_angle is None else snap_angle, drives)
     code, outcome = _made(console, file, lambda source: pipeline.imported(source, target, how, strict))
     if outcome is not None and target is not None:
-        console.say(f"{target}: written; look at it with `movimentum check {target}`")
+        console.say(f"{target}: written; look at it with `movimentum check {typed(target)}`")
     return code
 
 
@@ -819,27 +888,31 @@ def trade(
         from movimentum.interop.trade import trade_json, trade_text
 
         if form == "json":
-            click.echo(trade_json(script, report.solver, report.pictures, report.rates))
+            answer_json(trade_json(script, report.solver, report.pictures, report.rates))
         else:
-            click.echo(trade_text(script, report.solver, report.pictures, report.rates), nl=False)
+            answer(trade_text(script, report.solver, report.pictures, report.rates))
     if outcome is not None and target is not None:
         console.say(f"{target}: plotted")
     return code
+
+
+def _named(scripts: Iterable[str]) -> None:
+    """Golden frames are kept under their script's name."""
+    if "-" in scripts:
+        raise click.UsageError("a script from standard input has no name to keep golden frames under: give a file.")
 
 
 # --- helpers ----------------------------------------------------------------------------------------------
 
 
 def _output(script: str, output: str | None, suffix: str) -> Path:
-    """The file to write: never the script itself."""
+    """The file to write: never the script itself (nor its pictures, which are known later)."""
     if output is None:
         if script == "-":
             raise click.UsageError("a script from stdin has no name: say where to write with -o.")
         output = str(Path(script).with_suffix(suffix)) if Path(script).name else script
     target = Path(output)
-    with suppress(OSError):  # what is wrong with either name is said where it is opened
-        if script != "-" and target.is_file() and target.samefile(script):
-            raise click.UsageError(f"{output} is the script itself: choose another name with -o.")
+    refuse_overwriting(target, () if script == "-" else (script,))
     return target
 
 
@@ -850,11 +923,12 @@ def _made(console: Console, script: str, work: Callable[[SourceText], Outcome]) 
     source: SourceText | None = None
     try:
         source = pipeline.read(script)
-        outcome = work(source)
+        with console.working("working"):
+            outcome = work(source)
     except MovimentumError as error:
         console.trace(error)
         console.show(error.diagnostics, source)
         return error.exit_code, None
     console.show(outcome.diagnostics, source)
-    console.note(outcome.notes, source)
+    console.note([item for item in outcome.notes if not console.verbose or item not in outcome.diagnostics], source)
     return outcome.exit_code, outcome

@@ -5,19 +5,23 @@ Nothing here prints on stdout, which belongs to what was asked for.
 
 from __future__ import annotations
 
+import errno
 import os
-import signal
+import re
 import sys
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Protocol, TextIO
 
+from movimentum.budget import DEFAULT_MEGABYTES, OverBudget
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
-from movimentum.files import FULL, unwritable
+from movimentum.files import FULL, discard_parts, has_parts, unwritable
+from movimentum.signals import Interruption, Terminated, deaf, heeded
 from movimentum.source import SourceText
+from movimentum.terminal import visible_json, visible_lines
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -27,10 +31,11 @@ USAGE = 2
 NO_SOLUTION = 3
 BUG = 70
 INTERRUPTED = 130
-TERMINATED = 143
 
 _PATIENCE_S = 1.0
 """Work that takes less gets no progress bar."""
+_WORDS_S = (10, 60, 300, 1800)
+"""When it is said, where no terminal is, that the work goes on."""
 
 
 _HOW_TO_REPORT = (
@@ -43,17 +48,22 @@ class ReaderGone(Exception):
     """Who reads our standard output has seen enough (``| head``)."""
 
 
-class Terminated(BaseException):
-    """Somebody asked us to end (SIGTERM): clean up as after Ctrl-C."""
-
-
 class Console:
-    """Where messages go. ``quiet`` keeps everything but diagnostics; ``debug`` shows tracebacks."""
+    """Where messages go. ``quiet`` keeps only diagnostics, ``verbose`` shows notes among them too; ``debug`` shows
+    tracebacks.
+    """
 
-    def __init__(self, *, quiet: bool = False, debug: bool = False, stream: TextIO | None = None) -> None:
+    def __init__(
+        self, *, quiet: bool = False, verbose: bool = False, debug: bool = False, stream: TextIO | None = None
+    ) -> None:
         self.quiet = quiet
+        self.verbose = verbose
         self.debug = debug
+        self.megabytes = DEFAULT_MEGABYTES
         self._stream = stream
+        self._busy: tuple[str, float] | None = None
+        self._bar: _Bar | None = None
+        self._told = 0
 
     @property
     def stream(self) -> TextIO | None:
@@ -66,19 +76,19 @@ class Console:
             self.write(text + "\n")
 
     def show(self, diagnostics: Iterable[Diagnostic], source: SourceText | None) -> None:
-        """Diagnostics as text, with the lines of ``source`` that they are about; notes are for `check` only."""
+        """Diagnostics as text, with the lines of ``source`` that they are about; notes only where they are wanted."""
         from movimentum.diagnostics import render_text
 
-        shown = [item for item in diagnostics if item.severity is not Severity.NOTE]
+        shown = [item for item in diagnostics if self.verbose or item.severity is not Severity.NOTE]
         if shown:
-            self.write(render_text(shown, source or SourceText("movimentum", ""), color=wants_color(self.stream)))
+            self._put(render_text(shown, source or SourceText("movimentum", ""), color=wants_color(self.stream)))
 
     def note(self, diagnostics: Iterable[Diagnostic], source: SourceText | None) -> None:
         """Notes that answer what was asked on the command line; nothing with ``--quiet``."""
         from movimentum.diagnostics import render_text
 
         for item in () if self.quiet else diagnostics:
-            self.write(render_text([item], source or SourceText("movimentum", ""), color=wants_color(self.stream)))
+            self._put(render_text([item], source or SourceText("movimentum", ""), color=wants_color(self.stream)))
 
     def trace(self, error: BaseException) -> None:
         """The traceback, with ``--debug``."""
@@ -93,26 +103,74 @@ class Console:
         self.show([bug(error)], None)
 
     def write(self, text: str) -> None:
-        """Write ``text``, whatever characters the terminal knows and even where nobody listens any more."""
+        """Write plain ``text``: what a terminal would obey in it is shown instead."""
+        self._put(visible_lines(text))
+
+    @contextmanager
+    def working(self, what: str) -> Generator[None, None, None]:
+        """While ``what`` goes on, `tick` says so."""
+        self._busy = what, time.monotonic()
+        try:
+            yield
+        finally:
+            self._busy = None
+            self._wipe()
+
+    def tick(self) -> None:
+        """Called some thirty times a second: on a terminal, it says how long the work has taken once that is a second;
+        elsewhere it writes a line now and then.
+
+        It may come in the middle of any operation, so it writes past Python's buffers.
+        """
+        stream = self.stream
+        if self.quiet or self._busy is None or stream is None or (self._bar is not None and self._bar.begun):
+            return
+        what, began = self._busy
+        seconds = int(time.monotonic() - began)
+        with suppress(OSError, ValueError):
+            if is_terminal(stream):
+                if seconds >= _PATIENCE_S and seconds != self._told:
+                    self._told = seconds
+                    os.write(stream.fileno(), f"\r{what}: {seconds} s\x1b[K".encode())
+            elif seconds >= _WORDS_S[0] and seconds in _WORDS_S and seconds != self._told:
+                self._told = seconds
+                os.write(stream.fileno(), f"still {what} after {seconds} s; Ctrl-C ends it\n".encode())
+
+    def _wipe(self) -> None:
+        """Remove what `tick` left on the terminal."""
+        stream = self.stream
+        if self._told and stream is not None and is_terminal(stream):
+            with suppress(OSError, ValueError):
+                os.write(stream.fileno(), b"\r\x1b[K")
+        self._told = 0
+
+    def _put(self, text: str) -> None:
+        """Write what is fit to be shown, even where nobody listens any more."""
         stream = self.stream
         if stream is None:
             return
+        self._wipe()
         try:
-            try:
-                stream.write(text)
-            except UnicodeEncodeError:
-                stream.write(text.encode(stream.encoding or "ascii", "backslashreplace").decode(stream.encoding))
+            _encoded(stream, text)
             stream.flush()
-        except OSError:
+        except (OSError, ValueError):
             pass
 
     @contextmanager
     def progress(self, what: str) -> Generator[Callable[[int, int], None], None, None]:
         """A function to call with (done, total): shows a bar on a terminal once the work has taken a second."""
         bar = _Bar(what, self.stream) if not self.quiet and is_terminal(self.stream) else None
+        self._bar = bar
+
+        def update(done: int, total: int) -> None:
+            if bar is not None:
+                self._wipe()  # the bar begins on an empty line
+                bar.update(done, total)
+
         try:
-            yield bar.update if bar is not None else lambda done, total: None
+            yield update
         finally:
+            self._bar = None
             if bar is not None:
                 bar.close()
 
@@ -125,6 +183,11 @@ class _Bar:
         self._stream = stream
         self._started = time.monotonic()
         self._bar: Progress | None = None
+
+    @property
+    def begun(self) -> bool:
+        """Whether it shows."""
+        return self._bar is not None
 
     def update(self, done: int, total: int) -> None:
         if self._bar is None:
@@ -146,6 +209,27 @@ class _Bar:
     def close(self) -> None:
         if self._bar is not None:
             self._bar.stop()
+
+
+def answer(text: str) -> None:
+    """Write on standard output what was asked for: text that is fit to be shown (see `terminal`)."""
+    if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
+        _encoded(sys.stdout, text)
+
+
+def answer_json(text: str) -> None:
+    """Write JSON and a line end on standard output; it means the same in whatever encoding that has."""
+    if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
+        sys.stdout.write(visible_json(text, sys.stdout.encoding) + "\n")
+
+
+def _encoded(stream: TextIO, text: str) -> None:
+    """Write ``text``, with escapes for characters that the stream's encoding does not have."""
+    try:
+        stream.write(text)
+    except UnicodeEncodeError:
+        encoding = stream.encoding or "ascii"
+        stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
 
 
 class _HasIsatty(Protocol):
@@ -170,7 +254,21 @@ def guarded(work: Callable[[], int], console: Console) -> int:
 
     An exception never becomes a traceback, unless ``--debug`` asks for one.
     """
-    _end_on_sigterm()
+    with heeded() as interruption:
+        try:
+            return _exit_code(work, console, interruption)
+        except KeyboardInterrupt:
+            console.write("\ninterrupted; nothing was written\n")
+            return INTERRUPTED
+        except Terminated as ending:
+            return ending.code
+        finally:
+            if has_parts():  # memory was short, or one signal followed the other
+                with deaf():
+                    discard_parts()
+
+
+def _exit_code(work: Callable[[], int], console: Console, interruption: Interruption) -> int:
     try:
         code = work()
         if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
@@ -181,20 +279,17 @@ def guarded(work: Callable[[], int], console: Console) -> int:
         if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
-    except KeyboardInterrupt:
-        console.write("\ninterrupted; nothing was written\n")
-        return INTERRUPTED
-    except Terminated:
-        return TERMINATED
     except MovimentumError as error:
         console.trace(error)
         console.show(error.diagnostics, None)
         return error.exit_code
-    except MemoryError as error:
-        console.trace(error)
-        console.show([_out_of_memory()], None)
-        return 1
     except Exception as error:
+        if interruption.pressed and isinstance(error, (ImportError, SystemError, RuntimeError)):
+            raise KeyboardInterrupt from error
+        if _is_out_of_memory(error):
+            console.trace(error)
+            console.show([_out_of_memory(error)], None)
+            return 1
         if isinstance(error, OSError) and error.errno in FULL:
             console.trace(error)
             console.show(unwritable("the output", (error.strerror or "the disk is full").lower()).diagnostics, None)
@@ -214,7 +309,25 @@ def bug(error: BaseException) -> Diagnostic:
     )
 
 
-def _out_of_memory() -> Diagnostic:
+def _is_out_of_memory(error: BaseException | None) -> bool:
+    """Whether memory was short: a library that cannot be loaded for that says so in its own way."""
+    while error is not None:
+        if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+            return True
+        if isinstance(error, ImportError) and re.search("map segment|allocate memory", str(error)):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+def _out_of_memory(error: Exception) -> Diagnostic:
+    if isinstance(error, OverBudget):
+        return Diagnostic(
+            "limit/memory",
+            Severity.ERROR,
+            f"this takes more memory than the limit of {error.megabytes:,} MB",
+            helps=(f"`--max-memory {2 * error.megabytes}` allows more",),
+        )
     return Diagnostic(
         "limit/memory",
         Severity.ERROR,
@@ -227,19 +340,3 @@ def _last(trace: TracebackType | None) -> Iterator[tuple[FrameType, int]]:
     import traceback
 
     yield from list(traceback.walk_tb(trace))[-1:]
-
-
-def _end_on_sigterm() -> None:
-    """SIGTERM unwinds the stack, so that half-written files are removed."""
-    owner = os.getpid()
-
-    def handler(number: int, frame: FrameType | None) -> None:
-        if os.getpid() != owner:  # a worker that inherited this handler owns no files: it just goes
-            os._exit(TERMINATED)
-        raise Terminated
-
-    try:
-        if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-            signal.signal(signal.SIGTERM, handler)
-    except ValueError:  # not the main thread: somebody else's process, somebody else's signals
-        pass

@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from movimentum.source import SourceText, Span
+from movimentum.terminal import visible
 
 MAX_MESSAGES = 200
 """How many diagnostics of one file are shown."""
@@ -56,6 +57,27 @@ def the_first(items: list[Diagnostic]) -> list[Diagnostic]:
         return items
     message = f"and {rest:,} more, which are not shown"
     return [*items[:MAX_MESSAGES], Diagnostic("limit/messages", Severity.NOTE, message)]
+
+
+MOST_OF_A_CODE = 100
+"""How many diagnostics of one code and severity `check` tells."""
+
+
+def limited(items: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """So many of each code as one can read, errors all, and how many more there are."""
+    counts: dict[str, int] = {}
+    kept: list[Diagnostic] = []
+    for item in items:
+        count = counts[item.code] = counts.get(item.code, 0) + 1
+        if item.severity is Severity.ERROR or count <= MOST_OF_A_CODE:
+            kept.append(item)
+    more = [(code, count - MOST_OF_A_CODE) for code, count in counts.items() if count > MOST_OF_A_CODE]
+    kept += [
+        Diagnostic("limit/messages", Severity.NOTE, f"and {rest:,} more `{code}`, which are not shown")
+        for code, rest in more
+        if any(item.code == code and item.severity is not Severity.ERROR for item in kept)
+    ]
+    return tuple(kept)
 
 
 def to_json(diagnostics: Iterable[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
@@ -107,7 +129,7 @@ _BOLD, _BLUE, _PLAIN = "\x1b[1m", "\x1b[1;34m", "\x1b[0m"
 def render_text(diagnostics: Iterable[Diagnostic], source: SourceText, *, color: bool = False) -> str:
     """Diagnostics for people, each with the lines it is about; a blank line between two, a newline at the end.
 
-    ``color`` puts in ANSI escapes (whether to is the caller's to know).
+    ``color`` puts in ANSI escapes (whether to is the caller's to know); there are no others, whatever the texts say.
     """
     return "\n".join(_render(item, source, color) for item in diagnostics)
 
@@ -139,9 +161,9 @@ def _render(item: Diagnostic, source: SourceText, color: bool) -> str:
     rows = [paint(f"{item.severity}[{item.code}]", strong) + paint(f": {_clipped(item.message)}", _BOLD)]
     if item.span is not None:
         line, column = source.position(item.span.start)
-        rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {source.path}:{line}:{column}")
+        rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {visible(source.path)}:{line}:{column}")
     elif source.text:
-        rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {source.path}")
+        rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {visible(source.path)}")
     if by_line:
         rows.append(empty)
     for line, entries in sorted(by_line.items()):
@@ -157,8 +179,8 @@ def _render(item: Diagnostic, source: SourceText, color: bool) -> str:
 
 
 def _clipped(text: str) -> str:
-    """``text`` without the middle of a very long one (somebody's name of 5,000 letters)."""
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 2 :]}"
+    """``text`` fit to be shown, without the middle of a very long one (somebody's name of 5,000 letters)."""
+    return visible(text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 2 :]}")
 
 
 def _line_with_marks(source: SourceText, number: int, entries: list[tuple[Span, str, bool]]) -> tuple[str, list[_Mark]]:
@@ -186,7 +208,7 @@ def _line_with_marks(source: SourceText, number: int, entries: list[tuple[Span, 
     marks: list[_Mark] = []
     for span, message, primary in entries:
         start = display(span.start - offset)
-        marks.append(_Mark(start, max(display(span.end - offset), start + 1), message, primary))
+        marks.append(_Mark(start, max(display(span.end - offset), start + 1), _clipped(message), primary))
     return "".join(cells).rstrip(), marks
 
 

@@ -76,7 +76,12 @@ class Expr:
             return True
         if not isinstance(other, Expr) or self._hash != other._hash:
             return False
-        return self.op == other.op and self.payload == other.payload and self.args == other.args
+        if self.op != other.op or self.payload != other.payload or self.args != other.args:
+            return False
+        other.args = (
+            self.args
+        )  # one copy from here on: what shares its parts is compared in one pass and not in 2^depth
+        return True
 
     def __repr__(self) -> str:
         inside = ", ".join([*([] if self.payload is None else [repr(self.payload)]), *map(repr, self.args)])
@@ -143,6 +148,8 @@ def add(a: Expr, b: Expr) -> Expr:
         return b
     if b.value == 0.0:
         return a
+    if (b.op == "neg" and b.args[0] == a) or (a.op == "neg" and a.args[0] == b):
+        return ZERO
     return Expr("add", (a, b))
 
 
@@ -157,8 +164,6 @@ def neg(a: Expr) -> Expr:
 
 def sub(a: Expr, b: Expr) -> Expr:
     """a - b."""
-    if a == b:
-        return ZERO
     return add(a, neg(b))
 
 

@@ -1,15 +1,21 @@
-"""Output files that appear whole or not at all: written beside, then renamed."""
+"""Output files that appear whole or not at all: written beside, then renamed; never over what was read.
+
+And foreign files that are read with a limit, whatever they are.
+"""
 
 from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Generator
+import re
+import stat
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError
+from movimentum.terminal import typed
 
 # What a write can fail with that has nothing to do with us; any other OSError in a stage is a bug and stays one.
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
@@ -35,29 +41,58 @@ def whole_file(path: Path) -> Generator[Path, None, None]:
         return
     part = _beside(target)
     with _explained(path, part):
-        part.open("xb").close()
+        _PARTS.add(str(part))
         try:
+            part.open("xb").close()
             yield part
             part.replace(target)
         finally:
-            part.unlink(missing_ok=True)
+            discard_parts(str(part))
 
 
 @contextmanager
-def whole_folder(pattern: Path) -> Generator[Path, None, None]:
-    """A temporary folder beside ``pattern``; in the end the files written into it move to ``pattern``'s folder."""
+def whole_folder(pattern: Path, inputs: Iterable[str | Path] = ()) -> Generator[Path, None, None]:
+    """A temporary folder beside ``pattern``; in the end the files written into it move to ``pattern``'s folder.
+
+    Raises `UsageError` where one of them would be written over one of ``inputs``; then none moves.
+    """
     target = _target(pattern)
     part = _beside(target)
     with _explained(pattern, part):
-        part.mkdir()
+        _PARTS.add(str(part))
         try:
+            part.mkdir()
             yield part
-            for file in sorted(part.iterdir()):
+            written = sorted(part.iterdir())
+            for file in written:
+                refuse_overwriting(target.parent / file.name, inputs)
+            for file in written:
                 file.replace(target.parent / file.name)
         finally:
+            discard_parts(str(part))
+
+
+_PARTS: set[str] = set()
+"""What is being written at this moment, in this process."""
+
+
+def has_parts() -> bool:
+    """Whether something half-written is left: by two signals in a row, or where memory did not reach for a removal."""
+    return bool(_PARTS)
+
+
+def discard_parts(*parts: str) -> None:
+    """Remove half-written files and folders, all there are if none is named."""
+    for part in parts or tuple(_PARTS):
+        try:
+            os.unlink(part)
+        except (IsADirectoryError, PermissionError):  # which of the two a folder gives depends on the system
             import shutil  # here, for hardly any command comes here
 
             shutil.rmtree(part, ignore_errors=True)
+        except OSError:  # it has got its name, or its folder is gone
+            pass
+        _PARTS.discard(part)
 
 
 def refuse_unwritable(path: Path) -> None:
@@ -71,6 +106,95 @@ def refuse_unwritable(path: Path) -> None:
         part.unlink()
 
 
+def refuse_overwriting(path: Path, inputs: Iterable[str | Path], numbers: range = range(0)) -> None:
+    """Raise `UsageError` where writing ``path`` would change one of the files that are read, ``inputs``.
+
+    Files are compared, not names: another spelling, a link and a hard link count. A ``path`` with a ``%d`` stands for
+    its files with ``numbers``. Inputs that do not exist are left out.
+    """
+    read = {identity: name for name in inputs if (identity := _identity(name)) is not None}
+    for output in _outputs(path, numbers) if read else ():
+        found = read.get(_identity(output) or (0, 0))
+        if found is not None:
+            raise _overwriting(path, output, found)
+
+
+def _identity(path: str | Path) -> tuple[int, int] | None:
+    """What tells a regular file from all others; None where there is none."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return (status.st_dev, status.st_ino) if stat.S_ISREG(status.st_mode) else None
+
+
+def _outputs(path: Path, numbers: range) -> Iterator[Path]:
+    """``path``, or those of the files ``path % number`` that exist."""
+    if not numbers:
+        yield path
+        return
+    before, number, after = re.split(r"(%0?\d*d)", path.name, maxsplit=1)
+    pattern = re.compile(f"{re.escape(before)}( *[0-9]+){re.escape(after)}")
+    try:
+        names = sorted(os.listdir(path.parent))
+    except OSError:
+        return
+    for name in names:
+        match = pattern.fullmatch(name)
+        if match and int(match[1]) in numbers and number % int(match[1]) == match[1]:
+            yield path.with_name(name)
+
+
+def _overwriting(path: Path, output: Path, found: str | Path) -> UsageError:
+    same = "" if os.path.abspath(found) == os.path.abspath(output) else f" (it is the same file as {found})"
+    free = path.with_name(f"out-{path.name}")
+    while free.exists():
+        free = free.with_name(f"out-{free.name}")
+    return UsageError(
+        [
+            Diagnostic(
+                "usage/overwrites-input",
+                Severity.ERROR,
+                f"{output} is read by this command{same}: nothing that is read is written over",
+                helps=(f"-o {typed(free)}",),
+            )
+        ]
+    )
+
+
+def make_folder(folder: Path) -> None:
+    """The folder, with those above it; `UsageError` where it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise unwritable(folder, (problem.strerror or str(problem)).lower()) from problem
+
+
+def remove_own(path: Path, inputs: Iterable[str | Path] = ()) -> None:
+    """Remove a file that we wrote earlier, if it is still there; never one of ``inputs``, nor what is no file."""
+    try:
+        refuse_overwriting(path, inputs)
+        if stat.S_ISREG(os.lstat(path).st_mode):
+            path.unlink()
+    except (OSError, UsageError):
+        pass
+
+
+def read_limited(path: Path, limit: int, *, lines: int | None = None) -> bytes:
+    """The bytes of a regular file (or of its first ``lines``), at most ``limit``; `OSError` for anything else.
+
+    A pipe or a device is not waited for.
+    """
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with open(handle, "rb") as stream:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            raise OSError(errno.EINVAL, "it is no regular file", str(path))
+        data = stream.read(limit + 1) if lines is None else b"".join(stream.readline(limit + 1) for _ in range(lines))
+    if len(data) > limit:
+        raise OSError(errno.EFBIG, f"it is larger than {limit:,} bytes", str(path))
+    return data
+
+
 def _target(path: Path) -> Path:
     """Where the bytes end up: links are followed, so that a rename does not replace the link."""
     try:
@@ -79,9 +203,9 @@ def _target(path: Path) -> Path:
     except OSError as problem:  # a name that is too long, a chain of links without end
         raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
     if folder:
-        raise unwritable(path, "it is a folder", f"-o {path / 'movimentum.gif'}")
+        raise unwritable(path, "it is a folder", f"-o {typed(path / 'movimentum.gif')}")
     if not home:
-        raise unwritable(path, f"there is no folder {path.parent}", f"mkdir -p {path.parent}")
+        raise unwritable(path, f"there is no folder {path.parent}", f"mkdir -p {typed(path.parent)}")
     return target
 
 

@@ -6,6 +6,7 @@ a script that cannot be parsed imports no solver.
 
 from __future__ import annotations
 
+import io
 import itertools
 import math
 import sys
@@ -14,11 +15,12 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, TextIO, cast
 
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Severity, limited
 from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, UsageError
 from movimentum.source import SourceText
+from movimentum.terminal import visible
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
@@ -172,13 +174,25 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
         motion, error = drafted(motion)
         notes = (draft_note(error),)
     examination = examine(motion)
-    found, warned = judged((*before, *examination.diagnostics), choices)
+    found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
     fault = examination.fault or (1 if warned else 0)
+    if examination.doubted:
+        motion = replace(motion, doubted=True)
     if choices.accuracy in ("high", "exact"):
         from movimentum.solve.refinement import refined
 
         motion = refined(motion, choices.accuracy, choices.digits)
     return Solution(motion, found, examination.steps, fault, notes)
+
+
+def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
+    """What there is to say about labels with more than plain letters (others cost no import)."""
+    labels = [thing for thing in scene.things if thing.text is not None and not thing.text.isascii()]
+    if not labels:
+        return ()
+    from movimentum.render.text import lettering
+
+    return tuple(lettering(labels))
 
 
 def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
@@ -270,7 +284,7 @@ def check(
         more += reverse_diagnostics(solution.motion) if reverse else []
         fault = 1 if any(item.severity is Severity.ERROR for item in more) else 0
         found = (*found, *more)
-    return CheckReport(found, solution.steps, frames, duration, fault), source
+    return CheckReport(limited(found), solution.steps, frames, duration, fault), source
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,15 +304,20 @@ def tabulate(
     source: SourceText, target: Path | None, choices: Choices, frames: FrameChoice | None, progress: Report
 ) -> Outcome:
     """Write the poses to ``target`` (None: CSV on stdout)."""
-    from movimentum.files import refuse_unwritable, whole_file
+    from movimentum.analysis.valueless import CODE, never_valued
+    from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.interop import tables
+    from movimentum.solve.motion import Motion
 
     if target is not None:
         refuse_unwritable(target)
     timeline = arranged(understand(source, max_nesting=choices.max_nesting), choices)
+    if target is not None:
+        refuse_overwriting(target, reads(source, timeline.scene))
     start, stop = _chosen(timeline, frames)
     solution = solved(timeline, choices)
     motion = solution.motion
+    without = never_valued(motion if isinstance(motion, Motion) else motion.base)
 
     def chunks() -> Iterator[Poses]:
         for poses in _Take(motion, range(start, stop), choices.on_failure == "skip"):
@@ -307,13 +326,14 @@ def tabulate(
                 progress(int(poses.frames[-1]) + 1 - start, stop - start)
 
     if target is None:
-        rows = tables.write_csv(timeline.scene, chunks(), _stdout())
+        rows = tables.write_csv(timeline.scene, chunks(), _stdout(), without)
         diagnostics, notes = afterwards(solution, choices)
     else:
         with whole_file(target) as part:
-            rows = tables.write(timeline.scene, chunks(), part, target.suffix)
+            rows = tables.write(timeline.scene, chunks(), part, target.suffix, without)
             diagnostics, notes = afterwards(solution, choices)
-    return Outcome(rows, solution.fault, diagnostics, notes)
+    filled = tuple(item for item in diagnostics if item.code == CODE)  # the table says otherwise: tell
+    return Outcome(rows, solution.fault, diagnostics, (*notes, *filled))
 
 
 @dataclass(frozen=True, slots=True)
@@ -328,37 +348,43 @@ class Import:
 
 
 def imported(source: SourceText, target: Path | None, how: Import, strict: bool) -> Outcome:
-    """Write what a linkage file or a Pyslvs mechanism expression says as a script to ``target`` (None: stdout)."""
-    from movimentum.interop.linkages import linkage_script, read_linkage
-    from movimentum.interop.mechanisms import mechanism_script, read_mechanism
+    """Write what another program's file says as a script to ``target`` (None: stdout); its content tells its format."""
+    from movimentum.interop.recognised import Kind, kind_of
 
-    title = Path(source.path).name
-    if _is_mechanism(source):
-        if how.snap:
-            raise _usage("usage/import", "--snap is for linkage files: a mechanism expression has no angles to repair")
-        text, found = mechanism_script(read_mechanism(source), how.drives, title), ()
-    else:
-        if how.drives:
-            raise _usage("usage/import", "--drive is for Pyslvs' mechanism expressions; draw a linkage with a wish")
-        linkage, found = read_linkage(source)
-        if how.snap:
-            from movimentum.interop.snapping import snapped
+    title = visible(Path(source.path).name)  # it stands in a comment of one line
+    kind = kind_of(source)
+    if how.snap and kind in (Kind.MECHANISM, Kind.FORMULAS):
+        raise _usage("usage/import", f"--snap is for linkage files: {kind.told} has no angles to repair")
+    if how.drives and kind is Kind.FORMULAS:
+        raise _usage("usage/import", "--drive is for Pyslvs' mechanism expressions: formulas say what their inputs are")
+    if how.drives and kind is Kind.LINKAGE:
+        raise _usage("usage/import", "--drive is for Pyslvs' mechanism expressions; draw a linkage with a wish")
+    found: tuple[Diagnostic, ...] = ()
+    match kind:
+        case Kind.MECHANISM:
+            from movimentum.interop.mechanisms import mechanism_script, read_mechanism
 
-            result = snapped(linkage, how.snap_angle)
-            linkage, found = result.linkage, (*found, *result.diagnostics)
-        text = linkage_script(linkage, title)
+            text = mechanism_script(read_mechanism(source), how.drives, title)
+        case Kind.FORMULAS:
+            from movimentum.interop.formula_script import formula_script
+            from movimentum.interop.formulas import read_formulas
+
+            text, found = formula_script(read_formulas(source), title)
+        case Kind.LINKAGE:
+            from movimentum.interop.linkages import linkage_script, read_linkage
+
+            linkage, found = read_linkage(source)
+            if how.snap:
+                from movimentum.interop.snapping import snapped
+
+                result = snapped(linkage, how.snap_angle)
+                linkage, found = result.linkage, (*found, *result.diagnostics)
+            text = linkage_script(linkage, title)
     found, warned = judged(found, Choices(strict=strict))
     if warned:
         raise ScriptError(found)
-    _written(text, target)
+    _written(text, target, (source.path,))
     return Outcome(1, 0, found)
-
-
-def _is_mechanism(source: SourceText) -> bool:
-    """Whether a text is a mechanism expression: it begins so, comments aside."""
-    import re
-
-    return re.match(r"(\s|#\[.*?#\][^\n]*|#[^\n]*)*M\s*\[", source.text, re.DOTALL) is not None
 
 
 def exported(source: SourceText, target: Path | None, form: str, at: Fraction | None, choices: Choices) -> Outcome:
@@ -384,42 +410,46 @@ def exported(source: SourceText, target: Path | None, form: str, at: Fraction | 
 
         triangles = triangles_of(solution.motion)
         comments = [
-            f"{Path(source.path).name}: angles in degrees; where there is a list, a value for each frame",
+            f"{visible(Path(source.path).name)}: angles in degrees; where there is a list, a value for each frame",
             *(f"{name}: {told}" for name, told in triangles.names),
         ]
         text = formulas_text(triangles.formulas, comments)
     found, warned = judged((*solution.diagnostics, *found), choices)
     if warned:
         raise ScriptError(found)
-    _written(text, target)
+    _written(text, target, reads(source, timeline.scene))
     return Outcome(1, solution.fault, found)
 
 
-def _written(text: str, target: Path | None) -> None:
-    """Write a whole text file, or to stdout."""
-    from movimentum.files import refuse_unwritable, whole_file
+def _written(text: str, target: Path | None, inputs: Iterable[str]) -> None:
+    """Write a whole text file, which is none of ``inputs``, or to stdout."""
+    from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
 
     if target is None:
         _stdout().write(text)
         return
     refuse_unwritable(target)
+    refuse_overwriting(target, inputs)
     with whole_file(target) as part:
         part.write_text(text, encoding="utf-8", newline="\n")
 
 
 def animate(source: SourceText, target: Path, choices: Choices, picture: Picture, progress: Report) -> Outcome:
-    """Render the script to ``target``, whose suffix names the format; a `.png` without ``%d`` is the first frame."""
-    from movimentum.encode.write import check_output, write_animation
-    from movimentum.files import refuse_unwritable, whole_file
+    """Render the script to ``target``, whose suffix names the format; a picture without ``%d`` is the first frame."""
+    from movimentum.analysis.outside import OUTSIDE
+    from movimentum.encode.write import STILL_KINDS, check_output, write_animation
+    from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.render.options import PictureOptions, Quality, Show, trace_anchors
     from movimentum.render.painter import make_painter
     from movimentum.solve.motion import Motion
 
-    kind = check_output(target)
+    kind = check_output(target, transparent=picture.transparent)
     background = None if picture.background is None else _color(picture.background)
     refuse_unwritable(target)
     timeline = arranged(understand(source, picture.max_pixels, choices.max_nesting), choices)
     scene = timeline.scene
+    numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
+    refuse_overwriting(target, reads(source, scene), numbers)
     options = PictureOptions(
         quality=Quality(picture.quality),
         scale=picture.scale,
@@ -443,7 +473,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         start = math.ceil((picture.at - timeline.start) * timeline.fps)
         poses: PoseSource = _Take(motion, (picture.at,), skip).held()
     else:
-        poses = _Take(motion, range(start, start + 1 if kind == "png" else stop), skip).held()
+        poses = _Take(motion, range(start, start + 1 if kind in STILL_KINDS else stop), skip).held()
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in range(start, stop)]
         options = replace(options, free=_free_marks(motion if isinstance(motion, Motion) else motion.base, times))
@@ -472,7 +502,8 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         diagnostics, warned = judged((*said, *written.diagnostics), choices)
         if warned:
             raise ScriptError(diagnostics)
-    return Outcome(written.frames, solution.fault, diagnostics, notes)
+    unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: tell
+    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
 
 
 FREE_MOMENTS = 24
@@ -524,12 +555,14 @@ def trade(
     """
     from movimentum.analysis.trade import measure_rate, measure_tiers
     from movimentum.encode.trade import measure_pictures
-    from movimentum.files import refuse_unwritable, whole_file
+    from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.solve.refinement import DEFAULT_DIGITS
 
     if target is not None:
         refuse_unwritable(target)
     timeline = arranged(understand(source, max_pixels, choices.max_nesting), choices)
+    if target is not None:
+        refuse_overwriting(target, reads(source, timeline.scene))
     solution = solved(timeline, choices)
     count = timeline.frame_count
     tiers = measure_tiers(timeline, choices.digits or DEFAULT_DIGITS, progress)
@@ -544,7 +577,7 @@ def trade(
         from movimentum.interop.trade import panels
 
         with whole_file(target) as part:
-            write_plot(panels(source.path, report.solver, report.pictures), part, target.suffix)
+            write_plot(panels(visible(source.path), report.solver, report.pictures), part, target.suffix)
     return report, Outcome(count, solution.fault, solution.diagnostics)
 
 
@@ -586,6 +619,13 @@ def _color(text: str) -> tuple[int, int, int]:
     return found
 
 
+def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
+    """Every file that a command reads for a script: the script and its pictures (without a scene, what it may mean)."""
+    if scene is None:
+        return (source.path, *map(str, mentioned_files(source)))
+    return (source.path, *dict.fromkeys(thing.image for thing in scene.things if thing.image is not None))
+
+
 def mentioned_files(source: SourceText) -> tuple[Path, ...]:
     """Every file that the script may refer to, whether or not it exists or the script can be parsed.
 
@@ -598,10 +638,19 @@ def mentioned_files(source: SourceText) -> tuple[Path, ...]:
 
 
 def _stdout() -> TextIO:
-    """Standard output; `UsageError` where it is closed."""
-    if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]
+    """Standard output for the text of a file, which is UTF-8 wherever it goes but to a terminal; `UsageError` where it
+    is closed.
+    """
+    stream = sys.stdout
+    if stream is None:  # pyright: ignore[reportUnnecessaryComparison]
         raise _usage("output/unwritable", "there is no standard output to write to")
-    return sys.stdout
+    if not isinstance(stream, io.TextIOWrapper):
+        pass
+    elif stream.isatty():
+        cast("io.TextIOWrapper", stream).reconfigure(errors="backslashreplace")
+    else:
+        cast("io.TextIOWrapper", stream).reconfigure(encoding="utf-8", newline="\n")
+    return cast("TextIO", stream)
 
 
 def _chosen(timeline: Timeline, frames: FrameChoice | None) -> tuple[int, int]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import TYPE_CHECKING, Any
 
 from movimentum.analysis.words import listed
 from movimentum.diagnostics import render_text, to_json
+from movimentum.terminal import visible
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import MotionReport, PartReport, StepReport
@@ -84,7 +86,7 @@ def check_sarif(report: CheckReport, source: SourceText) -> str:
     from movimentum import __version__
 
     codes = list(dict.fromkeys(item.code for item in report.diagnostics))
-    place = {"uri": quote(source.path.replace("\\", "/"))}
+    place = {"uri": quote(os.fsencode(source.path.replace(os.sep, "/")))}  # bytes: a path need not be UTF-8
 
     def location(span: Span | None, message: str = "") -> dict[str, Any]:
         where: dict[str, Any] = {"artifactLocation": place}
@@ -126,10 +128,11 @@ def check_text(report: CheckReport, source: SourceText, *, color: bool, freedom:
     if report.diagnostics:
         parts.append(render_text(report.diagnostics, source, color=color).rstrip("\n") + "\n\n")
     parts.extend(_line(step, freedom) for step in report.steps)
+    path = visible(source.path)
     if report.exit_code:
-        parts.append(f"{source.path}: not good yet\n")
+        parts.append(f"{path}: not good yet\n")
     elif report.frames is not None and report.duration is not None:
-        parts.append(f"{source.path}: good; {counted(report.frames, 'frame')}, {report.duration:g} time units\n")
+        parts.append(f"{path}: good; {counted(report.frames, 'frame')}, {report.duration:g} time units\n")
     return "".join(parts)
 
 

@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 """Of the scene's size (its largest extent, in pixels), where a claim does not say ``.within``."""
+NEARLY = 1e-3
+"""Of the scene's size: what misses by more is not meant to be accepted by a tolerance."""
 CHUNK = 8192
 HALVINGS = 60
 
@@ -170,10 +172,10 @@ class _Judge:
 def claim_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
     """An error for each claim that does not hold."""
     for broken in broken_claims(motion):
-        yield _told(broken)
+        yield _told(broken, motion.size)
 
 
-def _told(broken: Broken) -> Diagnostic:
+def _told(broken: Broken, size: float) -> Diagnostic:
     claim = broken.claim
     left, right = claim.told
     word = {Relation.EQUAL: "", Relation.BELOW: "below ", Relation.ABOVE: "above "}[claim.relation]
@@ -182,17 +184,20 @@ def _told(broken: Broken) -> Diagnostic:
     asked = wanted if right == wanted else f"`{right}`, which is {wanted}"
     finite = np.isfinite(broken.worst)
     helps = ["what is claimed or what is constrained is wrong: the claim itself moves nothing"]
-    if finite:
+    if finite and broken.worst <= max(NEARLY * size, 10.0 * broken.tolerance):
         enough = _rounded_up(broken.worst)
         helps.append(f"`.within({enough})` behind it accepts what comes out")
     off = f"it is {number(broken.amount)} off there" if finite else "it has no value there"
     if finite and broken.worst > 1.001 * broken.amount:
         off += f", {number(broken.worst)} at t = {time_text(broken.worst_time)} at the most"
+    what = f"`{left}` is {found}, not {word}{asked}"
+    for text, values in ((right, broken.right), (left, broken.left)):
+        if not np.isfinite(values).all():
+            what = f"`{text}` has no value"
     return Diagnostic(
         code="claim/broken",
         severity=Severity.ERROR,
-        message=f"`{left}` is {found}, not {word}{asked}: the claim fails from t = {time_text(broken.time)}"
-        f" (frame {broken.frame})",
+        message=f"{what}: the claim fails from t = {time_text(broken.time)} (frame {broken.frame})",
         span=claim.span,
         notes=(
             f"{off}; it may be {number(broken.tolerance)} off"

@@ -15,7 +15,11 @@ from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import SignTrack
 
 LARGEST = 4000
-"""Operations of a formula that is still written down; longer ones help nobody."""
+"""Operations of a formula that is still put together; what is left of a longer one after simplifying helps nobody."""
+REASONABLE = 400
+"""Operations of a formula that is written down."""
+LONG_INTEGER = 10**9
+"""Integers from here on, in a fraction or alone, are written as decimals: rounding made them."""
 SIMPLIFIED = 250
 """Operations up to which SymPy is asked to simplify: its time grows steeply."""
 
@@ -28,9 +32,40 @@ class Obstacle:
     words: str
 
 
-def formula(stretch: Stretch, tau: float, expression: Expr) -> Any | Obstacle:
+UNREASONABLE = "no closed form of reasonable size"
+
+
+def short_formula(stretch: Stretch, tau: float, expression: Expr, seconds: float) -> Any | Obstacle:
+    """`formula` as it can be written down, within about so many ``seconds``: simplified as far as there is time."""
+    from movimentum.analysis.deadline import within
+
+    found: list[Any] = []
+
+    def both() -> None:
+        for tidy in (False, True):
+            one = formula(stretch, tau, expression, tidy=tidy)
+            found.append(one if isinstance(one, Obstacle) else readable(one))
+
+    within(seconds, both)
+    made = [one for one in found if not isinstance(one, Obstacle)]
+    if not made and found and found[-1].block is not None:
+        return found[-1]
+    good = [one for one in made if _operations(one) <= REASONABLE]
+    return min(good, key=_operations) if good else Obstacle(None, UNREASONABLE)
+
+
+def readable(expression: Any) -> Any:
+    """A SymPy expression with decimals for fractions and integers that are too long to be read."""
+    import sympy as library
+
+    sympy: Any = library
+    long = [one for one in expression.atoms(sympy.Rational) if max(abs(one.p), one.q) >= LONG_INTEGER]
+    return expression.xreplace({one: sympy.Float(one, 15) for one in long}) if long else expression
+
+
+def formula(stretch: Stretch, tau: float, expression: Expr, *, tidy: bool = True) -> Any | Obstacle:
     """A scalar expression of the scene as a SymPy expression of the time t since the segment's step, on the branch that
-    is followed at offset ``tau``.
+    is followed at offset ``tau``; simplified where it is not too long for that, unless not ``tidy``.
     """
     plan = stretch.plan
     system = plan.system
@@ -83,10 +118,10 @@ def formula(stretch: Stretch, tau: float, expression: Expr) -> Any | Obstacle:
         size += sum(1 for _ in walk(root))
         if size > LARGEST:
             return Obstacle(None, f"it takes more than {LARGEST:,} operations")
-        done[n] = _tidy(to_sympy(root, leaf))
+        done[n] = _tidy(to_sympy(root, leaf)) if tidy else to_sympy(root, leaf)
         if _operations(done[n]) > LARGEST:
             return Obstacle(None, f"it takes more than {LARGEST:,} operations")
-    return _tidy(to_sympy(lowered, leaf))
+    return _tidy(to_sympy(lowered, leaf)) if tidy else to_sympy(lowered, leaf)
 
 
 def _obstacle(stretch: Stretch, unknown: int, block: int | None) -> Obstacle:
@@ -162,10 +197,17 @@ def _tidy(expression: Any) -> Any:
     return sympy.simplify(expression)
 
 
+def _decimal(value: float | None) -> str:
+    """A number as somebody may have written it: 135 for 134.99999999999994."""
+    short = f"{value:.13g}"
+    return short if value is not None and abs(float(short) - value) <= 1e-15 * abs(value) else repr(value)
+
+
 def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
     """An expression in SymPy's terms, angles in radians inside; ``leaf`` gives symbols, signs and clocks.
 
-    A number is taken for the decimal that it is the nearest float to, or for the operation that it was folded from.
+    A number is taken for the decimal that it is the nearest float to (or near to: 134.99999999999994 is 135), or for
+    the operation that it was folded from.
     """
     import sympy as library
 
@@ -176,7 +218,7 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
     def constant(node: Expr) -> Any:
         if node.origin is not None:
             return to_sympy(node.origin, leaf)
-        return sympy.Rational(repr(node.value))
+        return sympy.Rational(_decimal(node.value))
 
     def call(node: Expr, a: list[Any]) -> Any:
         match node.op:

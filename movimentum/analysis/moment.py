@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from movimentum.analysis.alike import loose_variables, shown_unknowns, solutions_of
 from movimentum.analysis.suggest import described, followed_at, selecting_inequalities, selecting_wish
 from movimentum.solve.candidates import Part
 from movimentum.solve.carry import Snapshot, as_drawn
@@ -54,20 +55,25 @@ def alternatives(stretch: Stretch, piece: Piece, tau: float) -> list[Alternative
         found = select(plan, stretch.segment.start, tau, AHEAD, as_drawn(scene), totals)
     result: list[Alternatives] = []
     for part in found.parts:
+        groups = solutions_of(plan, part)
+        loose = loose_variables(plan, groups) if groups else []
+        part = replace(part, candidates=tuple(group[0] for group in groups))
         states = [_with(now, part, index) for index in range(len(part.candidates))]
-        followed = [followed_at(plan, stretch, part, state) for state in states]
+        followed = [followed_at(plan, stretch, part, state).without(loose) for state in states]
         texts = selecting_inequalities(plan, followed) if len(states) > 1 else [None] * len(states)
+        words = described(plan, part.candidates, followed, loose) if followed else []
         unknowns = [n for number in part.blocks for n in plan.blocks[number].unknowns]
-        apart = [max((_apart(plan.size, now[n], state[n]) for n in unknowns), default=0.0) for state in states]
+        shown = shown_unknowns(plan, part) or unknowns
+        apart = [max((_apart(plan.size, now[n], state[n]) for n in shown), default=0.0) for state in states]
         nearest = int(np.argmin(apart)) if apart else -1
         made = tuple(
             Alternative(
-                described(plan, candidate) or "differs in what is not drawn",
-                text or (selecting_wish(plan, part, index) if len(states) > 1 else None),
+                what,
+                text or (selecting_wish(plan, part, index, loose) if len(states) > 1 else None),
                 index == nearest and apart[index] < 1e-6,
                 snapshot(plan, state, stretch.base.now, 0),
             )
-            for index, (candidate, text, state) in enumerate(zip(part.candidates, texts, states, strict=True))
+            for index, (what, text, state) in enumerate(zip(words, texts, states, strict=True))
         )
         things = sorted({t for n in unknowns if (t := plan.system.unknowns[n].thing) is not None})
         result.append(Alternatives(tuple(things), made, part.complete))

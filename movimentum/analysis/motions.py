@@ -27,8 +27,8 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class FreeMotion:
-    """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that say it, and a ``remedy``
-    to type.
+    """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that say it, and ``holds``:
+    statements each of which may take it away, the likeliest first (see `remedy`).
 
     ``velocities``: of every anchor of what moves, in world directions; the fastest moves by one a time unit.
     ``twists``: of everything that moves, (turn, and the velocity of its point at the world's origin), in the same
@@ -38,7 +38,7 @@ class FreeMotion:
     things: tuple[int, ...]
     variables: tuple[str, ...]
     words: str
-    remedy: str
+    holds: tuple[str, ...]
     velocities: tuple[tuple[AnchorRef, tuple[float, float]], ...] = ()
     twists: tuple[tuple[int, tuple[float, float, float]], ...] = ()
     drawn: bool = False
@@ -69,13 +69,22 @@ def _basis(
 ) -> list[tuple[FloatArray, bool]]:
     """A canonical basis of a block's free velocities, each (n,), and whether wishes say where it goes.
 
-    What wishes say nothing about comes first; both halves are canonical (`_reduced`).
+    What wishes say nothing about comes first; both halves are canonical (`_reduced`). Velocities beyond what a float
+    holds (in a scene of 1e300, or where a wish has no gradient) are left out.
     """
-    velocities = (free * scale[:, None]).T
+    found = _spanned(plan, block, one, clocks, x, (free * scale[:, None]).T)
+    return [(v, drawn) for v, drawn in found if np.isfinite(v).all()]
+
+
+def _spanned(
+    plan: Plan, block: Block, one: State, clocks: Sequence[FloatArray], x: FloatArray, velocities: FloatArray
+) -> list[tuple[FloatArray, bool]]:
     if block.wishes is None:
         return [(v, False) for v in _reduced(plan, block, one, velocities)]
     slopes = wishes_of(block, one, clocks, x[None])[1][0]
     along = slopes @ velocities.T
+    if not np.isfinite(along).all():
+        return [(v, False) for v in _reduced(plan, block, one, velocities)]
     rank, loose, inverse = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), RANK_TOLERANCE)
     drawn = np.linalg.svd(inverse.T)[2][:rank] if rank else np.zeros((0, len(velocities)))
     return [
@@ -197,7 +206,7 @@ def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: boo
     system = plan.system
     speeds = _speeds(block, velocity)
     largest = float(np.max(np.abs(velocity / scale_of(plan, block.core))))
-    moving: list[tuple[int, str, str]] = []
+    moving: list[tuple[int, str, tuple[str, ...]]] = []
     twists: dict[int, tuple[float, float, float]] = {}
     velocities: dict[AnchorRef, tuple[float, float]] = {}
     for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
@@ -219,12 +228,9 @@ def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: boo
     )
     if not moving:
         words = " and ".join(f"`{v}` can take any value" for v in variables) or "a `_` can take any value"
-        remedy = f"`{variables[0]} = 0;` gives it a value" if variables else "name the `_` and give it a value"
-        if variables[:1] in (("t",), ("time",)):
-            remedy = f"the time is `.t`; {remedy}"
-        return FreeMotion((), variables, words, remedy, drawn=drawn)
+        return FreeMotion((), variables, words, _values_for(plan, one, variables[:1]), drawn=drawn)
     names = [f"`{system.scene.things[t].name}`" for t, _, _ in moving]
-    first, remedy = moving[0][1:]
+    first, hold = moving[0][1:]
     if len(moving) == 1:
         words = f"{names[0]} can still {first}"
     else:
@@ -235,11 +241,32 @@ def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: boo
         tuple(t for t, _, _ in moving),
         variables,
         words,
-        remedy,
+        (*hold, *_values_for(plan, one, variables)),
         tuple((ref, (vx / fastest, vy / fastest)) for ref, (vx, vy) in velocities.items()),
         tuple((t, (a / fastest, b / fastest, c / fastest)) for t, (a, b, c) in twists.items()),
         drawn,
     )
+
+
+def _values_for(plan: Plan, one: State, variables: Sequence[str]) -> tuple[str, ...]:
+    """Statements that give a variable (or a component) a value: 0, what it is just now, and other round numbers."""
+    texts: list[str] = []
+    for unknown in plan.system.unknowns:
+        if unknown.name in variables:
+            now = one[unknown.number]
+            value = 0.0 if now is None else float(np.ravel(now)[0])
+            numbers = ("0", number(value), *(number(sign * scale) for scale in (1.0, plan.size) for sign in (1, -1)))
+            texts += [f"{unknown.name} = {text};" for text in numbers]
+    return tuple(dict.fromkeys(texts))
+
+
+def remedy(motion: FreeMotion, statement: str | None) -> str:
+    """Help in words: ``statement`` (one of `FreeMotion.holds`; None: none of them will do) takes the motion away."""
+    if motion.things:
+        return "another statement about it takes the freedom away" if statement is None else f"`{statement}` holds it"
+    if not motion.variables:
+        return "name the `_` and give it a value"
+    return "give it a value" if statement is None else f"`{statement}` gives it a value"
 
 
 def _speeds(block: Block, velocity: FloatArray) -> dict[int, float]:
@@ -257,9 +284,9 @@ def _way(
     velocity: tuple[float, float, float],
     direction: tuple[float, float],
     at: tuple[float | None, ...],
-) -> tuple[str, str]:
-    """How one thing moves (turning about one of its anchors or a point, or sliding), and a constraint that would stop
-    it.
+) -> tuple[str, tuple[str, ...]]:
+    """How one thing moves (turning about one of its anchors or a point, or sliding), and constraints, each of which
+    would stop it.
     """
     vx, vy, turn = velocity
     c, s = direction
@@ -269,7 +296,7 @@ def _way(
     if abs(turn) * plan.size <= 1e-6 * max(abs(vx), abs(vy)):
         along = 0 if abs(vx) >= abs(vy) else 1
         place = at[along]
-        remedy = f"`{body.name}.{reference}.{'xy'[along]} = {number(0.0 if place is None else place, 6)};` holds it"
+        remedy = (f"{body.name}.{reference}.{'xy'[along]} = {number(0.0 if place is None else place, 6)};",)
         if abs(vy) <= 1e-6 * abs(vx):
             return "move along x", remedy
         if abs(vx) <= 1e-6 * abs(vy):
@@ -277,7 +304,7 @@ def _way(
         angle = float(np.degrees(np.arctan2(vy, vx))) % 180.0
         return f"move in the direction of {number(angle)} degrees", remedy
     angle = float(np.degrees(np.arctan2(s, c)))
-    remedy = f"`{body.name}.angle = {number(angle if abs(angle) > 1e-9 else 0.0)};` holds it"
+    remedy = (f"{body.name}.angle = {number(angle if abs(angle) > 1e-9 else 0.0)};",)
     for anchor in body.anchors:  # an anchor at reference + R d has the velocity v + turn * perp(R d)
         dx, dy = anchor.local[0] - rx, anchor.local[1] - ry
         wx, wy = c * dx - s * dy, s * dx + c * dy

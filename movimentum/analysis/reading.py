@@ -51,7 +51,8 @@ def reader(scene: Scene, expressions: Sequence[Expr]) -> Reader:
                     found = poses.properties.get((thing, name))
                     return np.full(count, scene.things[thing].undriven(name)) if found is None else found
                 case VariableComponent(name, axis):
-                    return poses.variables[name] if axis is None else poses.variables[name][:, axis]
+                    value = poses.variables[name] if axis is None else poses.variables[name][:, axis]
+                    return np.where(poses.missing[name], np.nan, value) if name in poses.missing else value
                 case _:
                     raise NotImplementedError(payload)
 

@@ -7,6 +7,7 @@ at the beginning.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from movimentum.plan.model import Plan
 from movimentum.plan.numeric import atan2d
+from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.scene.model import Scene, ThingAngle, VariableComponent
 from movimentum.scene.names import symbol_name
 from movimentum.solve.candidates import Candidate, Part, Selection
@@ -27,6 +29,9 @@ FloatArray = NDArray[np.float64]
 
 MOST_CANDIDATES = 6
 LARGE = 1000
+SEEN = 1e-6
+"""Of the scene's size (or of a direction): what differs by less is not told."""
+MOST_WORDS = 4
 CLEAR = 0.01
 """How far from equality, in units of the scene's size (or radians), an inequality must stay to be offered."""
 
@@ -37,6 +42,10 @@ class Followed:
 
     anchors: dict[tuple[int, int], FloatArray]
     variables: dict[str, FloatArray]
+
+    def without(self, names: Sequence[str]) -> Followed:
+        """Without some variables."""
+        return Followed(self.anchors, {name: v for name, v in self.variables.items() if name not in names})
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +224,7 @@ def _best(plan: Plan, options: list[_Option], index: int, count: int) -> str | N
     return min(pairs)[1] if pairs else None
 
 
-def selecting_wish(plan: Plan, part: Part, index: int) -> str | None:
+def selecting_wish(plan: Plan, part: Part, index: int, without: Sequence[str] = ()) -> str | None:
     """A wish that selects candidate ``index`` where no inequality stays true (a crank turns through all angles).
 
     It is about the angle or the variable in which the candidate differs most from the nearest other one; None where
@@ -225,7 +234,7 @@ def selecting_wish(plan: Plan, part: Part, index: int) -> str | None:
     mine = part.candidates[index].values
     for n, value in sorted(mine.items()):
         payload = plan.system.unknowns[n].payload
-        if not isinstance(payload, ThingAngle | VariableComponent):
+        if not isinstance(payload, ThingAngle | VariableComponent) or plan.system.unknowns[n].name in without:
             continue
         scale = 57.0 if isinstance(payload, ThingAngle) else plan.size
         others = [other.values[n] for k, other in enumerate(part.candidates) if k != index]
@@ -236,14 +245,70 @@ def selecting_wish(plan: Plan, part: Part, index: int) -> str | None:
     return None if best is None else best[1]
 
 
-def described(plan: Plan, candidate: Candidate) -> str:
-    """A candidate in a few words: how its things are turned, or what its variables are."""
+def described(
+    plan: Plan, candidates: Sequence[Candidate], followed: Sequence[Followed], without: Sequence[str] = ()
+) -> list[str]:
+    """Candidates in a few words each: what differs between them, what differs most first, ``without`` some variables.
+
+    ``followed`` has each candidate's anchors where it begins. A thing is told by its turn, or by the place of an anchor
+    where all candidates turn it alike.
+    """
+    items = sorted(_differences(plan, candidates, followed, without), key=lambda item: -item[0])
+    told = [words for apart, words in items if apart > SEEN]
+    return [
+        ", ".join(words[k] for words in told[:MOST_WORDS]) + (", …" if len(told) > MOST_WORDS else "")
+        or "differs in what is not drawn"
+        for k in range(len(candidates))
+    ]
+
+
+def _differences(
+    plan: Plan, candidates: Sequence[Candidate], followed: Sequence[Followed], without: Sequence[str]
+) -> Iterator[tuple[float, list[str]]]:
+    """For each thing and each variable: how far apart the candidates are (of the scene's size, rounded so that what
+    differs alike keeps its order), and what it is in each of them.
+    """
     scene = plan.system.scene
-    parts: list[str] = []
-    for n, value in sorted(candidate.values.items()):
-        payload = plan.system.unknowns[n].payload
-        if isinstance(payload, ThingAngle):
-            parts.append(f"`{scene.things[payload.thing].name}` turned {round(value, 2) + 0.0:g} degrees")
-        elif isinstance(payload, VariableComponent):
-            parts.append(f"{plan.system.unknowns[n].name} = {value:.6g}")
-    return ", ".join(parts[:4]) + (", …" if len(parts) > 4 else "")
+    unknowns = plan.system.unknowns
+    angle_of = {p.thing: n for n in candidates[0].values if isinstance(p := unknowns[n].payload, ThingAngle)}
+    of_thing: dict[int, list[int]] = {}
+    for t, i in sorted(followed[0].anchors):
+        of_thing.setdefault(t, []).append(i)
+    for t, anchors in of_thing.items():
+        body = scene.things[t]
+        turns = [_turn(plan, t, candidate.values) or 0.0 for candidate in candidates]
+        if t in angle_of:
+            turns = [candidate.values[angle_of[t]] for candidate in candidates]
+        apart = _spread([np.array([np.cos(np.radians(a)), np.sin(np.radians(a))]) for a in turns])
+        if apart > SEEN:
+            yield apart, [f"`{body.name}` turned {round(a, 2) + 0.0:g} degrees" for a in turns]
+            continue
+        points = [np.array([f.anchors[t, anchors[0]][0]]).ravel() for f in followed]
+        yield (
+            _spread([point / plan.size for point in points]),
+            [f"`{body.name}.{body.anchors[anchors[0]].name}` at [{x:.6g}, {y:.6g}]" for x, y in points],
+        )
+    for n in sorted(candidates[0].values):
+        if isinstance(unknowns[n].payload, VariableComponent) and unknowns[n].name not in without:
+            values = [candidate.values[n] for candidate in candidates]
+            yield (
+                _spread([np.array([value / plan.size]) for value in values]),
+                [f"{unknowns[n].name} = {value:.6g}" for value in values],
+            )
+
+
+def _turn(plan: Plan, thing: int, values: dict[int, float]) -> float | None:
+    """How far a thing is turned in a candidate: degrees in (-180, 180]; None where the candidate does not say."""
+    system = plan.system
+    known = [values.get(system.number_of.get(part(thing), -1)) for part in (PoseCos, PoseSin)]
+    if known[0] is None or known[1] is None:
+        return None
+    c, s = system.frame(thing).to_thing(known[0], known[1])
+    return float(np.degrees(np.arctan2(s, c)))
+
+
+def _spread(values: Sequence[FloatArray]) -> float:
+    """How far apart values are at the most, to two digits."""
+    stacked = np.array(values)
+    apart = float(np.max(np.max(stacked, axis=0) - np.min(stacked, axis=0), initial=0.0))
+    return float(f"{apart:.1e}")

@@ -19,9 +19,9 @@ from movimentum.solve.digits import DigitsArithmetic
 from movimentum.solve.draft import drafted
 from movimentum.solve.evaluation import Arithmetic, Evaluator, Number, ordered
 from movimentum.solve.instants import at_times
-from movimentum.solve.moments import evaluated
 from movimentum.solve.motion import Motion, Poses
 from movimentum.solve.refinement import RefinedMotion, refined
+from movimentum.solve.removable import evaluated
 from movimentum.solve.solver import solve
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece

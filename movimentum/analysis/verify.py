@@ -6,24 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from movimentum.plan.codegen import Clocks, compiled
-from movimentum.plan.equations import Form
-from movimentum.plan.unknowns import Rate, symbol_numbers
-from movimentum.solve.moments import evaluated
+from movimentum.solve.instants import Instants
+from movimentum.solve.judging import TOLERANCE, Judge
 from movimentum.solve.motion import Motion
+from movimentum.solve.removable import evaluated
 from movimentum.solve.stretches import Dead, Stretch
 
 CHUNK = 8192
-TOLERANCE = 1e-7
-"""Relative to the scene's size. Far above what rounding makes of a well-posed frame (1e-14), far below what can be
-seen.
-"""
 
 
 @dataclass(frozen=True, slots=True)
 class Shortfall:
-    """The first frame that is not solved: ``unknown`` has no finite value there, or ``constraint`` is off by
-    ``amount``.
+    """The first frame that is not solved: ``unknown`` has no finite value there, or ``constraint`` (an equation or an
+    inequality) is off by ``amount``.
     """
 
     frame: int
@@ -36,54 +31,46 @@ class Shortfall:
 def first_shortfall(motion: Motion) -> Shortfall | None:
     """Evaluate every frame; None where all is well. Frames for which a path already has no solution are not counted."""
     count = motion.timeline.frame_count
+    judges: dict[int, Judge] = {}
     for first in range(0, count, CHUNK):
         for stretch, low, high in motion.spans(first, min(first + CHUNK, count)):
-            found = _of_stretch(motion, stretch, low, high)
+            judge = judges.get(id(stretch))
+            if judge is None:
+                judge = judges[id(stretch)] = Judge(stretch.plan, motion.size)
+            found = _of_stretch(motion, judge, stretch, low, high)
             if found is not None:
                 return found
     return None
 
 
-def _of_stretch(motion: Motion, stretch: Stretch, low: int, high: int) -> Shortfall | None:
-    plan = stretch.plan
-    system = plan.system
-    rows = [
-        e
-        for e in system.equations
-        if e.form is Form.PLAIN and not any(isinstance(system.unknowns[n].payload, Rate) for n in e.unknowns)
-    ]
-    clocks = Clocks(plan.clocks)
+def _of_stretch(motion: Motion, judge: Judge, stretch: Stretch, low: int, high: int) -> Shortfall | None:
     instants = motion.instants(stretch, low, high)
-    solved_for = {n for block in plan.blocks for n in block.unknowns}
-    rows = [e for e in rows if symbol_numbers(e.original or e.residual) <= solved_for]
-    function = compiled([e.original or e.residual for e in rows], clocks)
-    # clocks that only the constraints as they are stated read
-    more = [float(stretch.segment.start - start) + instants.tau for start in clocks.starts[len(plan.clocks) :]]
-    known = instants.clocks
-    for piece in stretch.pieces:
+    begins = np.array([piece.begin for piece in stretch.pieces[1:]])
+    of_piece = np.searchsorted(begins, instants.tau, side="right")
+    for number in np.unique(of_piece):
+        piece = stretch.pieces[int(number)]
         if isinstance(piece, Dead):
             continue
+        places = np.nonzero(of_piece == number)[0]
+        part = Instants(instants.tau[places], tuple(clock[places] for clock in instants.clocks))
         with np.errstate(all="ignore"):
-            state, bad = evaluated(piece, instants)
-            inside = (instants.tau >= piece.begin) & (instants.tau <= piece.end)
-            worst = np.where(bad & inside, np.inf, 0.0)
-            values = function(state, (*known, *more))
-            for row, value in zip(rows, values, strict=True):
-                size = 1.0 if row.constraint is None else motion.size
-                off = np.abs(np.broadcast_to(value, len(worst))) / size
-                if row.original is not None and row.original.op in ("add", "atan2d"):  # angles agree modulo a turn
-                    off = np.minimum(off, np.abs(off - 360.0 / size))
-                worst = np.where(inside, np.fmax(worst, np.where(np.isfinite(off), off, np.inf)), worst)
+            state, bad = evaluated(piece, part)
+            worst = np.where(bad, np.inf, judge.worst(state, part))
         if not (worst > TOLERANCE).any():
             continue
         place = int(np.argmax(worst > TOLERANCE))
-        for n in sorted(solved_for):
-            if not np.isfinite(np.broadcast_to(state[n], len(worst))[place]):
-                return Shortfall(low + place, stretch, unknown=n)
-        offs = [float(abs(np.broadcast_to(value, len(worst))[place])) for value in values]
-        chosen = int(np.argmax(offs)) if offs else None
-        constraint = rows[chosen].constraint if chosen is not None else None
-        return Shortfall(
-            low + place, stretch, constraint=constraint, amount=offs[chosen] if chosen is not None else 0.0
-        )
+        frame = low + int(places[place])
+        for block in stretch.plan.blocks:
+            for n in block.unknowns:
+                if not np.isfinite(np.broadcast_to(state[n], len(part))[place]):
+                    return Shortfall(frame, stretch, unknown=n)
+        rows, beyond = judge.amounts(state, part)
+        amounts = [(float(off[place]), row.constraint) for off, row in zip(rows, judge.rows, strict=True)]
+        selectors = stretch.plan.system.selectors
+        amounts += [
+            (float(off[place]), selector.constraint if selector.constraint is not None else selector.equation_of)
+            for off, selector in zip(beyond, selectors, strict=True)
+        ]
+        amount, constraint = max(amounts, key=lambda item: item[0], default=(0.0, None))
+        return Shortfall(frame, stretch, constraint=constraint, amount=amount)
     return None

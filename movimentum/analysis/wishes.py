@@ -29,6 +29,10 @@ ASIDE = 1e-3
 """Of the scene's size: how far a pose is pushed to see whether it is stuck or blocked."""
 
 
+MOST = 50
+"""Wishes that are looked at one by one."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Life:
     """Where a wish draws free motion: stretches with the numbers of its errors in `Plan.wishes`."""
@@ -38,11 +42,15 @@ class _Life:
 
 
 def wish_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
-    """A note (a warning where it is stuck) for each wish that draws free motion."""
-    for life in _lives(motion):
+    """A note (a warning where it is stuck) for each wish that draws free motion, the first `MOST` of them."""
+    lives = _lives(motion)
+    for life in lives[:MOST]:
         found = _told(motion, life)
         if found is not None:
             yield found
+    if len(lives) > MOST:
+        message = f"of {len(lives):,} wishes, only what became of the first {MOST} is told"
+        yield Diagnostic("limit/messages", Severity.NOTE, message)
 
 
 def _lives(motion: Motion) -> list[_Life]:

@@ -7,6 +7,7 @@ never travel between processes, and no more than a few frames are in memory.
 from __future__ import annotations
 
 import io
+import re
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, Protocol
@@ -54,6 +55,10 @@ class Writer(Protocol):
         ...
 
 
+_NO_MEMORY = re.compile(r"out of memory|codec configuration error|encoding error [12]\b")
+"""How the encoders say it (zlib as a configuration that it cannot begin with; 1 and 2 are libwebp's numbers)."""
+
+
 def changed_box(image: Image.Image, previous: Image.Image | None) -> Box | None:
     """The smallest box outside of which two pictures of one size and mode are the same; None if they are the same."""
     if previous is None:
@@ -89,5 +94,10 @@ def parts(total: int, longest: int) -> list[int]:
 def saved(image: Image.Image, file_format: str, **options: int | bool) -> bytes:
     """The bytes of one picture as Pillow writes them."""
     buffer = io.BytesIO()
-    image.save(buffer, file_format, **options)
+    try:
+        image.save(buffer, file_format, **options)
+    except (OSError, ValueError) as error:
+        if _NO_MEMORY.search(str(error)):
+            raise MemoryError from error
+        raise
     return buffer.getvalue()

@@ -67,7 +67,8 @@ def runs(source: PoseSource) -> Iterator[Run]:
 def coded_runs(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Generator[Pieces, None, None]:
     """For each run in order, one entry a frame: what it changes, None for nothing.
 
-    Close the generator (or let an exception through it) to end the workers.
+    Where the system gives us fewer processes than ``workers``, those draw; where it gives none, this one does. Close
+    the generator (or let an exception through it) to end the workers.
     """
     if workers <= 1:
         return _coded_here(painter, coder, source)
@@ -147,19 +148,33 @@ class _Crew:
         context = cast("SpawnContext", multiprocessing.get_context("fork" if _FORKS else "spawn"))
         try:
             for _ in range(workers):
-                ours, theirs = context.Pipe()
-                self.pipes.append(ours)
-                others = tuple(self.pipes) if _FORKS else ()
-                process = context.Process(target=_work, args=(theirs, others, painter, coder), daemon=True)
-                with warnings.catch_warnings():  # Python 3.12 warns of forks beside threads; see above
-                    warnings.simplefilter("ignore", DeprecationWarning)
-                    process.start()
-                theirs.close()
-                self._processes.append(process)
+                if not self._started(context, painter, coder):
+                    break
         except BaseException:
             self.__exit__()
             raise
         return self
+
+    def _started(self, context: SpawnContext, painter: Painter, coder: Coder) -> bool:
+        """One worker more; False where there is no process, no file handle or no memory for it."""
+        try:
+            ours, theirs = context.Pipe()
+        except OSError:
+            return False
+        self.pipes.append(ours)
+        others = tuple(self.pipes) if _FORKS else ()
+        process = context.Process(target=_work, args=(theirs, others, painter, coder), daemon=True)
+        try:
+            with warnings.catch_warnings():  # Python 3.12 warns of forks beside threads; see above
+                warnings.simplefilter("ignore", DeprecationWarning)
+                process.start()
+        except (OSError, MemoryError):
+            self.pipes.pop().close()
+            return False
+        finally:
+            theirs.close()
+        self._processes.append(process)
+        return True
 
     def __exit__(self, *_: object) -> None:
         for pipe in self.pipes:
@@ -175,11 +190,15 @@ def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers
 
     waiting = runs(source)
     tail: list[Points] = []  # the points of traces of every run so far, for workers that did not draw it
-    sent = [0] * workers  # how many runs' points each worker has
-    idle = list(range(workers))
     done: dict[int, Pieces] = {}
     given = taken = 0
     with _Crew(painter, coder, workers) as crew:
+        workers = len(crew.pipes)
+        if not workers:
+            yield from _coded_here(painter, coder, source)
+            return
+        sent = [0] * workers  # how many runs' points each worker has
+        idle = list(range(workers))
         while True:
             # only to who waits for it: were both ends sending, neither would ever finish
             while idle and given - taken < 4 * workers and (run := next(waiting, None)) is not None:

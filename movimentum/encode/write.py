@@ -31,8 +31,8 @@ from movimentum.encode.apng import ApngCoder, ApngWriter
 from movimentum.encode.gif import GifCoder, GifWriter
 from movimentum.encode.palette import choose_palette
 from movimentum.encode.pieces import Clock, Coder, Piece, Writer
-from movimentum.encode.png import PngCoder, PngSequenceWriter
 from movimentum.encode.runs import coded_runs, timed_frames, workers_that_pay
+from movimentum.encode.stills import JPEG_LARGEST, SequenceWriter, coder_of
 from movimentum.encode.video import write_video
 from movimentum.encode.webp import WebpCoder, WebpWriter
 from movimentum.errors import UsageError
@@ -40,8 +40,12 @@ from movimentum.files import whole_file, whole_folder
 from movimentum.render.painter import Painter, Session
 from movimentum.render.stream import PoseSource, chunks, count, kept_frames, pieces, thinned
 from movimentum.solve.motion import Poses
+from movimentum.terminal import typed
 
-SUFFIXES = (".gif", ".png", ".apng", ".webp", ".mp4", ".webm")
+SUFFIXES = (".gif", ".png", ".jpg", ".jpeg", ".apng", ".webp", ".mp4", ".webm")
+_STILLS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
+STILL_KINDS = frozenset(_STILLS.values())
+"""What `check_output` says of a file that holds one picture."""
 _SAMPLES = 8  # frames that a palette is chosen from
 _WORTH_TIMING = 60  # frames: fewer are drawn here without asking
 
@@ -63,30 +67,38 @@ class WriteReport:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def check_output(path: Path, frames: int | None = None) -> str:
-    """The kind of file that ``path`` asks for: its suffix without the dot, ``"sequence"`` for numbered pictures.
+def check_output(path: Path, frames: int | None = None, *, transparent: bool = False) -> str:
+    """The kind of file that ``path`` asks for: ``"sequence"`` for numbered pictures, one of `STILL_KINDS` for a single
+    one, else its suffix without the dot.
 
     `UsageError`: ``output/format`` for a suffix that is not written here, ``output/pattern`` for a number pattern that
-    cannot be filled, ``output/one-picture`` for more than one frame into one PNG.
+    cannot be filled, ``output/one-picture`` for more than one frame into one picture, ``output/opaque`` for a
+    ``transparent`` background in a JPEG.
     """
     suffix, name = path.suffix.lower(), path.name
     if suffix not in SUFFIXES:
         known = ", ".join(SUFFIXES)
         raise _usage("output/format", f"cannot tell a format from `{name}`: known are {known}", "-o out.gif")
-    if suffix != ".png":
+    if suffix not in _STILLS:
         return suffix[1:]
+    if transparent and suffix != ".png":
+        raise _usage("output/opaque", "a JPEG has no transparency", f"-o {path.with_suffix('.png')}")
     if "%" not in name:
         if frames is not None and frames > 1:
             raise _usage(
                 "output/one-picture",
                 f"{frames} frames do not fit into one picture `{name}`",
-                f"-o {path.with_name(path.stem + '-%04d.png')}",
-                f"-o {path.with_suffix('.apng')}",
+                f"-o {typed(path.with_name(path.stem + '-%04d' + path.suffix))}",
+                f"-o {typed(path.with_suffix('.apng'))}",
                 "--at 0",
             )
-        return "png"
+        return _STILLS[suffix]
     if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", name):
-        raise _usage("output/pattern", f"`{name}` must have one %d (or %04d) for the frame's number", "-o out-%04d.png")
+        raise _usage(
+            "output/pattern",
+            f"`{name}` must have one %d (or %04d) for the frame's number",
+            f"-o out-%04d{path.suffix}",
+        )
     return "sequence"
 
 
@@ -111,14 +123,14 @@ def write_animation(
     allows (``limit/pixels``); video without PyAV (``output/video``).
     """
     total = count(source)
-    kind = check_output(path, total)
+    kind = check_output(path, total, transparent=painter.transparent)
     if total == 0:
         raise _usage("output/no-frames", "there is no frame to draw")
     job = _Job(painter, source, total, fps, loop, workers, progress)
     match kind:
         case "gif":
             return _write_gif(job, path)
-        case "png":
+        case "png" | "jpeg":
             return _write_still(job, path)
         case "sequence":
             return _write_sequence(job, path)
@@ -186,13 +198,13 @@ def _write_gif(job: _Job, path: Path) -> WriteReport:
         clock = Clock(job.fps, 100)
     painter = job.painter
     end = max(end, clock.at(job.total))
+    positions = sorted({number * job.total // _SAMPLES for number in range(_SAMPLES)})
+    images, seconds = timed_frames(painter, job.source, positions)
+    palette = choose_palette(images, None if painter.transparent else painter.background)
+    coder = GifCoder(palette)
+    workers = job.choose_workers(coder, images, seconds)
+    del images
     with whole_file(path) as part, part.open("wb") as stream:
-        positions = sorted({number * job.total // _SAMPLES for number in range(_SAMPLES)})
-        images, seconds = timed_frames(painter, job.source, positions)
-        palette = choose_palette(images, None if painter.transparent else painter.background)
-        coder = GifCoder(palette)
-        workers = job.choose_workers(coder, images, seconds)
-        del images
         writer = GifWriter(stream, painter.size, palette, clock, (job.total, end), job.loop, painter.transparent)
         _write_pieces(job, writer, coder, workers)
     return job.report([path], Fraction(end, 100), workers, *warnings)
@@ -212,19 +224,21 @@ def _write_box_format(job: _Job, path: Path, kind: str) -> WriteReport:
 
 
 def _write_still(job: _Job, path: Path) -> WriteReport:
+    _refuse_large_jpeg(job.painter, path)
     with whole_file(path) as part:
         poses = next(chunks(job.source))
-        piece = PngCoder().code(job.painter.frame(poses, 0), None)
+        piece = coder_of(path.suffix).code(job.painter.frame(poses, 0), None)
         part.write_bytes(piece.data if piece else b"")
     job.tell(1)
     return job.report([path], 1 / job.fps, 1)
 
 
 def _write_sequence(job: _Job, path: Path) -> WriteReport:
+    _refuse_large_jpeg(job.painter, path)
     numbers = [int(number) for chunk in chunks(job.source) for number in chunk.frames]
     with whole_folder(path) as folder:
-        writer = PngSequenceWriter(folder, path.name, numbers)
-        coder = PngCoder()
+        writer = SequenceWriter(folder, path.name, numbers)
+        coder = coder_of(path.suffix)
         workers = job.choose_workers(coder, None, 0.0)
         _write_pieces(job, writer, coder, workers)
     return job.report([path.with_name(name) for name in writer.files], job.total / job.fps, workers)
@@ -271,6 +285,11 @@ def _write_pieces(job: _Job, writer: Writer, coder: Coder, workers: int) -> None
     if shown is not None:
         writer.add(shown, since, done)
     writer.end()
+
+
+def _refuse_large_jpeg(painter: Painter, path: Path) -> None:
+    if path.suffix.lower() != ".png":
+        _refuse_larger(painter, JPEG_LARGEST, "JPEG")
 
 
 def _refuse_larger(painter: Painter, limit: int, name: str) -> None:

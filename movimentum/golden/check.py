@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
 from movimentum.analysis.words import counted, listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
+from movimentum.files import read_limited
 from movimentum.golden import pictures
-from movimentum.golden.record import FORMAT, Golden, Rendition, picture_name, renderer, rendition
+from movimentum.golden.manifest import Manifest, picture_name, read_manifest
+from movimentum.golden.record import Golden, Rendition, renderer, rendition
 from movimentum.interop.tables import columns
+from movimentum.pipeline import reads
+from movimentum.render.images import picture_file
 from movimentum.solve.motion import Motion
 from movimentum.solve.refinement import RefinedMotion
+from movimentum.source import SourceText
+from movimentum.terminal import typed
 
 FloatArray = NDArray[np.float64]
 
@@ -33,10 +37,12 @@ MOST = 6
 class Outcome:
     """``diagnostics``: one error for what is no longer as recorded, none where all is well. ``pictures`` are those that
     differ: (frame, expected, actual), an expected one is None where there was no such frame.
+    ``inputs``: the files read.
     """
 
     golden: Golden
     diagnostics: tuple[Diagnostic, ...]
+    inputs: tuple[str, ...] = ()
     pictures: tuple[tuple[int, Image.Image | None, Image.Image], ...] = ()
 
     @property
@@ -47,18 +53,20 @@ class Outcome:
 
 def check(golden: Golden) -> Outcome:
     """Solve and draw a script again; raises what solving it raises, and `ScriptError` where nothing was recorded."""
-    about, header, table = _recorded(golden)
+    recorded = _recorded(golden)
     made = rendition(golden.script)
-    found = list(_numbers(made, header, table, int(about["frames"])))
+    found = list(_numbers(golden, made, recorded))
     differing: list[tuple[int, Image.Image | None, Image.Image]] = []
-    same = about["renderer"] == renderer()
+    same = recorded.manifest.renderer == renderer()
     worst: tuple[float, str] | None = None
     for frame, actual in made.images():
-        expected = _picture(golden.folder / picture_name(frame))
-        if expected is None or expected.size != actual.size:
-            differing.append((frame, expected, actual))
-            what = "was not recorded" if expected is None else f"is {actual.size}, it was {expected.size}"
-            worst = worst or (0.0, f"frame {frame} {what}".replace("(", "").replace(")", "").replace(", ", "x", 1))
+        expected = _picture(golden.folder / picture_name(frame), actual)
+        if expected is None or isinstance(expected, tuple):
+            differing.append((frame, None, actual))
+            what = "was not recorded"
+            if expected is not None:
+                what = f"is {actual.width} x {actual.height} pixels, it was {expected[0]} x {expected[1]}"
+            worst = worst or (0.0, f"frame {frame} {what}")
             continue
         apart = pictures.difference(expected, actual)
         if not apart.acceptable(same_renderer=same):
@@ -74,7 +82,8 @@ def check(golden: Golden) -> Outcome:
                 *(() if same else ("recorded with another renderer, so pictures are compared when blurred",)),
             )
         )
-    return Outcome(golden, tuple(found), tuple(differing))
+    inputs = reads(SourceText(str(golden.script), ""), made.scene)
+    return Outcome(golden, tuple(found), inputs, tuple(differing))
 
 
 def _error(code: str, message: str, *notes: str) -> Diagnostic:
@@ -82,38 +91,81 @@ def _error(code: str, message: str, *notes: str) -> Diagnostic:
     return Diagnostic(code, Severity.ERROR, message, notes=tuple(notes), helps=helps)
 
 
-def _recorded(golden: Golden) -> tuple[dict[str, Any], list[str], FloatArray]:
-    """What ``golden.json`` says, and the table."""
-    name = golden.script.name
+_TWO_LINES = 16_000_000
+"""Bytes of a table's names and first row: enough for a hundred thousand columns."""
+_CELL_BYTES = 32
+"""A number in a table takes 24 at most, with its comma."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Recorded:
+    """A recording's manifest, and the names of its table's columns."""
+
+    manifest: Manifest
+    header: list[str]
+
+
+def _recorded(golden: Golden) -> _Recorded:
+    """What was recorded, without the table's rows; `ScriptError` where nothing was, or where it cannot be read.
+
+    A folder may come from anywhere: of the table, no more is read later than our own would take.
+    """
     if not golden.exists:
-        message = f"{name} has no golden frames in {golden.folder}"
-        helps = (f"movimentum golden record {golden.script}",)
+        message = f"{golden.script.name} has no golden frames in {golden.folder}"
+        helps = (_record(golden),)
         raise ScriptError([Diagnostic("golden/missing", Severity.ERROR, message, helps=helps)])
     try:
-        about = json.loads((golden.folder / "golden.json").read_text(encoding="utf-8"))
-        if about["format"] != FORMAT:
-            raise ValueError(f"their format is {about['format']}, not {FORMAT}")
-        with (golden.folder / "poses.csv").open(encoding="utf-8", newline="") as stream:
-            header, *rows = csv.reader(stream)
-        table = np.array(rows, dtype=np.float64).reshape(len(rows), len(header))
-        frames, known = int(about["frames"]), dict(about["renderer"])
-    except (OSError, ValueError, KeyError, TypeError) as problem:
-        message = f"{name}'s golden frames in {golden.folder} cannot be read: {problem}"
-        helps = (f"movimentum golden record {golden.script}",)
-        raise ScriptError([Diagnostic("golden/unreadable", Severity.ERROR, message, helps=helps)]) from problem
-    return {"frames": frames, "renderer": known}, header, table
+        manifest = read_manifest(golden.folder)
+        lines = read_limited(golden.folder / "poses.csv", _TWO_LINES, lines=2).decode("utf-8").splitlines()
+        header, *first = csv.reader(lines)
+        for row in first:
+            np.array(row, dtype=np.float64).reshape(len(header))
+        return _Recorded(manifest, header)
+    except (OSError, ValueError, csv.Error) as problem:
+        raise _unreadable(golden, problem) from problem
 
 
-def _picture(path: Path) -> Image.Image | None:
+def _record(golden: Golden) -> str:
+    """The command that records it."""
+    to = "" if golden.folder.parent == golden.script.parent else f" --to {typed(golden.folder.parent)}"
+    return f"movimentum golden record {typed(golden.script)}{to}"
+
+
+def _unreadable(golden: Golden, problem: Exception) -> ScriptError:
+    reason = problem.strerror if isinstance(problem, OSError) and problem.strerror else str(problem)
+    message = f"{golden.script.name}'s golden frames in {golden.folder} cannot be read: {reason}"
+    helps = (_record(golden),)
+    return ScriptError([Diagnostic("golden/unreadable", Severity.ERROR, message, helps=helps)])
+
+
+def _table(golden: Golden, header: list[str], rows: int) -> FloatArray:
+    """The recorded numbers, (rows, columns); no more is read than ``rows`` and one more can take."""
+    limit = sum(len(name.encode()) + 4 for name in header) + (rows + 1) * len(header) * _CELL_BYTES
     try:
-        with Image.open(path) as image:
-            return image.convert("RGB")
-    except (OSError, UnidentifiedImageError):
+        text = read_limited(golden.folder / "poses.csv", limit).decode("utf-8")
+        _, *cells = csv.reader(text.splitlines())
+        table = np.array(cells, dtype=np.float64).reshape(len(cells), len(header))
+        if not np.isfinite(table).all():
+            raise ValueError("there is a number in it that is not finite")
+    except (OSError, ValueError, csv.Error) as problem:
+        raise _unreadable(golden, problem) from problem
+    return table
+
+
+def _picture(path: Path, actual: Image.Image) -> Image.Image | tuple[int, int] | None:
+    """A recorded picture of the same size as ``actual``; the size of one of another size, which is not decoded; None
+    where there is none.
+    """
+    try:
+        with picture_file(str(path), ("PNG",)) as image:
+            return image.convert("RGB") if image.size == actual.size else image.size
+    except ScriptError:
         return None
 
 
-def _numbers(made: Rendition, header: list[str], table: FloatArray, frames: int) -> Iterator[Diagnostic]:
+def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[Diagnostic]:
     """What is somewhere else than it was."""
+    header, frames = recorded.header, recorded.manifest.frames
     motion = made.solution.motion
     count = motion.timeline.frame_count
     chosen = columns(made.scene)
@@ -130,6 +182,7 @@ def _numbers(made: Rendition, header: list[str], table: FloatArray, frames: int)
         yield _error("golden/changed", f"the animation has {now}, it had {before}")
         return
     poses = made.poses()
+    table = _table(golden, header, len(poses.frames))
     if len(poses.frames) != len(table) or (table[:, 0] != poses.frames).any():
         yield _error("golden/changed", "other frames were recorded than would be now")
         return

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import json
+import re
 from html import escape
 from pathlib import Path
+from typing import cast
 
 from movimentum.diagnostics import render_text
-from movimentum.files import whole_folder
+from movimentum.files import make_folder, read_limited, remove_own, whole_folder
 from movimentum.golden import pictures
 from movimentum.golden.check import Outcome
+from movimentum.golden.manifest import MANIFEST_BYTES
 from movimentum.source import SourceText
+from movimentum.terminal import visible
 
 _STYLE = """
 body { font-family: sans-serif; margin: 2em } td { vertical-align: top; padding: 4px }
 img { border: 1px solid #bbb } pre { background: #f4f4f4; padding: 1em }
 """
+
+
+MANIFEST = "pictures.json"
+"""Names the pictures beside a page, so that the next page removes these and no others."""
+_OURS = re.compile(r"frame-\d{5,9}-(expected|actual|difference)\.png")
 
 
 def report_folder(outcome: Outcome) -> Path:
@@ -25,16 +35,17 @@ def report_folder(outcome: Outcome) -> Path:
 def write_report(outcome: Outcome) -> Path:
     """Write the page and its pictures; returns the page's path."""
     folder = report_folder(outcome)
-    folder.mkdir(parents=True, exist_ok=True)
-    for file in folder.glob("*.png"):
-        file.unlink()
-    name = escape(outcome.golden.script.name)
+    make_folder(folder)
+    for name in _own_pictures(folder):  # other files in this folder are somebody's own
+        remove_own(folder / name, outcome.inputs)
+    pictures_written: list[str] = []
+    name = escape(visible(outcome.golden.script.name))
     said = render_text(outcome.diagnostics, SourceText(str(outcome.golden.script), ""))
     rows = [
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title><style>{_STYLE}</style>',
         f"<h1>{name}</h1><pre>{escape(said)}</pre><table><tr><th><th>expected<th>actual<th>difference",
     ]
-    with whole_folder(folder / "page") as part:
+    with whole_folder(folder / "page", outcome.inputs) as part:
         for frame, expected, actual in outcome.pictures:
             cells = [f"<tr><td>frame {frame}"]
             kinds = {"expected": expected, "actual": actual}
@@ -46,8 +57,21 @@ def write_report(outcome: Outcome) -> Path:
                     cells.append("<td>none")
                     continue
                 file = f"frame-{frame:05d}-{kind}.png"
+                pictures_written.append(file)
                 image.save(part / file, "PNG")
                 cells.append(f'<td><img src="{file}" alt="{kind}">')
             rows.append("".join(cells))
         (part / "index.html").write_text("\n".join([*rows, "</table>", ""]), encoding="utf-8", newline="\n")
+        (part / MANIFEST).write_text(json.dumps(pictures_written, indent=1) + "\n", encoding="utf-8", newline="\n")
     return folder / "index.html"
+
+
+def _own_pictures(folder: Path) -> list[str]:
+    """The pictures that an earlier page here wrote, by its manifest; a name that we do not give is none."""
+    try:
+        names = json.loads(read_limited(folder / MANIFEST, MANIFEST_BYTES))
+    except (OSError, ValueError, RecursionError):
+        return []
+    if not isinstance(names, list):
+        return []
+    return [name for name in cast("list[object]", names) if isinstance(name, str) and _OURS.fullmatch(name)]

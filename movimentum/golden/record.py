@@ -7,22 +7,26 @@ frames as PNG, and ``golden.json``, which says what they were recorded with.
 from __future__ import annotations
 
 import json
+import os
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from movimentum import pipeline
-from movimentum.files import whole_folder
+from movimentum.files import make_folder, remove_own, whole_folder
+from movimentum.golden.manifest import FORMAT, picture_name, read_manifest
 from movimentum.pipeline import Choices, Solution
 from movimentum.scene.model import Scene
 from movimentum.solve.motion import Poses
+from movimentum.source import SourceText
 
 MOST_FRAMES = 2000
 """Rows of a table; of a longer animation every second, third, … frame is kept."""
 MOST_PICTURES = 12
-FORMAT = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +39,7 @@ class Golden:
     @property
     def exists(self) -> bool:
         """Whether any are recorded."""
-        return (self.folder / "golden.json").is_file()
+        return os.path.isfile(self.folder / "golden.json")
 
 
 def golden_of(script: Path, to: Path | None = None) -> Golden:
@@ -93,10 +97,20 @@ def rendition(script: Path) -> Rendition:
 
 
 def renderer() -> dict[str, str]:
-    """What draws here: where this is the same, pixels are."""
+    """What draws here: where this is the same, pixels are.
+
+    NumPy adds up in another order on processors with other vector instructions; that shows in a pose's last digits, and
+    so, here and there, in a pixel of a turned picture.
+    """
     import PIL
 
-    return {"system": platform.system(), "machine": platform.machine(), "pillow": PIL.__version__.split(".")[0]}
+    found: Any = np.__config__.show("dicts").get("SIMD Extensions", {})
+    return {
+        "system": platform.system(),
+        "machine": platform.machine(),
+        "vectors": " ".join(found.get("found", [])),
+        "pillow": PIL.__version__.split(".")[0],
+    }
 
 
 def record(golden: Golden) -> Rendition:
@@ -104,10 +118,11 @@ def record(golden: Golden) -> Rendition:
     from movimentum.interop.tables import write_csv
 
     made = rendition(golden.script)
-    golden.folder.mkdir(parents=True, exist_ok=True)
-    old = {file.name for file in golden.folder.glob("*.png")}
+    old = {picture_name(frame) for frame in _recorded_pictures(golden)}
     new = {picture_name(frame) for frame in made.pictures}
-    with whole_folder(golden.folder / "golden") as folder:
+    inputs = pipeline.reads(SourceText(str(golden.script), ""), made.scene)
+    make_folder(golden.folder)
+    with whole_folder(golden.folder / "golden", inputs) as folder:
         with (folder / "poses.csv").open("w", encoding="utf-8", newline="\n") as stream:
             write_csv(made.scene, (made.poses(),), stream)
         for frame, image in made.images():
@@ -120,11 +135,14 @@ def record(golden: Golden) -> Rendition:
             "renderer": renderer(),
         }
         (folder / "golden.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8", newline="\n")
-    for name in old - new:
-        (golden.folder / name).unlink()
+    for name in old - new:  # only what the manifest named: other files in this folder are somebody's own
+        remove_own(golden.folder / name, inputs)
     return made
 
 
-def picture_name(frame: int) -> str:
-    """The name of a recorded frame's file."""
-    return f"frame-{frame:05d}.png"
+def _recorded_pictures(golden: Golden) -> tuple[int, ...]:
+    """The frames that an older recording here says it has pictures of; none where it cannot be read."""
+    try:
+        return read_manifest(golden.folder).pictures
+    except (OSError, ValueError):
+        return ()

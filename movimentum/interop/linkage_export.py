@@ -11,7 +11,7 @@ from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, const, substitute, symbols
 from movimentum.interop.joints import Joint, scene_joints
 from movimentum.interop.linkages import Linkage, turn
-from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Relation, Scene
+from movimentum.scene.model import AnchorCoordinate, AnchorRef, Anonymous, Constraint, Relation, Scene
 from movimentum.solve.motion import Poses
 
 
@@ -68,11 +68,13 @@ def linkage_of(
 
 
 def _is_joint(constraint: Constraint, of_anchor: dict[AnchorRef, int]) -> bool:
-    """Whether a constraint is told by the joints: a coincidence or a fixed point."""
+    """Whether a constraint is told by the joints: a coincidence, a fixed point, or a point that is anywhere."""
     if constraint.anchor not in of_anchor:
         return False
     x, y = constraint.right
     if x.value is not None and y.value is not None:
+        return True
+    if isinstance(x.payload, Anonymous) and isinstance(y.payload, Anonymous):
         return True
     payload = x.payload
     return (

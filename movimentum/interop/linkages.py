@@ -146,7 +146,7 @@ def linkage_text(linkage: Linkage) -> str:
 
 def linkage_script(linkage: Linkage, title: str) -> str:
     """A script that states the linkage: rods as bars whose anchors are named after their vertices, joints as
-    coincidences, fixed vertices, angles. It draws itself as it stands; nothing drives it.
+    coincidences, fixed vertices, angles, and that the rest is free. It draws itself as it stands; nothing drives it.
     """
     counts = (
         _counted(len(linkage.vertices), "vertex", "vertices"),
@@ -163,8 +163,10 @@ def linkage_script(linkage: Linkage, title: str) -> str:
     ]
     end_of: dict[int, str] = {}
     joints: list[str] = []
+    anchors: dict[str, str] = {}
     for i, j in linkage.rods:
         name = f"R{i}_{j}"
+        anchors[name] = f"{name}.V{i}"
         ends = "  ".join(f"V{n} = {_point(linkage.vertices[n])}" for n in (i, j))
         lines.append(f"{name} : .bar  {ends};")
         for n in (i, j):
@@ -176,7 +178,7 @@ def linkage_script(linkage: Linkage, title: str) -> str:
     for n, place in enumerate(linkage.vertices):
         if n not in end_of:
             lines.append(f"P{n} : .disc(3)  V{n} = {_point(place)};")
-            end_of[n] = f"P{n}.V{n}"
+            end_of[n] = anchors[f"P{n}"] = f"P{n}.V{n}"
     lines += ["", "@0"]
     if joints:
         lines += ["// joints", *joints]
@@ -188,6 +190,11 @@ def linkage_script(linkage: Linkage, title: str) -> str:
         for (i, j, k), degrees in zip(linkage.angles, linkage.degrees, strict=True):
             u, v = (_side(rod_of, end_of, i, n) for n in (j, k))
             lines.append(f".a({u}, {v}) = {float_text(degrees)};")
+    mentioned = set(re.findall(r"\w+(?=\.V)", "\n".join(lines[lines.index("@0") :])))
+    free = [f"    {anchor} = [_, _];" for name, anchor in anchors.items() if name not in mentioned]
+    if free:
+        # a thing that no statement mentions would be a backdrop, which stays where it is drawn
+        lines += ["// free to be anywhere", *free]
     return "\n".join(lines) + "\n"
 
 

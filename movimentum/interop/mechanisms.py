@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UsageError
+from movimentum.interop.names import script_name
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
 
@@ -191,8 +192,8 @@ def mechanism_script(joints: Sequence[Joint], drives: Iterable[tuple[int, int]],
         if not set(joint.links) - {GROUND}:
             lines.append(f"Ground{n} : .disc(3)  P{n} = {_point(joint.place)};{_spoken(joint)}")
     lines += ["", "@0"]
-    for n, joint in enumerate(joints):
-        lines += _statements(n, joint, names, n in pushed)
+    stated = [line for n, joint in enumerate(joints) for line in _statements(n, joint, names, n in pushed)]
+    lines += [*stated, *_free_links(joints, names, stated)]
     for base, driven in drives:
         if base == driven:
             reach = float_text(float(f"{0.1 * _size(joints):.2g}"))
@@ -211,17 +212,16 @@ def mechanism_script(joints: Sequence[Joint], drives: Iterable[tuple[int, int]],
     return "\n".join(lines) + "\n"
 
 
+_OURS = re.compile(r"Ground\d+|slide_\d+|input_\d+_\d+")
+
+
 def _link_names(joints: Sequence[Joint]) -> dict[str, str]:
     """Each link's name in the script."""
     names: dict[str, str] = {}
     for joint in joints:
         for link in joint.links:
             if link != GROUND and link not in names:
-                name = re.sub(r"[^A-Za-z0-9_]", "_", link)
-                name = name if re.match(r"[A-Za-z]", name) else f"L{name}"
-                while name in names.values() or re.fullmatch(r"Ground\d+|slide_\d+|input_\d+_\d+", name):
-                    name += "_"
-                names[link] = name
+                names[link] = script_name(link, "L", lambda name: name in names.values() or _OURS.fullmatch(name))
     return names
 
 
@@ -308,6 +308,17 @@ def _statements(n: int, joint: Joint, names: dict[str, str], pushed: bool) -> li
                 sides = ", ".join(f"{names[link]}.S{n} - {names[link]}.P{n}" for link in (slot, pin))
                 lines.append(f".a({sides}) = 0;")
     return lines
+
+
+def _free_links(joints: Sequence[Joint], names: dict[str, str], stated: Iterable[str]) -> list[str]:
+    """For each link that no statement mentions one that says that it can be anywhere, and not that it is a backdrop."""
+    mentioned = set(re.findall(r"\w+(?=\.)", "\n".join(stated)))
+    first = {link: n for n, joint in reversed([*enumerate(joints)]) for link in joint.links}
+    return [
+        f"{name}.P{first[link]} = [_, _];  // free to be anywhere"
+        for link, name in names.items()
+        if name not in mentioned
+    ]
 
 
 def _spoken(joint: Joint) -> str:

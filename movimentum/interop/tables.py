@@ -2,7 +2,8 @@
 
 Columns, in this order: ``frame`` (from 0), ``time``, ``Thing.Anchor.x`` and ``.y`` of every anchor of every thing in
 order of definition (a ``.line`` has none of its own), ``Thing.angle`` (degrees, continuous) of every thing that has a
-pose, and every named variable (a vector ``v`` as ``v.x``, ``v.y``). World coordinates, pixels, y up. A number is
+pose, and every named variable (a vector ``v`` as ``v.x``, ``v.y``) that ever has a value; where it has none, the value
+that it had last, or else the first that it will have. World coordinates, pixels, y up. A number is
 written in the shortest form that reads back exactly. A frame that is left out (``--on-failure skip``) has no row.
 With ``--accuracy exact`` numbers have the digits asked for; in JSON they are strings then, because most readers would
 round them to a float. NPZ holds float64 all the same.
@@ -16,7 +17,7 @@ from __future__ import annotations
 import json
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -41,8 +42,8 @@ class Column:
     texts: Callable[[RefinedPoses], list[str]]
 
 
-def columns(scene: Scene) -> tuple[Column, ...]:
-    """The columns after ``frame``."""
+def columns(scene: Scene, without: Container[str] = ()) -> tuple[Column, ...]:
+    """The columns after ``frame``, ``without`` some variables."""
 
     def coordinate(name: str, thing: int, local: tuple[float, float], axis: int) -> Column:
         return Column(
@@ -69,13 +70,15 @@ def columns(scene: Scene) -> tuple[Column, ...]:
                 found.append(coordinate(f"{thing.name}.{anchor.name}.{letter}", thing.number, anchor.local, axis))
     found += [angle(f"{thing.name}.angle", thing.number) for thing in bodies]
     for name, item in scene.variables.items():
+        if name in without:
+            continue
         found += [variable(name, axis) for axis in ((0, 1) if item.is_vector else (None,))]
     return tuple(found)
 
 
-def write_csv(scene: Scene, chunks: Iterable[Poses], stream: TextIO) -> int:
+def write_csv(scene: Scene, chunks: Iterable[Poses], stream: TextIO, without: Container[str] = ()) -> int:
     """Write a header line and one line a frame; returns the number of rows."""
-    chosen = columns(scene)
+    chosen = columns(scene, without)
     stream.write(",".join(["frame", *(column.name for column in chosen)]) + "\n")
     rows = 0
     for poses in chunks:
@@ -87,9 +90,9 @@ def write_csv(scene: Scene, chunks: Iterable[Poses], stream: TextIO) -> int:
     return rows
 
 
-def write_json(scene: Scene, chunks: Iterable[Poses], stream: TextIO) -> int:
+def write_json(scene: Scene, chunks: Iterable[Poses], stream: TextIO, without: Container[str] = ()) -> int:
     """Write one object, a row a line; returns the number of rows."""
-    chosen = columns(scene)
+    chosen = columns(scene, without)
     stream.write(f'{{"columns": {json.dumps(["frame", *(column.name for column in chosen)])},\n "rows": [')
     rows = 0
     for poses in chunks:
@@ -102,7 +105,7 @@ def write_json(scene: Scene, chunks: Iterable[Poses], stream: TextIO) -> int:
     return rows
 
 
-def write_npz(scene: Scene, chunks: Iterable[Poses], path: Path) -> int:
+def write_npz(scene: Scene, chunks: Iterable[Poses], path: Path, without: Container[str] = ()) -> int:
     """Write ``numpy.savez``'s format, one array per column; returns the number of rows.
 
     Rows come frame by frame and an archive wants whole columns, so the numbers pass through an unnamed file beside
@@ -110,7 +113,7 @@ def write_npz(scene: Scene, chunks: Iterable[Poses], path: Path) -> int:
     """
     import numpy as np
 
-    chosen = columns(scene)
+    chosen = columns(scene, without)
     rows = 0
     with tempfile.TemporaryFile(dir=path.parent) as rough:
         for poses in chunks:
@@ -134,13 +137,15 @@ def write_npz(scene: Scene, chunks: Iterable[Poses], path: Path) -> int:
     return rows
 
 
-def write(scene: Scene, chunks: Iterable[Poses], path: Path, suffix: str) -> int:
-    """Write the format that ``suffix`` (one of `SUFFIXES`) names to ``path``; returns the number of rows."""
+def write(scene: Scene, chunks: Iterable[Poses], path: Path, suffix: str, without: Container[str] = ()) -> int:
+    """Write the format that ``suffix`` (one of `SUFFIXES`) names to ``path``, without columns for the variables
+    ``without``; returns the number of rows.
+    """
     if suffix.lower() == ".npz":
-        return write_npz(scene, chunks, path)
+        return write_npz(scene, chunks, path, without)
     writer = write_json if suffix.lower() == ".json" else write_csv
     with path.open("w", encoding="utf-8", newline="\n") as stream:
-        return writer(scene, chunks, stream)
+        return writer(scene, chunks, stream, without)
 
 
 def _block(chosen: tuple[Column, ...], poses: Poses) -> tuple[list[int], FloatArray]:

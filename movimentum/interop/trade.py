@@ -10,6 +10,7 @@ from pathlib import PurePath
 from movimentum.analysis.trade import SolverTrade
 from movimentum.encode.plot import Panel, Point
 from movimentum.encode.trade import PictureTrade
+from movimentum.terminal import visible
 
 Rates = Sequence[tuple[Fraction, float]]
 
@@ -30,7 +31,7 @@ def trade_text(script: str, solver: SolverTrade, pictures: PictureTrade, rates: 
     """Tables in plain text, and sentences."""
     frames = f"{solver.frames:,} frame{'' if solver.frames == 1 else 's'}"
     parts = [
-        f"{script}: {frames}, compared at {solver.samples} of them with {solver.digits} digits\n\n",
+        f"{visible(script)}: {frames}, compared at {solver.samples} of them with {solver.digits} digits\n\n",
         _table(
             ["accuracy", "start", "per frame", "residual", "position error"],
             [

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from movimentum.analysis.words import listed
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
-from movimentum.interop.formulas import Formula, Formulas, evaluate
+from movimentum.interop.formulas import FPS, Formula, Formulas, evaluate
 from movimentum.interop.joints import Joint, scene_joints
 from movimentum.plan.blocks import Block, Kernel
 from movimentum.plan.model import Plan
@@ -47,6 +47,7 @@ def triangles_of(motion: Motion) -> Triangles:
     timeline = motion.timeline
     plan = _only_plan(motion)
     builder = _Builder(timeline.scene, plan, motion.poses(0, timeline.frame_count), motion.size)
+    builder.values[FPS] = np.asarray(float(timeline.fps))
     for block in plan.blocks:
         builder.solve(block)
     return builder.finished()

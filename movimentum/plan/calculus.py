@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 
-from movimentum.expressions import ONE, RADIANS, ZERO, Expr, add, call, const, div, mul, neg, power, sub, walk
+from movimentum.expressions import ONE, RADIANS, ZERO, Expr, add, call, const, div, mul, neg, power, rebuild, sub, walk
 
 _DEGREE = const(RADIANS)
 _PER_RADIAN = const(1.0 / RADIANS)
@@ -38,7 +38,7 @@ def affine(root: Expr, unknown: Hashable) -> tuple[Expr, Expr] | None:
             continue
         parts = [memo[arg] for arg in node.args]
         if all(slope == ZERO for slope, _ in parts):
-            memo[node] = ZERO, node
+            memo[node] = ZERO, rebuild(node, tuple(rest for _, rest in parts))  # without what cancelled
             continue
         match node.op, parts:
             case "add", ((p, q), (r, s)):

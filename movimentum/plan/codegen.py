@@ -7,6 +7,7 @@ serves a single instant or all frames.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
@@ -96,6 +97,8 @@ class Writer:
         match node.op:
             case "const":
                 value = node.value or 0.0
+                if not math.isfinite(value):
+                    return "nan" if math.isnan(value) else "inf" if value > 0.0 else "(-inf)"
                 return repr(value) if value >= 0.0 else f"(-{-value!r})"
             case "symbol":
                 return f"u[{unknown_number(node.payload)}]"
@@ -243,6 +246,6 @@ def compiled(outputs: Sequence[Expr], clocks: Clocks) -> Compiled:
 
 def function_of(lines: Sequence[str]) -> Compiled:
     """The function ``f`` that ``lines`` define."""
-    scope: dict[str, Any] = dict(NAMESPACE)
+    scope: dict[str, Any] = {**NAMESPACE, "inf": math.inf, "nan": math.nan}  # a constant may have overflowed
     exec(compile("\n".join(lines), "<plan>", "exec"), scope)  # our own text, from numbers and operators only
     return scope["f"]

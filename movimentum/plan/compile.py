@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import islice
 
-from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute, symbol
+from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute, symbol, walk
 from movimentum.plan.blocks import Block, Kernel, make_block
 from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.decompose import Decomposition, Group, decompose, driven_angles
 from movimentum.plan.equations import Equation, Form, System
 from movimentum.plan.model import Plan
-from movimentum.plan.polynomial import Polynomial, plus
+from movimentum.plan.polynomial import Polynomial, from_expression, plus
 from movimentum.plan.system import build_system, with_rates, with_rigidity
 from movimentum.plan.unknowns import Accumulated, Rate, symbol_numbers, unknown_number
 from movimentum.plan.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
@@ -29,17 +30,48 @@ class CyclicRateError(Exception):
         super().__init__("a derivative depends on itself")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Structure:
+    """A segment's equations and their groups, before anything is compiled. ``driven`` are the things whose direction
+    follows from their angle; ``merged`` are unknowns whose whole connected part is one group.
+    """
+
+    base: System
+    driven: frozenset[int]
+    merged: frozenset[int]
+    system: System
+    decomposition: Decomposition
+
+    def with_merged(self, merged: frozenset[int]) -> Structure:
+        """The same equations, grouped anew; raises `CyclicRateError`."""
+        return _structure(self.base, self.driven, merged)
+
+
+def structure_of(scene: Scene, segment: Segment) -> Structure:
+    """The equations of ``segment`` in groups; raises `CyclicRateError`."""
+    system = build_system(scene, segment)
+    driven = driven_angles(system, with_rigidity)
+    return _structure(with_rigidity(system, driven), driven, frozenset())
+
+
+def _structure(base: System, driven: frozenset[int], merged: frozenset[int]) -> Structure:
+    system, decomposition = _with_needed_rates(base, decompose(base, merged), merged)
+    return Structure(base, driven, merged, system, decomposition)
+
+
 def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozenset[int] = frozenset()) -> Plan:
     """Plan ``segment``.
 
     ``size`` is the scene's size in world pixels (for scaling); ``merged`` are unknowns whose whole connected
     part is to be solved as one block, see `plan.decompose.decompose`. Raises `CyclicRateError`.
     """
-    system = build_system(scene, segment)
-    driven = driven_angles(system, with_rigidity)
-    system = with_rigidity(system, driven)
-    decomposition = decompose(system, merged)
-    system, decomposition = _with_needed_rates(system, decomposition, merged)
+    structure = structure_of(scene, segment)
+    return compile_structure(structure.with_merged(merged) if merged else structure, size)
+
+
+def compile_structure(structure: Structure, size: float) -> Plan:
+    """Compile the blocks of a structure; ``size`` as for `compile_segment`."""
+    system, decomposition, driven = structure.system, structure.decomposition, structure.driven
     hanging = measured(system, decomposition.groups)
     moved = partial(in_what_moves, system, driven, hanging)
     system = replace(system, wishes=tuple(rewritten(wish, moved) for wish in system.wishes))
@@ -57,7 +89,7 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
             block = with_wishes(block, system.wishes, known, clocks)
         blocks.append(block)
         known |= set(block.unknowns)
-        if block.kernel is Kernel.ASSIGN and all(root.value is not None for _, root in block.formulas):
+        if block.kernel is Kernel.ASSIGN and block.form is Form.PLAIN and all(map(_foldable, block.formulas)):
             constants |= dict(block.formulas)
         if block.moving:
             moving |= set(block.unknowns)
@@ -80,8 +112,23 @@ def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozens
     )
 
 
+LONGEST_FOLDED = 40
+"""Operations of a function of time that is written wherever its variable is used."""
+
+
+def _foldable(formula: tuple[int, Expr]) -> bool:
+    """Whether an unknown is a constant, or a short function of time: then it is written into the equations that use it,
+    so that a block's kernel does not depend on whether a drive goes through a variable, or happens to stand still.
+    """
+    _, root = formula
+    if root.value is not None:
+        return True
+    nodes = list(islice(walk(root), LONGEST_FOLDED + 1))
+    return len(nodes) <= LONGEST_FOLDED and not any(node.op in ("symbol", "integral") for node in nodes)
+
+
 def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
-    """``equation`` with the unknowns that are known to be constant replaced by their values."""
+    """``equation`` with the unknowns that are known to be constants or functions of time replaced by these."""
     if equation.form is Form.WINDING or not equation.unknowns & constants.keys():
         return equation
 
@@ -96,12 +143,13 @@ def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
                 coefficient = mul(coefficient, constants[n]) if n in constants else coefficient
             reduced = plus(reduced, {tuple(n for n in monomial if n not in constants): coefficient})
         form = reduced
+    residual = substitute(equation.residual, value)
     return replace(
         equation,
-        residual=substitute(equation.residual, value),
+        residual=residual,
         unknowns=equation.unknowns - constants.keys(),
         targets=tuple(n for n in equation.targets if n not in constants),
-        polynomial=form,
+        polynomial=from_expression(residual) if form is None and equation.form is Form.PLAIN else form,
         original=None if equation.original is None else substitute(equation.original, value),
         integrand=None if equation.integrand is None else substitute(equation.integrand, value),
     )

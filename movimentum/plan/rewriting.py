@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from movimentum.expressions import ONE, ZERO, Expr, add, call, div, mul, neg, rebuild, sub, symbol, symbols, walk
+from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, neg, rebuild, sub, symbol, symbols, walk
 from movimentum.plan import polynomial as poly
 
 
@@ -19,6 +19,29 @@ def angle_rows(left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
         return sub(mul(y, u), mul(x, v)), add(mul(x, u), mul(y, v))
     c, s = call("cosd", right), call("sind", right)
     return sub(mul(y, c), mul(x, s)), add(mul(x, c), mul(y, s))
+
+
+def cancelled(residual: Expr) -> Expr:
+    """A sum without the terms that cancel: ``A.x - (A.x + l cos(a))`` does not depend on where A is."""
+    terms: dict[Expr, float] = {}
+    stack = [(residual, 1.0)]
+    while stack:
+        node, factor = stack.pop()
+        if node.op == "add":
+            stack += [(arg, factor) for arg in reversed(node.args)]
+        elif node.op == "neg":
+            stack.append((node.args[0], -factor))
+        elif node.op == "mul" and node.args[0].value is not None:
+            stack.append((node.args[1], factor * node.args[0].value))
+        else:
+            terms[node] = terms.get(node, 0.0) + factor
+    if all(factor != 0.0 or not symbols(term) for term, factor in terms.items()):
+        return residual
+    total = ZERO
+    for term, factor in terms.items():
+        if factor != 0.0:
+            total = add(total, term if factor == 1.0 else mul(const(factor), term))
+    return total
 
 
 _ROOT, _OTHER_ROOT = -1, -2  # stand for lengths, where the numbers of unknowns are expected

@@ -29,7 +29,7 @@ from movimentum.plan.equations import Equation, Form, Selector, System, Wish
 from movimentum.plan.frames import DRAWN, BodyFrame, body_frames
 from movimentum.plan.integrals import closed_form
 from movimentum.plan.polynomial import Polynomial
-from movimentum.plan.rewriting import angle_rows, squared
+from movimentum.plan.rewriting import angle_rows, cancelled, squared
 from movimentum.plan.unknowns import (
     Accumulated,
     PoseCos,
@@ -266,6 +266,8 @@ class _Builder:
                     self.selectors.append(Selector(side, None, equation_of=number))
                     self.add_equation(row, poly.from_expression(row), number, original=residual)
                     return
+            self.add_equation(cancelled(residual), form, number)
+            return
         self.add_equation(residual, form, number)
 
 
@@ -344,7 +346,7 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
                         number=len(builder.equations),
                         residual=sub(direction, call(op, symbol(angle))),
                         unknowns=frozenset({target, angle}),
-                        targets=(target,),
+                        targets=(target, angle),
                         thing=t,
                     )
                 )

@@ -13,7 +13,7 @@ from movimentum.plan.codegen import Clocks, compiled
 from movimentum.plan.decompose import Group
 from movimentum.plan.equations import Form, System, Wish
 from movimentum.plan.graph import strong_components
-from movimentum.plan.unknowns import PoseCos, PoseSin, symbol_numbers
+from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.scene.model import ThingAngle
 
 
@@ -76,6 +76,12 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
     """
     of = {n: i for i, group in enumerate(groups) for n in group.unknowns}
     depends = [{of[n] for e in group.equations for n in system.equations[e].unknowns if n in of} for group in groups]
+    for i, group in enumerate(groups):  # what moves freely moves least, so it has to know how its things turn
+        for n in group.unknowns if group.free else ():
+            payload = system.unknowns[n].payload
+            if isinstance(payload, PosePart):
+                parts = (system.number_of.get(kind(payload.thing)) for kind in (PoseX, PoseY, PoseCos, PoseSin))
+                depends[i] |= {of[m] for m in parts if m in of} - {i}
     moved = False
     for wish in system.wishes:
         drawn = sorted({of[n] for n in wish.about if n in of and groups[of[n]].free})

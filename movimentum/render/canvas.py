@@ -35,7 +35,7 @@ class Canvas:
             self._mask(Image.fromarray(coverage.values), coverage.left, coverage.top, color, opacity)
 
     def picture(self, sprite: Sprite, to_canvas: Affine, opacity: float, color: Color) -> None:
-        """Lay a transformed sprite over the canvas; a sprite that is a mere coverage (mode L) in ``color``."""
+        """Lay a transformed sprite over the canvas: a mere coverage (mode L) in ``color``, a picture tinted with it."""
         if opacity <= 0.0:
             return
         resample = Image.Resampling.NEAREST if self.draft else Image.Resampling.BILINEAR
@@ -47,6 +47,8 @@ class Canvas:
             self._mask(image, left, top, color, opacity)
             return
         straight = image.convert("RGBA")
+        if color != (255, 255, 255):
+            straight = _tinted(straight, color)
         if opacity < 1.0:
             straight.putalpha(_faded(straight.getchannel("A"), opacity))
         if self.image.mode == "RGB":
@@ -63,6 +65,11 @@ class Canvas:
             layer = Image.new("RGB", mask.size, color)
             layer.putalpha(mask)
             self.image.alpha_composite(layer, (left, top))
+
+
+def _tinted(straight: Image.Image, color: Color) -> Image.Image:
+    """Straight RGBA with its colours multiplied by ``color`` / 255, and its alpha as it was."""
+    return straight.point([round(value * factor / 255) for factor in (*color, 255) for value in range(256)])
 
 
 def _faded(mask: Image.Image, opacity: float) -> Image.Image:

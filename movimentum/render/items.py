@@ -41,7 +41,9 @@ class Item(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Paint:
-    """A thing's colour and opacity, as its definition gives them and as constraints change them."""
+    """A thing's colour (of a sprite: its tint) and opacity, as its definition gives them and as constraints change
+    them.
+    """
 
     thing: int
     color: Color
@@ -164,7 +166,7 @@ class LineItem:
     def bounds(self, poses: Poses) -> Floats:
         """The box about the polyline with its width."""
         shown = np.logical_and.reduce([column[:, 0] > 0.0 for column in self._shown(poses)[: len(self.through) + 1]])
-        return _boxes(self._points(poses), shown, self.width / 2.0)
+        return boxes(self._points(poses), shown, self.width / 2.0)
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Draw frame ``i``, if all that it hangs on has appeared."""
@@ -229,9 +231,10 @@ def _world(poses: Poses, thing: int, points: list[Point] | tuple[Point, ...]) ->
 
 
 def _box(poses: Poses, thing: int, points: Floats, reach: float) -> Floats:
-    return _boxes(points, poses.visible[thing], reach)
+    return boxes(points, poses.visible[thing], reach)
 
 
-def _boxes(points: Floats, shown: NDArray[np.bool_], reach: float) -> Floats:
+def boxes(points: Floats, shown: NDArray[np.bool_], reach: float) -> Floats:
+    """(F, 4) boxes about ``points`` (F, P, 2) with ``reach`` around them; rows of NaN where not ``shown``."""
     box = np.concatenate([points.min(axis=1) - reach, points.max(axis=1) + reach], axis=1)
     return np.where(shown[:, None], box, np.nan)

@@ -12,6 +12,9 @@ from movimentum.scene.model import AnchorRef, Scene
 
 MAX_CANVAS_PIXELS = 64_000_000
 MAX_SPRITE_PIXELS = 64_000_000
+MAX_SPRITE_BYTES = 256_000_000
+MAX_PREPARED_PIXELS = 128_000_000
+"""Of all pictures of a scene together, each as large as it is drawn: half a gigabyte."""
 
 
 class Quality(StrEnum):

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from movimentum.geometry import Affine
 from movimentum.render.canvas import Canvas, Color
 from movimentum.render.coverage import Coverage, Point, disc, stroke
-from movimentum.render.items import draw_line
+from movimentum.render.items import arrow_head, boxes, draw_line
 from movimentum.render.options import FreeMark, Show
 from movimentum.render.sprites import Sprite
-from movimentum.render.style import ACCENT, INK, MOTIONS, NOTE_HEIGHT, PAPER
+from movimentum.render.style import ACCENT, MOTIONS, NOTE_HEIGHT, PAPER
+from movimentum.scene.colors import INK
 from movimentum.scene.model import Thing
 from movimentum.solve.motion import Poses
 
@@ -22,6 +23,7 @@ Floats = NDArray[np.float64]
 
 LONGEST, SHORTEST = 36.0, 3.0
 """World pixels: the arrow of the fastest anchor, and what is too short to be seen as one."""
+ARROW_WIDTH = 2.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,24 +78,29 @@ class FreeArrow:
     def _now(self, poses: Poses) -> NDArray[np.bool_]:
         return (self.mark.begin <= poses.times) & (poses.times <= self.mark.end)
 
+    def _drawn(self, poses: Poses) -> NDArray[np.bool_]:
+        long_enough = math.hypot(*self.mark.velocity) * LONGEST >= SHORTEST
+        return poses.visible[self.mark.thing] & self._now(poses) & long_enough
+
+    def _ends(self, poses: Poses) -> Floats:
+        """(F, 2, 2): where the arrow begins and where its tip is, in the world."""
+        tail = poses.world(self.mark.thing, self.mark.local)
+        c, s = np.moveaxis(poses.direction[self.mark.thing], -1, 0)
+        vx, vy = self.mark.velocity
+        along = np.stack([c * vx - s * vy, s * vx + c * vy], axis=-1) * LONGEST
+        return np.stack([tail, tail + along], axis=1)
+
     def bounds(self, poses: Poses) -> Floats:
-        """Nowhere: marks do not make a canvas larger."""
-        return np.full((len(poses.frames), 4), np.nan)
+        """The box about the arrow with its head: it may be all that there is to see."""
+        return boxes(self._ends(poses), self._drawn(poses), arrow_head(ARROW_WIDTH)[1])
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Draw frame ``i``."""
-        mark = self.mark
-        if not poses.visible[mark.thing, i] or not self._now(poses)[i]:
-            return
-        scale = to_image.a
-        x, y = to_image.apply(*poses.select(slice(i, i + 1)).world(mark.thing, mark.local)[0].tolist())
-        c, s = poses.direction[mark.thing, i].tolist()
-        vx, vy = mark.velocity
-        ux, uy = (c * vx - s * vy) * LONGEST * scale, -(s * vx + c * vy) * LONGEST * scale
-        if math.hypot(ux, uy) < SHORTEST * scale:
-            return
-        color = MOTIONS[mark.motion % len(MOTIONS)]
-        draw_line(canvas, [(x, y), (x + ux, y + uy)], 2.5 * scale, True, (color, 1.0))
+        now = poses.select(slice(i, i + 1))
+        if self._drawn(now)[0]:
+            color = MOTIONS[self.mark.motion % len(MOTIONS)]
+            points = [to_image.apply(x, y) for x, y in self._ends(now)[0].tolist()]
+            draw_line(canvas, points, ARROW_WIDTH * to_image.a, True, (color, 1.0))
 
 
 @dataclass(frozen=True, slots=True)

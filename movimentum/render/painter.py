@@ -22,13 +22,14 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
 from movimentum.render.canvas import Canvas, Color
-from movimentum.render.images import load_rgba
+from movimentum.render.images import load_premultiplied
 from movimentum.render.items import BarItem, DiscItem, Item, LineItem, Paint, PictureItem
-from movimentum.render.options import PictureOptions, Quality, Show
+from movimentum.render.options import MAX_PREPARED_PIXELS, PictureOptions, Quality, Show
 from movimentum.render.overlays import FreeArrow, Trace, TraceLayer, notes
 from movimentum.render.sprites import Sprite, prepare
 from movimentum.render.stream import PoseSource, chunks
-from movimentum.render.style import BACKGROUND, DISC_RADIUS, LABEL_HEIGHT, TRACE_WIDTH, color_of, width_of
+from movimentum.render.style import BACKGROUND, TRACE_WIDTH, color_of, paint_of
+from movimentum.scene.looks import DISC_RADIUS, LABEL_HEIGHT, width_of
 from movimentum.scene.model import Scene, Shape, Thing
 from movimentum.solve.motion import Poses
 
@@ -145,6 +146,9 @@ def make_painter(
     `UsageError`: a scale that is no positive number.
     """
     options = options or PictureOptions()
+    _ = np.eye(2) @ np.eye(
+        2
+    )  # OpenBLAS takes memory at the first product, or ends the process: so before a file is begun
     if not (math.isfinite(options.scale) and options.scale > 0.0):
         raise UsageError([Diagnostic("usage/scale", Severity.ERROR, "the scale must be a positive number")])
     supersample = 2 if options.quality is Quality.HIGH else 1
@@ -162,11 +166,10 @@ def make_painter(
         earlier = [[trace.points(chunk) for trace in traces] for chunk in chunks(before)]
         paths = [np.concatenate(parts) for parts in zip(*earlier, strict=True)] or [None] * len(traces)
         traces = tuple(replace(trace, past=path) for trace, path in zip(traces, paths, strict=True))
-    overlays: list[Item] = [*notes(things, options.show, magnification)]
-    if Show.FREE in options.show:
-        overlays += [FreeArrow(mark) for mark in options.free]
+    arrows = [FreeArrow(mark) for mark in options.free] if Show.FREE in options.show else []
+    overlays: list[Item] = [*notes(things, options.show, magnification), *arrows]
     return Painter(
-        view=_view(scene, options, supersample, box or _fitted(items, traces, source)),
+        view=_view(scene, options, supersample, box or _fitted([*items, *arrows], traces, source)),
         items=tuple(items),
         traces=traces,
         overlays=tuple(overlays),
@@ -228,6 +231,7 @@ def _fitted(items: Sequence[Item], traces: Sequence[Trace], source: PoseSource) 
 
 
 def _items(scene: Scene, magnification: float) -> list[Item]:
+    _refuse_too_much(scene, magnification)
     problems: list[Diagnostic] = []
     sprites: dict[tuple[str, float], Sprite | None] = {}
     items: list[Item] = []
@@ -246,10 +250,29 @@ def _items(scene: Scene, magnification: float) -> list[Item]:
     return items
 
 
+def _refuse_too_much(scene: Scene, magnification: float) -> None:
+    """`ScriptError` where the pictures of a scene would not fit into memory, before any is decoded."""
+    sizes = {
+        (thing.image, thing.scale): thing.image_size[0]
+        * thing.image_size[1]
+        * min(1.0, thing.scale * magnification) ** 2
+        for thing in scene.things
+        if thing.image is not None and thing.image_size is not None and not thing.hidden
+    }
+    total = sum(sizes.values())
+    if total > MAX_PREPARED_PIXELS:
+        message = (
+            f"the {len(sizes)} pictures of this scene are too large together: {total:,.0f} pixels as they are drawn"
+        )
+        notes = (f"the limit is {MAX_PREPARED_PIXELS:,} pixels",)
+        helps = ("make them smaller, in their files or by `.scale`",)
+        raise ScriptError([Diagnostic("limit/pixels", Severity.ERROR, message, notes=notes, helps=helps)])
+
+
 def _item(
     scene: Scene, thing: Thing, magnification: float, sprites: dict[tuple[str, float], Sprite | None]
 ) -> Item | None:
-    paint = Paint(thing.number, color_of(thing))
+    paint = Paint(thing.number, paint_of(thing))
     points = tuple(anchor.local for anchor in thing.anchors)
     first = points[0] if points else (0.0, 0.0)
     match thing.shape:
@@ -258,8 +281,8 @@ def _item(
                 return None
             key = (thing.image, thing.scale)
             if key not in sprites:
-                rgba = load_rgba(thing.image, thing.span)
-                sprites[key] = prepare(rgba, thing.scale, thing.scale * magnification)
+                loaded = load_premultiplied(thing.image, thing.scale * magnification, thing.span)
+                sprites[key] = prepare(loaded, thing.scale, thing.scale * magnification)
             sprite = sprites[key]
             return None if sprite is None else PictureItem(paint, sprite)
         case Shape.BAR | Shape.ARROW:

@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from movimentum.solve.motion import Poses
 
@@ -91,8 +92,18 @@ def concatenate(parts: list[Poses]) -> Poses:
         visible=np.concatenate([part.visible for part in parts], axis=1),
         properties={key: np.concatenate([part.properties[key] for part in parts]) for key in first.properties},
         variables={key: np.concatenate([part.variables[key] for part in parts]) for key in first.variables},
+        missing=_missing(parts),
         solved=np.concatenate([part.solved for part in parts]),
     )
+
+
+def _missing(parts: list[Poses]) -> dict[str, NDArray[np.bool_]]:
+    names = {name for part in parts for name in part.missing}
+    never = [np.zeros(len(part.frames), dtype=np.bool_) for part in parts]
+    return {
+        name: np.concatenate([part.missing.get(name, no) for part, no in zip(parts, never, strict=True)])
+        for name in sorted(names)
+    }
 
 
 def kept_frames(frames: int, fps: Fraction, limit: int) -> int:

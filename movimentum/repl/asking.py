@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from movimentum.repl.sheet import write_film, write_sheet
 from movimentum.solve.carry import Snapshot
 from movimentum.solve.stretches import Dead
 from movimentum.solve.tracks import Piece
+
+PATIENCE_S, LEAST_S = 1.4, 0.5
+"""What finding a formula may take, all in all (who asks waits two seconds), and what it gets at least."""
 
 
 def why(session: Session, argument: str) -> Answer:
@@ -54,9 +57,9 @@ def why(session: Session, argument: str) -> Answer:
 
 def formula(session: Session, argument: str) -> Answer:
     """``formula NAME``."""
-    from movimentum.analysis.formula import Obstacle
-    from movimentum.analysis.formula import formula as closed_form
+    from movimentum.analysis.formula import UNREASONABLE, Obstacle, short_formula
 
+    begun = time.monotonic()
     text = _name(argument, "formula Rod.B")
     stretch = session.stretch
     tau = float(session.time - stretch.segment.start)
@@ -64,14 +67,17 @@ def formula(session: Session, argument: str) -> Answer:
     lines: list[str] = []
     import sympy
 
+    patience = max(LEAST_S, PATIENCE_S - (time.monotonic() - begun))
     for label, expression in zip(
         (text,) if len(expressions) == 1 else (f"{text}.x", f"{text}.y"), expressions, strict=True
     ):
-        found = closed_form(stretch, tau, expression)
-        if isinstance(found, Obstacle):
+        found = short_formula(stretch, tau, expression, patience / len(expressions))
+        if isinstance(found, Obstacle) and found.words == UNREASONABLE:
+            lines.append(f"{label} has {found.words}")
+        elif isinstance(found, Obstacle):
             lines.append(f"{label} has no closed form: {found.words}")
         else:
-            lines += [f"{label} = {sympy.sstr(found)}", f"  {sympy.latex(found)}"]
+            lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
     since = time_text(float(stretch.segment.start))
     return session, "\n".join([*lines, f"(t counts from {since}, where this step begins; angles in radians inside)"])
 
@@ -84,20 +90,45 @@ def _name(argument: str, example: str) -> str:
 
 
 def free(session: Session, argument: str) -> Answer:
-    """``free``: each free motion in words, and what would stop it."""
-    plain(argument, "free")
-    from movimentum.analysis.motions import free_motions_at
+    """``free``: each free motion in words, and what would stop it; ``free --matrix``: the matrix that says so."""
+    word, _, name = argument.strip().partition(" ")
+    if word == "--matrix":
+        return session, _matrices(session, name.strip())
+    if word:
+        raise refused("argument", f"`free` takes `--matrix` or nothing, found `{argument.strip()}`", "free --matrix")
+    from movimentum.analysis.motions import free_motions_at, remedy
+    from movimentum.analysis.tried import Trials, first_that_works
 
     motions = free_motions_at(session.work.motion, session.time)
     if not motions:
         return session, "nothing can move in a way that is not determined"
+    trials = Trials(session.work.motion)
+    index = session.work.timeline.segment_at(session.time)
+    holds = [first_that_works(trials, index, motion.holds, len(motions)) for motion in motions]
     lines = [
-        f"{n}. {motion.words}{' (a wish says where it goes)' if motion.drawn else ''}\n   {motion.remedy}"
-        for n, motion in enumerate(motions, 1)
+        f"{n}. {motion.words}{' (a wish says where it goes)' if motion.drawn else ''}\n   {remedy(motion, statement)}"
+        for n, (motion, statement) in enumerate(zip(motions, holds, strict=True), 1)
     ]
-    suggestions = tuple(text for motion in motions for text in re.findall(r"`([^`]*;)`", motion.remedy))
+    suggestions = tuple(statement for statement in holds if statement is not None)
     lines += [f"apply {n}: {text}" for n, text in enumerate(suggestions, 1)]
     return replace(session, suggestions=suggestions), "\n".join(lines)
+
+
+def _matrices(session: Session, name: str) -> str:
+    """The matrix of every connected part, or of that with the thing or variable ``name``."""
+    from movimentum.analysis.matrix import part_matrices
+    from movimentum.repl.matrix import matrix_text, units_text
+
+    piece, tau = _piece(session)
+    parts = part_matrices(session.stretch, piece, tau)
+    if not parts:
+        return "nothing is stated at this moment, so there is no matrix"
+    if name:
+        thing = next((t.number for t in session.work.scene.things if t.name == name), None)
+        parts = [part for part in parts if thing in part.things or name in part.columns]
+        if not parts:
+            raise refused("name", f"no equation at this moment has anything to do with `{name}`", "free --matrix")
+    return "\n\n".join([units_text(session), *(matrix_text(session, part) for part in parts)])
 
 
 def wiggle(session: Session, argument: str) -> Answer:
@@ -111,7 +142,7 @@ def wiggle(session: Session, argument: str) -> Answer:
     found = list(wiggles(session.stretch, piece, tau))
     if not found:
         return session, "nothing can move in a way that is not determined"
-    write_film(session, [moment for _, moments in found for moment in moments], Path(name))
+    write_film(session, [moment for _, moments in found for moment in moments], session.refuse_overwriting(name))
     return session, "\n".join([*(f"{n}. {motion.words}" for n, (motion, _) in enumerate(found, 1)), f"wrote {name}"])
 
 
@@ -151,7 +182,7 @@ def drag(session: Session, argument: str) -> Answer:
     suggestion = f"{left} ~ {goal};"
     lines.append(f"apply 1: {suggestion}")
     if target is not None:
-        write_film(session, found.moments, Path(target))
+        write_film(session, found.moments, session.refuse_overwriting(target))
         lines.append(f"wrote {target}")
     return replace(session, suggestions=(suggestion,)), "\n".join(lines)
 
@@ -201,7 +232,7 @@ def solutions(session: Session, argument: str) -> Answer:
                 suggestions.append(solution.selects)
                 lines.append(f"      apply {len(suggestions)}: {solution.selects}")
     if target is not None:
-        with whole_file(Path(target)) as part_file:
+        with whole_file(session.refuse_overwriting(target)) as part_file:
             write_sheet(session, [s.pose for part in found for s in part.solutions], part_file)
         lines.append(f"wrote {target}")
     return replace(session, suggestions=tuple(suggestions)), "\n".join(lines)
@@ -243,7 +274,12 @@ def branch(session: Session, argument: str) -> Answer:
 COMMANDS = (
     Command("why", "why NAME", "the constraints that determine a thing, an anchor or a variable, in their order", why),
     Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what stands in the way", formula),
-    Command("free", "free", "what can still move, in words, and what would stop it", free),
+    Command(
+        "free",
+        "free [--matrix [NAME]]",
+        "what can still move, and what would stop it; or the matrix that says so",
+        free,
+    ),
     Command("wiggle", "wiggle FILE.gif", "each free motion there and back, one after the other", wiggle),
     Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull at it at this moment, and see what comes along", drag),
     Command("solutions", "solutions [-o FILE.png]", "every solution at this moment, and what selects it", solutions),

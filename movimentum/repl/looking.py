@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum import pipeline
+from movimentum.analysis.valueless import lacks
 from movimentum.analysis.words import number, time_text
 from movimentum.files import whole_file
 from movimentum.repl.command import Answer, Command, plain, split_output, table
@@ -23,9 +25,38 @@ COLUMNS, ROWS = 64, 12
 
 
 def shown_values(session: Session, texts: Sequence[str]) -> str:
-    """``EXPR = value``, a line each."""
+    """``EXPR = value``, a line each; where there is none, why."""
     poses = session.poses()
-    return "\n".join(f"{text} = {_value(reading(session, text).values(poses)[0])}" for text in texts)
+    return "\n".join(_shown(session, text, reading(session, text).values(poses)[0].tolist()) for text in texts)
+
+
+def _shown(session: Session, text: str, components: Sequence[float]) -> str:
+    if not np.isnan(components).all():
+        return f"{text} = {_value(components)}"
+    when = time_text(float(session.time))
+    lacking = [lack for name in _named(session, text) if (lack := _lack(session, name)) is not None]
+    return f"{text} has no value at t = {when}{': ' if lacking else ''}{', '.join(lacking)}"
+
+
+def _named(session: Session, text: str) -> list[str]:
+    """The variables that an expression mentions."""
+    words = set(re.findall(r"(?<![.\w])[A-Za-z]\w*", text))
+    return [name for name in session.work.scene.variables if name in words]
+
+
+def _lack(session: Session, name: str) -> str | None:
+    """Why a variable has no value now; None where it has one."""
+    mask = session.poses().missing.get(name)
+    if mask is None or not mask[0]:
+        return None
+    spans = lacks(session.work.motion, name)
+    now = float(session.time)
+    here = next((lack for lack in reversed(spans) if lack.begin is None or lack.begin <= now), None)
+    if here is None or (here.begin is None and here.end is None):
+        return f"no statement ever gives `{name}` one"
+    if here.end is not None:
+        return f"the next statement about `{name}` comes at t = {time_text(here.end)}"
+    return f"no statement about `{name}` is in force from t = {time_text(here.begin or 0.0)} on"
 
 
 def _value(components: Sequence[float]) -> str:
@@ -47,7 +78,10 @@ def show(session: Session, argument: str) -> Answer:
             rows.append([f"{thing.name}.{anchor.name}", f"[{number(x, DIGITS)}, {number(y, DIGITS)}]"])
         rows.append([f"{thing.name}.angle", number(float(poses.angle[thing.number, 0]), DIGITS)])
     if not text:
-        rows += [[name, _value(np.atleast_1d(poses.variables[name][0]).tolist())] for name in scene.variables]
+        for name in scene.variables:
+            lacking = name in poses.missing and bool(poses.missing[name][0])
+            value = _value(np.atleast_1d(poses.variables[name][0]).tolist())
+            rows.append([name, "no value" if lacking else value])
     return session, table(rows)
 
 
@@ -152,7 +186,7 @@ def plot(session: Session, argument: str) -> Answer:
 
         names = ("",) if values.shape[1] == 1 else ("x", "y")
         curves = [(name, values[:, axis].tolist()) for axis, name in enumerate(names)]
-        with whole_file(Path(target)) as part:
+        with whole_file(session.refuse_overwriting(target)) as part:
             write_curves(text, poses.times.tolist(), curves, part, Path(target).suffix)
         return session, f"wrote {target}"
     parts = [_drawn(poses.times, values[:, axis]) for axis in range(values.shape[1])]

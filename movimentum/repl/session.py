@@ -6,16 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum import pipeline
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
+from movimentum.files import refuse_overwriting
 from movimentum.pipeline import Choices
 from movimentum.source import SourceText
 
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
+    from movimentum.repl.reading import Reading
     from movimentum.scene.model import Scene
     from movimentum.solve.motion import Motion, Poses
     from movimentum.solve.stretches import Stretch
@@ -42,6 +45,8 @@ class Work:
     def __init__(self, source: SourceText, choices: Choices) -> None:
         self.source = source
         self.choices = choices
+        self.readings: dict[tuple[int, str], Reading] = {}
+        """Expressions that were asked for, by step and text."""
 
     @cached_property
     def _understood(self) -> tuple[Scene | None, Timeline | None, tuple[Diagnostic, ...]]:
@@ -128,6 +133,12 @@ class Session:
     def text(self) -> str:
         """The script as it is now."""
         return self.work.source.text
+
+    def refuse_overwriting(self, name: str, *, script: bool = True) -> Path:
+        """The file ``name`` as an output; `UsageError` where it is one of the script's pictures, or the script."""
+        read = pipeline.reads(self.work.source, self.work.scene if self.work.moves else None)
+        refuse_overwriting(Path(name), read if script else read[1:])
+        return Path(name)
 
     @property
     def stretch(self) -> Stretch:

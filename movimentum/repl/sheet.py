@@ -32,6 +32,7 @@ def poses_of(session: Session, moments: Sequence[Snapshot]) -> Poses:
         visible=poses.visible,
         properties=poses.properties,
         variables=poses.variables,
+        missing=poses.missing,
         solved=np.ones(count, dtype=np.bool_),
     )
 

@@ -1,4 +1,6 @@
-"""The debugger's loop: a line in, an answer out. Nothing typed ends it but `quit` and the end of the input."""
+"""The debugger's loop: a line in, an answer out. Nothing typed ends it but `quit` and the end of the input; Ctrl-C ends
+a command.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +17,7 @@ from movimentum.repl import asking, looking, moving, trying
 from movimentum.repl.command import Answer, Command, table
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.source import SourceText
+from movimentum.terminal import visible_lines
 
 if TYPE_CHECKING:
     from prompt_toolkit import PromptSession
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
 COMMANDS: dict[str, Command] = {
     command.name: command for module in (moving, looking, asking, trying) for command in module.COMMANDS
 }
+QUIT = ("quit", "exit")
+INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")
 _RELATION = re.compile(r"\s*[=<>~]|\.")
 
 
@@ -32,14 +37,19 @@ def answer(session: Session, line: str) -> Answer:
         return session, ""
     word = text.split(None, 1)[0].rstrip("?;")
     rest = text[len(word) :]
-    if text in ("quit", "exit"):
+    if text in QUIT:
         return replace(session, ended=True), ""
     if word in ("help", "") or text.endswith("?"):
         return session, _help(word if text.endswith("?") and word else rest.strip(" ?"))
     # `free = 3` is about a variable of that name, `free` is the command
     if word in COMMANDS and not _RELATION.match(rest) and (not rest or rest[0] in " \t;"):
-        return COMMANDS[word].run(session, rest.strip().removesuffix(";") if rest.strip() == ";" else rest.strip())
-    return trying.try_statement(session, text)
+        return COMMANDS[word].run(session, rest.strip().removesuffix(";").rstrip())
+    return trying.try_statement(session, text, _words())
+
+
+def _words() -> list[str]:
+    """Everything that may stand at the beginning of a line."""
+    return [*COMMANDS, "help", "quit", "exit"]
 
 
 def _help(name: str) -> str:
@@ -51,18 +61,22 @@ def _help(name: str) -> str:
     rows = [[command.usage, command.help] for command in COMMANDS.values()]
     rows.append(["STATEMENT;", "try it: it takes effect at this step, under the key convention, at once"])
     rows.append(["help [COMMAND], COMMAND?", "this, or about one command"])
-    rows.append(["quit", "end (so does the end of the input); unsaved changes are lost"])
+    rows.append(["quit", "end (so does the end of the input); in a terminal, it asks where changes are not saved"])
     return table(rows)
 
 
 def _unknown(name: str) -> Refused:
-    from difflib import get_close_matches
-
-    return refused("unknown-command", f"there is no command `{name}`", *get_close_matches(name, COMMANDS, 2), "help")
+    near = [f"did you mean `{other}`?" for other in trying.near_commands(name, _words())]
+    return refused("unknown-command", f"there is no command `{name}`", *near, "help")
 
 
 def say(text: str) -> None:
     """An answer, on standard output."""
+    _put(visible_lines(text))
+
+
+def _put(text: str) -> None:
+    """What is fit to be shown."""
     if not text:
         return
     encoding = sys.stdout.encoding or "ascii"  # perhaps a terminal without Braille
@@ -73,7 +87,7 @@ def say(text: str) -> None:
 def complain(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> None:
     """What cannot be done, in the form that all diagnostics have."""
     shown = source or SourceText("<prompt>", "")
-    say(render_text(diagnostics, shown, color=wants_color(sys.stdout)).rstrip("\n"))
+    _put(render_text(diagnostics, shown, color=wants_color(sys.stdout)).rstrip("\n"))
 
 
 def step(session: Session, line: str) -> tuple[Session, bool]:
@@ -87,7 +101,7 @@ def step(session: Session, line: str) -> tuple[Session, bool]:
     except MovimentumError as error:
         complain(error.diagnostics, session.work.source)
         return session, False
-    except (OSError, RecursionError, ArithmeticError, NotImplementedError) as error:
+    except (OSError, RecursionError, ArithmeticError, NotImplementedError, MemoryError) as error:
         message = f"that could not be done: {str(error) or type(error).__name__}"
         complain([Diagnostic("repl/failed", Severity.ERROR, message)], None)
         return session, False
@@ -127,7 +141,13 @@ def interact(session: Session, commands: str | None) -> int:
         lines = (line.rstrip("\r\n") for line in sys.stdin)
     failed = False
     for line in lines:
-        session, done = step(session, line)
+        try:
+            session, done = step(session, line)
+        except KeyboardInterrupt:
+            if commands is not None:  # who runs one line of commands means all of them
+                raise
+            done = False
+            complain([INTERRUPTED], None)
         failed |= not done
         if session.ended:
             break
@@ -141,13 +161,29 @@ def _typed(session: Session) -> int:
 
     current = [session]
     prompt: PromptSession[Any] = make_prompt(lambda: current[0])
-    while not current[0].ended:
+    message = prompt.message
+
+    def typed(question: str | None = None) -> str | None:
+        """What is typed; None for the end of the input, nothing for Ctrl-C."""
         try:
             with patch_stdout():
-                line = prompt.prompt()
+                return str(prompt.prompt() if question is None else prompt.prompt(question))
         except EOFError:
-            break
+            return None
         except KeyboardInterrupt:
+            return ""
+
+    while True:
+        line = typed()
+        if line is None or line.strip().rstrip(";") in QUIT:
+            if current[0].text == current[0].original:
+                return 0
+            reply = typed("there are unsaved changes, which `write` would save; quit all the same? [y/N] ")
+            if reply is None or reply.strip().lower() in ("y", "yes", *QUIT):
+                return 0
+            prompt.message = message  # a question asked in between stays otherwise
             continue
-        current[0], _ = step(current[0], line)
-    return 0
+        try:
+            current[0], _ = step(current[0], line)
+        except KeyboardInterrupt:  # the session is as it was before the command
+            complain([INTERRUPTED], None)

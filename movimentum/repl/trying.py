@@ -7,7 +7,6 @@ import os
 import re
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 from typing import NoReturn
 
 from movimentum.diagnostics import Diagnostic, Severity, render_text
@@ -18,6 +17,7 @@ from movimentum.repl.editing import stated, statement_of, without
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.scene.model import Constraint
 from movimentum.source import SourceText
+from movimentum.syntax.suggest import nearest
 
 _QUOTED = re.compile(r"`([^`]*;)`")
 
@@ -69,15 +69,32 @@ def _summary(session: Session) -> str:
     return " and ".join(parts) or "everything is determined and agrees"
 
 
-def try_statement(session: Session, text: str) -> Answer:
-    """A statement typed at the prompt: it takes effect at this step, under the key convention, at once."""
+def try_statement(session: Session, text: str, commands: Iterable[str] = ()) -> Answer:
+    """A statement typed at the prompt: it takes effect at this step, under the key convention, at once.
+
+    ``commands`` are what can be typed otherwise, for "did you mean".
+    """
+    word, _, rest = text.partition(" ")
+    near = near_commands(word, commands)
+    helps = tuple(f"did you mean `{' '.join(filter(None, (name, rest.strip())))}`?" for name in near) or ("help",)
     try:
         statement = statement_of(text)
     except ScriptError as error:
-        raise Refused(error.diagnostics[:1], SourceText("<prompt>", text)) from error
+        found = [replace(item, helps=(*item.helps, *helps)) if near else item for item in error.diagnostics[:1]]
+        raise Refused(found, SourceText("<prompt>", text)) from error
     if statement is None:
-        raise refused("unknown-command", f"`{text.split()[0]}` is no command, and `{text}` is no statement", "help")
+        raise refused("unknown-command", f"`{word}` is no command, and `{text}` is no statement", *helps)
     return _stated(session, text)
+
+
+def near_commands(word: str, commands: Iterable[str]) -> list[str]:
+    """The commands that a word is probably meant to be: those that it begins, else the nearest by spelling."""
+    names = list(commands)
+    begun = [name for name in names if name.startswith(word.lower()) and name != word]
+    if begun and len(word) > 0:
+        return begun[:3]
+    guess = nearest(word, names)
+    return [guess] if guess is not None else difflib.get_close_matches(word.lower(), names, 2, 0.6)
 
 
 def _stated(session: Session, text: str) -> Answer:
@@ -153,7 +170,7 @@ def apply(session: Session, argument: str) -> Answer:
     if not count:
         raise refused("nothing-suggested", "nothing is suggested; `check` and `solutions` do", "check")
     text = argument.strip()
-    if not text.isdigit() or not 1 <= int(text) <= count:
+    if not text.isdecimal() or len(text) > 9 or not 1 <= int(text) <= count:
         raise refused("argument", f"suggestions go from 1 to {count}", "apply 1")
     chosen = session.suggestions[int(text) - 1]
     answer = session, ""
@@ -198,7 +215,7 @@ def write(session: Session, argument: str) -> Answer:
     name = argument.strip() or session.file
     if name.startswith("<"):
         raise refused("file", "the script came from standard input: it has no file to write to", "write changed.mov")
-    with whole_file(Path(name)) as part:
+    with whole_file(session.refuse_overwriting(name, script=False)) as part:
         part.write_text(session.text, encoding="utf-8", newline="")
     same = os.path.realpath(name) == os.path.realpath(session.file)
     return (replace(session, original=session.text) if same else session), f"wrote {name}"

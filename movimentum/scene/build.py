@@ -36,7 +36,6 @@ from movimentum.scene.resolve import (
 )
 from movimentum.scene.things import ImageSize, build_things
 from movimentum.source import SourceText, Span
-from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import (
     Blank,
     Claim,
@@ -272,7 +271,7 @@ def _warn_nothing_to_end(
     if others:
         helps = (f"what is stated is ended by `{key} {others[0]} _;`",)
     else:
-        guess = nearest(key, (name for name, other in stated if other is relation))
+        guess = findings.nearest(key, (name for name, other in stated if other is relation))
         if guess:
             helps = (f"did you mean `{guess} {relation} _;`?",)
     findings.warning(

@@ -7,6 +7,7 @@ from fractions import Fraction
 from itertools import count
 
 from movimentum.expressions import Expr, walk
+from movimentum.scene.clocks import clock_meant
 from movimentum.scene.constants import exact
 from movimentum.scene.drafts import Draft
 from movimentum.scene.findings import Findings
@@ -18,7 +19,6 @@ from movimentum.scene.resolve import ThingTable, VariableUse
 from movimentum.source import Span
 from movimentum.syntax import tree
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.suggest import nearest
 
 
 def build_claims(
@@ -112,7 +112,8 @@ def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findi
         for name, span in _variables(draft):
             if name not in known and name not in told:
                 told.add(name)
-                guess = nearest(name, known)
+                clock = clock_meant(name)
+                guess = findings.nearest(name, known) if clock is None else f".{clock}"
                 findings.error(
                     "claim/undetermined",
                     f"no constraint mentions `{name}`, so nothing can be claimed about it",

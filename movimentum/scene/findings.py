@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.diagnostics import MAX_MESSAGES, Diagnostic, Label, Severity
 from movimentum.source import Span
+from movimentum.syntax.suggest import nearest
 
 
 class Findings:
@@ -20,6 +21,12 @@ class Findings:
         """Add a diagnostic."""
         self.items.append(item)
         self.errors += item.severity is Severity.ERROR
+
+    def nearest(self, name: str, candidates: Iterable[str]) -> str | None:
+        """The candidate that ``name`` may have been meant for; none once there are more diagnostics than are shown, for
+        every one costs a look at all candidates.
+        """
+        return nearest(name, candidates) if len(self.items) < MAX_MESSAGES else None
 
     def error(
         self,

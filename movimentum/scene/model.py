@@ -13,6 +13,7 @@ from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr, const
+from movimentum.scene.colors import INK
 from movimentum.source import SourceText, Span
 
 # --- what a symbol of an expression can stand for (payloads of Expr "symbol") ---------------------
@@ -135,7 +136,9 @@ class Thing:
         """What a property ("opacity", "red", "green", "blue") is where nothing states it."""
         if name == "opacity":
             return 1.0
-        return float((self.color or (0, 0, 0))[("red", "green", "blue").index(name)])
+        if self.shape is Shape.SPRITE:  # a tint, which multiplies: this one changes nothing
+            return 255.0
+        return float((INK if self.color is None else self.color)[("red", "green", "blue").index(name)])
 
 
 # --- constraints ----------------------------------------------------------------------------------

@@ -7,14 +7,10 @@ from dataclasses import dataclass
 
 from movimentum.diagnostics import Label
 from movimentum.scene.findings import Findings
-from movimentum.scene.model import AnchorRef, Shape, Thing
+from movimentum.scene.model import AnchorRef, Thing
 from movimentum.source import Span
-from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import Expression, Member, Name
 from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
-
-COLORED = (Shape.BAR, Shape.ARROW, Shape.DISC, Shape.LABEL, Shape.LINE)
-"""Shapes that have a colour of their own; a sprite has its picture's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +101,7 @@ def _member(node: Member, table: ThingTable, findings: Findings) -> Meaning | No
             return _member_of_thing(node, table.things[number], table, findings)
         if node.name in VECTOR_MEMBERS:
             return ComponentUse(VECTOR_MEMBERS[node.name])
-        guess = nearest(node.operand.name, table.number)
+        guess = findings.nearest(node.operand.name, table.number)
         if guess is None and table.number and len(table.number) <= 8:
             helps = ("things are " + ", ".join(f"`{name}`" for name in table.number),)
         else:
@@ -116,7 +112,7 @@ def _member(node: Member, table: ThingTable, findings: Findings) -> Meaning | No
         return None
     if node.name in VECTOR_MEMBERS:
         return ComponentUse(VECTOR_MEMBERS[node.name])
-    guess = nearest(node.name, VECTOR_MEMBERS)
+    guess = findings.nearest(node.name, VECTOR_MEMBERS)
     findings.error(
         "name/unknown-anchor",
         f"a vector has no `.{node.name}`",
@@ -133,12 +129,11 @@ def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Fi
     word = THING_MEMBERS.get(node.name)
     if word == "angle" and thing.is_body:
         return AngleUse(thing.number)
-    if word == "opacity" or (word not in (None, "angle") and thing.shape in COLORED):
-        return PropertyUse(thing.number, word or "")
-    if word is not None:
-        what = "a line, which has no angle of its own" if word == "angle" else "a picture, which has no colour to set"
-        findings.error("kind/mismatch", f"`{thing.name}` is {what}", node.span)
+    if word == "angle":
+        findings.error("kind/mismatch", f"`{thing.name}` is a line, which has no angle of its own", node.span)
         return None
+    if word is not None:
+        return PropertyUse(thing.number, word)
     report_unknown_anchor(thing, node.name, node.name_span, table, findings)
     return None
 
@@ -147,9 +142,15 @@ def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable
     """``name`` is no anchor of ``thing``: say so, with the nearest one."""
     known = table.anchor_names(thing.number)
     words = THING_MEMBERS.keys() - ({"a"} if thing.is_body else {"a", "angle"})
-    guess = nearest(name, [*known, *words])
+    guess = findings.nearest(name, [*known, *words])
+    if name in ("c", "color", "colour") and thing.is_body and name not in known:
+        guess = "red"  # as a statement about a colour says it
     if guess is not None:
         helps: tuple[str, ...] = (f"did you mean `{thing.name}.{guess}`?",)
+        if name.lower() in ("c", "color", "colour"):
+            helps = (f"a colour is three numbers: `{thing.name}.red`, `.green` and `.blue`, 0 to 255",)
+    elif name in ("length", "l", "Length", "LENGTH") and len(known) > 1:
+        helps = (f"how far apart two anchors are is `({thing.name}.{known[1]} - {thing.name}.{known[0]}).l`",)
     elif not thing.is_body:
         helps = ("a line has no anchors of its own: name those that it is drawn through",)
     elif known:

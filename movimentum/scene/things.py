@@ -16,7 +16,6 @@ from movimentum.scene.lower import report_not_yet
 from movimentum.scene.model import Anchor, AnchorRef, Shape, Thing
 from movimentum.scene.resolve import ThingTable, report_unknown_anchor
 from movimentum.source import Span
-from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import (
     AnchorDefinition,
     Definition,
@@ -205,7 +204,7 @@ def _report_unknown_base(
             helps=(f"define `{base.name}` before `{item.name}`",) if base.name != item.name else (),
         )
         return
-    guess = nearest(base.name, earlier)
+    guess = findings.nearest(base.name, earlier)
     findings.error(
         "name/unknown-anchor",
         f"there is no anchor `{base.name}` to build `{item.name}` on",
@@ -221,7 +220,7 @@ def _references(definition: Definition, table: ThingTable, findings: Findings) -
     for item in references:
         number = table.number.get(item.thing)
         if number is None:
-            guess = nearest(item.thing, table.number)
+            guess = findings.nearest(item.thing, table.number)
             findings.error(
                 "name/unknown-thing",
                 f"there is no thing called `{item.thing}`",
@@ -281,7 +280,7 @@ def _fits(option: Option, shape: Shape, findings: Findings) -> bool:
     known = OPTIONS.get(option.name)
     if known is None:
         fitting = [name for name, (_, shapes) in OPTIONS.items() if shape in shapes]
-        guess = nearest(option.name, OPTIONS)
+        guess = findings.nearest(option.name, OPTIONS)
         findings.error(
             "syntax/unknown-option",
             f"there is no option `.{option.name}`",
@@ -327,7 +326,7 @@ def read_color(argument: Expression | Text, findings: Findings) -> tuple[int, in
         return None
     value = color(argument.text)
     if value is None:
-        guess = nearest(argument.text.lower(), color_names())
+        guess = findings.nearest(argument.text.lower(), color_names())
         findings.error(
             "name/unknown-color",
             f"there is no colour `{argument.text}`",

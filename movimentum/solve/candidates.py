@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from movimentum.solve.following import Choice
+
+if TYPE_CHECKING:
+    from movimentum.solve.contradictions import Contradiction
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +21,14 @@ class Rejection:
     selector: int | None = None
     check: int | None = None
     block: int | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TurnedDown:
+    """What a search had found where it turned something down: ``values`` of all unknowns (None: not found yet)."""
+
+    rejection: Rejection
+    values: tuple[float | None, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +50,9 @@ class Candidate:
 class Part:
     """The candidates of one independent part, best first. ``complete``: all solutions were enumerated.
 
-    ``decided_by``: what told the best from the next best: "only", "continuity", "wish", "carried" or "drawn".
+    ``decided_by``: what told the best from the next best: "only", "continuity", "wish", "carried", "closed" (it is the
+    drawing as it
+    stands) or "drawn".
     """
 
     blocks: tuple[int, ...]
@@ -51,10 +65,14 @@ class Part:
 @dataclass(frozen=True, slots=True, eq=False)
 class Selection:
     """``choices`` for every block, or None where some part has no candidate; ``decisive``: selectors that turned
-    something down.
+    something down. ``turned_down`` has poses that nearly were candidates, where there is none, and
+    ``contradiction`` tells why there can be none (None: that is not known). ``tried``: how many blocks were solved.
     """
 
     choices: list[Choice] | None
     parts: tuple[Part, ...]
     decisive: frozenset[int] = frozenset()
     rejections: tuple[Rejection, ...] = field(default=())
+    turned_down: tuple[TurnedDown, ...] = ()
+    contradiction: Contradiction | None = None
+    tried: int = 0

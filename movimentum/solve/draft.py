@@ -18,8 +18,9 @@ from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Snapshot
 from movimentum.solve.instants import Instants
 from movimentum.solve.kernels import State
-from movimentum.solve.moments import Placement, evaluated, placements
+from movimentum.solve.moments import Placement, placements
 from movimentum.solve.motion import Motion
+from movimentum.solve.removable import evaluated
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -15,6 +16,7 @@ from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve import kernels
 from movimentum.solve.change_points import find_events
+from movimentum.solve.coincidences import FINEST, LARGEST_TURN, with_coincidences
 from movimentum.solve.continuation import trace
 from movimentum.solve.drift import drift
 from movimentum.solve.flow import flow
@@ -22,8 +24,10 @@ from movimentum.solve.instants import Instants
 from movimentum.solve.kernels import State
 from movimentum.solve.local import Probe
 from movimentum.solve.newton import freedom_of
+from movimentum.solve.poles import first_pole
 from movimentum.solve.tracks import (
     AngleTrack,
+    Circles,
     FlowTrack,
     NodeTrack,
     Piece,
@@ -33,6 +37,7 @@ from movimentum.solve.tracks import (
     Track,
     gauss_integral,
     principal,
+    scale_of,
     solve_block,
     track_scale,
     wound,
@@ -43,9 +48,12 @@ FloatArray = NDArray[np.float64]
 INITIAL_INTERVALS = 24
 LARGEST_PHASE = 15.0
 """Degrees that any driving angle may turn between two nodes."""
-LARGEST_TURN = 0.45
-"""Change of a direction's cosine or sine between two nodes."""
-FINEST = 2.0**-18
+ALWAYS_ONE = 1e-20
+"""Of its unit: a squared distance of two centres that is never more says that the circles are one all the time."""
+UNSURE = 1e-8
+"""Of its largest value: a squared distance of two centres below which discriminants are not to be trusted."""
+NEARLY_ONE = 0.1
+"""Of its largest value: a squared distance of two centres that is never less does not come to zero between nodes."""
 MAXIMAL_NODES = 400_000
 
 
@@ -128,7 +136,7 @@ def follow(
     piece = Piece(plan, segment_start, begin, end)
     gaps: list[Gap] = []
     if end <= begin:
-        return _instant(piece, choices), gaps
+        return instant(plan, segment_start, begin, choices), gaps
     grid = _Grid(piece)
     for block, choice in zip(plan.blocks, choices, strict=True):
         track = _follow_block(piece, grid, block, choice, gaps)
@@ -166,11 +174,12 @@ def _undefined(piece: Piece, grid: _Grid, block: Block) -> list[Gap]:
     return [Gap(begin, end, block.number) for begin, end in find_events(margin, grid.tau, values).gaps]
 
 
-def _instant(piece: Piece, choices: list[Choice]) -> Piece:
+def instant(plan: Plan, segment_start: Fraction, begin: float, choices: list[Choice]) -> Piece:
     """A piece of no length: one instant."""
-    for block, choice in zip(piece.plan.blocks, choices, strict=True):
+    piece = Piece(plan, segment_start, begin, begin)
+    for block, choice in zip(plan.blocks, choices, strict=True):
         piece.tracks.append(_first_track(piece, block, choice))
-    piece.nodes = np.array([piece.begin])
+    piece.nodes = np.array([begin])
     return piece
 
 
@@ -208,7 +217,7 @@ def _follow_block(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps:
     if block.form is Form.WINDING:
         return _wind(grid, block, choice)
     if block.form is Form.INTEGRAL:
-        return _accumulate(piece, grid, block, choice)
+        return _accumulate(piece, grid, block, choice, gaps)
     if block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
         return _signs(piece, grid, block, choice, gaps)
     if block.kernel is Kernel.NEWTON:
@@ -255,10 +264,17 @@ def _wind(grid: _Grid, block: Block, choice: Choice) -> AngleTrack:
     return AngleTrack(grid.tau, first + np.concatenate([[0.0], np.cumsum(steps)]))
 
 
-def _accumulate(piece: Piece, grid: _Grid, block: Block, choice: Choice) -> TotalTrack:
-    """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves."""
-    total = np.zeros(len(grid.tau))
-    for _ in range(16):
+HALVINGS = 20
+UNSETTLED = 1e6
+"""In units of what is aimed at: what an interval at a pole disagrees by is no smaller than a millionth of the whole."""
+
+
+def _accumulate(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[Gap]) -> TotalTrack:
+    """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves. What comes
+    behind a pole is a gap.
+    """
+    low, high, total, wrong = grid.tau[:-1], grid.tau[1:], np.zeros(len(grid.tau)), np.zeros(len(grid.tau) - 1)
+    for left in reversed(range(HALVINGS)):
         low, high = grid.tau[:-1], grid.tau[1:]
         with np.errstate(all="ignore"):
             whole = gauss_integral(piece, block, low, high)
@@ -267,71 +283,83 @@ def _accumulate(piece: Piece, grid: _Grid, block: Block, choice: Choice) -> Tota
         size = float(np.max(np.abs(halves), initial=0.0)) or 1.0
         wrong = np.abs(whole - halves) / (1e-13 * size)
         total = float(choice.values[0]) + np.concatenate([[0.0], np.cumsum(np.nan_to_num(halves))])
-        if not grid.refine(np.where(np.isfinite(wrong), np.where(wrong > 1.0, 2.0, 0.0), 0.0), 1.0):
+        change = np.where(np.isfinite(wrong) & (wrong > 1.0), 2.0, 0.0)
+        if not left or not grid.refine(change, 1.0):
             break
+    gaps[:] = [gap for gap in gaps if gap.block != block.number]
+    unsettled = wrong > UNSETTLED
+    if unsettled.any():
+        with np.errstate(all="ignore"):
+            pole = first_pole(piece, block, low[unsettled], high[unsettled])
+        gaps += [] if pole is None else [Gap(pole, piece.end, block.number)]
     return TotalTrack(grid.tau, total)
 
 
+def _ended(piece: Piece, block: Block, gaps: list[Gap]) -> float:
+    """When the first of the blocks that ``block`` depends on comes to the end of its path."""
+    above = {*piece.upstream(block.number)}
+    return min((gap.begin for gap in gaps if gap.block in above), default=np.inf)
+
+
 def _signs(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[Gap]) -> SignTrack:
+    circles = _circles(piece, grid, block)
+    if circles is not None and not circles.largest > ALWAYS_ONE * _unit(piece.plan):
+        gaps += [Gap(piece.begin, piece.end, block.number)]  # whatever came out would be rounding
+        return SignTrack(choice.sign, np.zeros(0), circles)
+    above = (piece.tracks[number] for number in piece.upstream(block.number))
+    near = [t.circles for t in above if isinstance(t, SignTrack) and t.circles is not None]
+    near += [circles] if circles is not None else []
+
+    def margin_of(state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
+        margin = np.broadcast_to(kernels.quadratic(block, state, clocks).margin, count)
+        for some in near:  # rounding there is no end of a path
+            margin = np.where(some.apart(state, clocks, count) > UNSURE, margin, 1.0)
+        return margin
+
+    def margin(tau: FloatArray) -> FloatArray:
+        instants = piece.instants(tau)
+        return margin_of(piece.before(block.number, instants), instants.clocks, len(tau))
+
     with np.errstate(all="ignore"):
-        values = np.broadcast_to(kernels.quadratic(block, grid.state, grid.instants.clocks).margin, len(grid.tau))
-
-        def margin(tau: FloatArray) -> FloatArray:
-            instants = piece.instants(tau)
-            state = piece.before(block.number, instants)
-            return np.broadcast_to(kernels.quadratic(block, state, instants.clocks).margin, len(tau))
-
-        earliest = min((gap.begin for gap in gaps), default=np.inf)
-        reach = int(np.searchsorted(grid.tau, earliest, side="right"))
-        if reach < 2:
-            return SignTrack(choice.sign, np.zeros(0))
-        events = find_events(margin, grid.tau[:reach], values[:reach])
-    gaps[:] = [gap for gap in gaps if gap.block != block.number]
+        values = margin_of(grid.state, grid.instants.clocks, len(grid.tau))
+        # as far as the others go; of this one there may be gaps that a coarser grid showed
+        gaps[:] = [gap for gap in gaps if gap.block != block.number]
+        earliest = _ended(piece, block, gaps)
+        nodes = grid.tau
+        if earliest < nodes[-1]:
+            reach = int(np.searchsorted(nodes, earliest, side="left"))
+            nodes = np.append(nodes[:reach], earliest)
+            values = np.append(values[:reach], margin(nodes[-1:]))
+        events = find_events(margin, nodes, values)
     gaps += [Gap(begin, end, block.number) for begin, end in events.gaps]
-    track = SignTrack(choice.sign, np.array(events.flips))
-    if block.normal is not None and not isinstance(block.normal.value, float):
-        more = _coincidences(piece, grid, block, track)
-        if more:
-            # where the discriminant has a zero at the same time, the two changes of sign cancel
-            both = [t for t in more if np.any(np.abs(track.switches - t) <= 1e-9 * (piece.end - piece.begin))]
-            kept = [t for t in track.switches if not np.any(np.abs(np.array(both) - t) <= 1e-9 * piece.end)]
-            track = SignTrack(choice.sign, np.array(sorted([*kept, *(t for t in more if t not in both)])))
-    return track
+    track = SignTrack(choice.sign, np.array(events.flips), circles)
+    if circles is None:
+        return track
+    return with_coincidences(piece, block, track, (grid.tau, grid.state, grid.instants.clocks))
 
 
-def _coincidences(piece: Piece, grid: _Grid, block: Block, track: SignTrack) -> tuple[float, ...]:
-    """The times at which a dyad's two circles become one and then part again (a rhombus that folds flat).
+def _unit(plan: Plan) -> float:
+    """The smallest that the unit of the square of a line's normal may be: of places, of directions, or none."""
+    return min(1.0, plan.size) ** 4
 
-    The line through their intersections turns by half a turn there, and the branch's sign must change for the motion to
-    go on. Looked for only where the motion is seen to jump between two nodes as close as nodes get.
-    """
-    core = kernels.quadratic(block, grid.state, grid.instants.clocks).roots(track.sign(grid.tau))
-    scale = track_scale(piece.plan, block)
-    close = np.diff(grid.tau) <= 2.0 * FINEST * (piece.end - piece.begin)
-    jumps = np.zeros(len(close), dtype=np.bool_)
-    for size, values in zip(scale, core, strict=True):
-        jumps |= close & ~(np.abs(np.diff(np.broadcast_to(values, len(grid.tau)))) <= LARGEST_TURN * size)
-    if not jumps.any():
-        return ()
-    assert block.normal is not None
+
+def _circles(piece: Piece, grid: _Grid, block: Block) -> Circles | None:
+    """A dyad's two circles, where they may become one on the way."""
+    if block.normal is None or isinstance(block.normal.value, float):
+        return None
     square = compiled([block.normal], Clocks(piece.plan.clocks))
     values = np.broadcast_to(square(grid.state, grid.instants.clocks)[0], len(grid.tau))
     largest = float(np.nanmax(values))
-
-    def normal(tau: FloatArray) -> FloatArray:
-        instants = piece.instants(tau)
-        state = piece.before(block.number, instants)
-        return np.broadcast_to(square(state, instants.clocks)[0], len(tau)) / largest
-
-    return find_events(normal, grid.tau, values / largest).flips if largest > 0.0 else ()
+    near = np.nanmin(values) < NEARLY_ONE * largest or not largest > ALWAYS_ONE * _unit(piece.plan)
+    return Circles(square, max(largest, 1e-300)) if near else None
 
 
 def _nodes(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[Gap]) -> NodeTrack | FlowTrack:
     plan = piece.plan
     scale = track_scale(plan, block)
     x = np.array(choice.values)
-    probe = _probe(piece, block)
-    until = min((gap.begin for gap in gaps), default=np.inf)
+    probe = probe_of(piece, block)
+    until = _ended(piece, block, gaps)
     if block.states:
         with np.errstate(all="ignore"):
             tracks = flow(block, probe, x[: len(block.core)], x[len(block.core) :], scale, grid.tau, until)
@@ -343,13 +371,15 @@ def _nodes(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[G
             track = drift(plan, block, probe, x, scale, grid.tau, until)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)
-            track = trace(block, probe, x, scale, grid.tau, until, rates)
+            track = trace(block, probe, x, scale, grid.tau, until, rates, scale_of(plan, block.unknowns))
     if track.until < piece.end and track.until < until:
         gaps.append(Gap(track.until, piece.end, block.number))
     return track
 
 
-def _probe(piece: Piece, block: Block) -> Probe:
+def probe_of(piece: Piece, block: Block) -> Probe:
+    """What ``block`` is given by the blocks before it, along the piece."""
+
     def probe(tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         instants = piece.instants(tau)
         return piece.before(block.number, instants), instants.clocks

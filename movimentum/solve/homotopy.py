@@ -4,6 +4,10 @@ A start system x_i^d_i = r_i, whose solutions are known, is deformed into the bl
 path; with probability one its solutions lead to all isolated solutions (Sommese & Wampler, *The Numerical Solution
 of Systems of Polynomials Arising in Engineering and Science*, ch. 2 and 8). Many paths of a linkage end at infinity
 (circles meet there); those that stay finite and end real are assembly modes.
+
+Where the same block is to be solved again for other inputs (poses of what comes before it), the solutions for random
+complex inputs, once known, lead to those for any others: only as many paths as there are finite solutions, and short
+ones (coefficient-parameter homotopy; ch. 7 there).
 """
 
 from __future__ import annotations
@@ -33,10 +37,13 @@ STEPS = 400
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Roots:
-    """``real``: the real solutions, one core vector (n,) each. ``complete``: every path was followed to its end."""
+    """``real``: the real solutions, one core vector (n,) each. ``complete``: every one of the ``paths`` was followed to
+    its end.
+    """
 
     real: list[FloatArray]
     complete: bool
+    paths: int
 
 
 def degrees_of(block: Block) -> list[int] | None:
@@ -57,58 +64,70 @@ def _negligible(value: float | None) -> bool:
     return value is not None and abs(value) < 1e-14
 
 
-def all_solutions(block: Block, state: State, k: Sequence[FloatArray], scale: FloatArray) -> Roots | None:
-    """All real solutions of a square block at one instant (``state`` and ``k`` as of that instant); None where the
-    method does not apply: no polynomials, too many paths.
-    """
-    if block.rows != len(block.core) or block.free or block.states:
-        return None
-    degrees = degrees_of(block)
-    if degrees is None or math.prod(degrees) > LARGEST:
-        return None
-    problem = _Problem(block, state, k, scale, degrees)
-    with np.errstate(all="ignore"):
-        ends, finished = _track(problem)
-    real: list[FloatArray] = []
-    for end in ends[np.all(np.abs(ends.imag) <= REAL, axis=1)]:
-        x = end.real * scale
-        if not any(np.max(np.abs(x - other) / scale) < 1e-6 for other in real):
-            real.append(x)
-    return Roots(real, finished)
+class AllSolutions:
+    """All solutions of one square block of polynomials, for any inputs of sizes ``input_scale``."""
+
+    def __init__(self, block: Block, scale: FloatArray, input_scale: dict[int, float]) -> None:
+        self.block, self.scale, self.input_scale = block, scale, input_scale
+        square = block.rows == len(block.core) and not block.free and not block.states
+        self.degrees = degrees_of(block) if square else None
+        self.asked = 0
+        self.family: _Family | None = None
+
+    @property
+    def applicable(self) -> bool:
+        """Whether the method can be used: polynomials, and not too many paths."""
+        return self.degrees is not None and math.prod(self.degrees) <= LARGEST
+
+    def at(self, state: State, k: Sequence[FloatArray]) -> Roots:
+        """All real solutions at one instant (``state`` and ``k`` as of that instant)."""
+        assert self.degrees is not None
+        self.asked += 1
+        values: State = [None if value is None else complex(np.ravel(value)[0]) for value in state]
+        clocks = [float(np.ravel(clock)[0]) for clock in k]
+        with np.errstate(all="ignore"):
+            if self.asked > 1 and (self.family is None or self.family.clocks != clocks):
+                self.family = self._family(values, clocks)
+            if self.asked > 1 and self.family is not None and len(self.family.roots):
+                self.family.lead_to(values)
+                ends, finished = _track(self.family, 0.1)
+                if finished:
+                    return Roots(self._real(ends), True, len(self.family.roots))
+            ends, finished = _track(_Problem(self.block, values, clocks, self.scale, self.degrees))
+        return Roots(self._real(ends), finished, math.prod(self.degrees))
+
+    def _real(self, ends: ComplexArray) -> list[FloatArray]:
+        real: list[FloatArray] = []
+        for end in ends[np.all(np.abs(ends.imag) <= REAL, axis=1)]:
+            x = end.real * self.scale
+            if not any(np.max(np.abs(x - other) / self.scale) < 1e-6 for other in real):
+                real.append(x)
+        return real
+
+    def _family(self, values: State, clocks: list[float]) -> _Family:
+        """The solutions for random complex inputs."""
+        generator = np.random.default_rng(71)
+        generic = list(values)
+        for n, size in self.input_scale.items():
+            if generic[n] is not None:
+                generic[n] = generic[n] + size * complex(*generator.normal(size=2))
+        assert self.degrees is not None
+        ends, finished = _track(_Problem(self.block, generic, clocks, self.scale, self.degrees))
+        return _Family(self.block, generic, clocks, self.scale, ends if finished else ends[:0])
 
 
-class _Problem:
-    """H(x, t) = (1 - t) g G(x) + t F(x) in unknowns of size one and rows of size one."""
+class _Rows:
+    """A block's residuals and their Jacobian, for complex unknowns of size one, each row divided by ``rows``."""
 
-    def __init__(
-        self, block: Block, state: State, k: Sequence[FloatArray], scale: FloatArray, degrees: Sequence[int]
-    ) -> None:
-        generator = np.random.default_rng(2023)
-        self.block, self.scale = block, scale
-        self.state: State = [None if value is None else complex(np.ravel(value)[0]) for value in state]
-        self.clocks = [float(np.ravel(clock)[0]) for clock in k]
-        self.degrees = np.array(degrees)
-        self.turn = np.exp(2j * np.pi * generator.uniform())
-        self.constants = np.exp(2j * np.pi * generator.uniform(size=len(degrees)))
-        probes = np.exp(2j * np.pi * generator.uniform(size=(4, len(degrees))))
-        self.rows = np.ones(len(degrees))
-        self.rows = np.maximum(np.max(np.abs(self._values(probes)[0]), axis=0), 1e-300)
+    def __init__(self, block: Block, clocks: list[float], scale: FloatArray) -> None:
+        self.block, self.clocks, self.scale = block, clocks, scale
+        self.rows: FloatArray = np.ones(block.rows)
 
-    def starts(self) -> ComplexArray:
-        """All solutions of the start system (paths, n)."""
-        roots: list[ComplexArray] = []
-        for i, constant in enumerate(self.constants):
-            d = int(self.degrees[i])
-            roots.append(complex(constant) ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d))
-        grid = np.meshgrid(*roots, indexing="ij")
-        return np.stack([part.reshape(-1) for part in grid], axis=-1).astype(np.complex128)
-
-    def _values(self, x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """F (paths, n) and its Jacobian (paths, n, n)."""
+    def evaluated(self, x: ComplexArray, state: State) -> tuple[ComplexArray, ComplexArray]:
+        """F (paths, n) and its Jacobian (paths, n, n) for inputs ``state``."""
         block = self.block
         assert block.coefficients is not None
         assert block.jacobian is not None
-        state = self.state.copy()
         for j, n in enumerate(block.core):
             state[n] = x[:, j] * self.scale[j]
         values = np.empty_like(x)
@@ -119,9 +138,69 @@ class _Problem:
             jacobian[:, i, j] = value * self.scale[j]
         return values / self.rows, jacobian / self.rows[:, None]
 
+
+class _Family(_Rows):
+    """H(x, t) = F(x; inputs on the way from generic ones at t = 0 to given ones at t = 1); ``roots`` solve t = 0."""
+
+    def __init__(
+        self, block: Block, generic: State, clocks: list[float], scale: FloatArray, roots: ComplexArray
+    ) -> None:
+        super().__init__(block, clocks, scale)
+        self.generic = self.target = generic
+        self.roots = roots
+        if len(roots):
+            some = np.exp(2j * np.pi * np.random.default_rng(5).uniform(size=(4, roots.shape[1])))
+            self.rows = np.maximum(np.max(np.abs(self.evaluated(some, list(generic))[0]), axis=0), 1e-300)
+
+    def lead_to(self, target: State) -> None:
+        """The inputs at t = 1."""
+        self.target = target
+
+    def starts(self) -> ComplexArray:
+        """All solutions at t = 0 (paths, n)."""
+        return self.roots.copy()
+
+    def _inputs(self, t: FloatArray) -> State:
+        state = list(self.target)
+        for n in self.block.inputs:
+            if state[n] is not None:
+                state[n] = (1.0 - t) * self.generic[n] + t * self.target[n]
+        return state
+
     def at(self, x: ComplexArray, t: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """H, its Jacobian by x, and its derivative by t."""
-        values, jacobian = self._values(x)
+        values, jacobian = self.evaluated(x, self._inputs(t))
+        ahead, behind = (self.evaluated(x, self._inputs(t + h))[0] for h in (1e-5, -1e-5))
+        return values, jacobian, (ahead - behind) / 2e-5
+
+
+class _Problem(_Rows):
+    """H(x, t) = (1 - t) g G(x) + t F(x) in unknowns of size one and rows of size one."""
+
+    def __init__(
+        self, block: Block, state: State, clocks: list[float], scale: FloatArray, degrees: Sequence[int]
+    ) -> None:
+        super().__init__(block, clocks, scale)
+        generator = np.random.default_rng(2023)
+        self.state = state
+        self.degrees = np.array(degrees)
+        self.turn = np.exp(2j * np.pi * generator.uniform())
+        self.constants = np.exp(2j * np.pi * generator.uniform(size=len(degrees)))
+        probes = np.exp(2j * np.pi * generator.uniform(size=(4, len(degrees))))
+        self.rows = np.maximum(np.max(np.abs(self.evaluated(probes, list(state))[0]), axis=0), 1e-300)
+
+    def starts(self) -> ComplexArray:
+        """All solutions of the start system (paths, n)."""
+        roots: list[ComplexArray] = []
+        for i, constant in enumerate(self.constants):
+            d = int(self.degrees[i])
+            roots.append(complex(constant) ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d))
+        grid = np.meshgrid(*roots, indexing="ij")
+        return np.stack([part.reshape(-1) for part in grid], axis=-1).astype(np.complex128)
+
+    def at(self, x: ComplexArray, t: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """H, its Jacobian by x, and its derivative by t."""
+        values, jacobian = self.evaluated(x, list(self.state))
         start = self.turn * (x**self.degrees - self.constants)
         slope = self.turn * self.degrees * x ** (self.degrees - 1)
         left, right = (1.0 - t)[:, None], t[:, None]
@@ -139,12 +218,14 @@ def _solve(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
     return np.asarray(result, dtype=np.complex128)
 
 
-def _track(problem: _Problem) -> tuple[ComplexArray, bool]:
-    """Follow all paths from t = 0 to 1, each with its own step: the finite ends, and whether all came to an end."""
+def _track(problem: _Problem | _Family, first: float = 0.02) -> tuple[ComplexArray, bool]:
+    """Follow all paths from t = 0 to 1, each with its own step (``first`` to begin with): the finite ends, and whether
+    all came to an end.
+    """
     x = problem.starts()
     count = len(x)
     t = np.zeros(count)
-    h = np.full(count, 0.02)
+    h = np.full(count, first)
     easy = np.zeros(count, dtype=np.int64)
     alive = np.ones(count, dtype=np.bool_)
     for _ in range(STEPS):
@@ -182,7 +263,7 @@ def _track(problem: _Problem) -> tuple[ComplexArray, bool]:
     return x[ended & (large < INFINITE)], not lost.any()
 
 
-def _tangent(problem: _Problem, x: ComplexArray, t: FloatArray, step: FloatArray) -> ComplexArray:
+def _tangent(problem: _Problem | _Family, x: ComplexArray, t: FloatArray, step: FloatArray) -> ComplexArray:
     """The mean slope over a step by Heun's method."""
     _, jacobian, by_t = problem.at(x, t)
     first = -_solve(jacobian, by_t)

@@ -12,6 +12,7 @@ from movimentum.plan.blocks import Block
 from movimentum.plan.frames import BodyFrame
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
+from movimentum.solve.carry import Carry
 from movimentum.solve.kernels import State, fill_explicit
 from movimentum.solve.linear import Damping, null_space, scaled, toward
 from movimentum.solve.rows import jacobian_of, residual_of, wishes_of
@@ -40,16 +41,20 @@ class _Coordinate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turn:
-    """The direction (cosine, sine) of a thing's frame, in terms of the core."""
+    """The direction (cosine, sine) of a thing's frame, in terms of the core; ``before``: that of the thing in the pose
+    to begin from.
+    """
 
     cosine: _Coordinate
     sine: _Coordinate
     frame: BodyFrame
+    before: tuple[float, float] = (1.0, 0.0)
 
     def angle(self, x: FloatArray) -> float:
-        """How far the thing is turned from how it was drawn, in radians."""
+        """How far the thing is turned from the pose to begin from, in radians."""
         c, s = self.frame.to_thing(self.cosine.at(x), self.sine.at(x))
-        return float(np.arctan2(s, c))
+        a, b = self.before
+        return float(np.arctan2(s * a - c * b, c * a + s * b))
 
     def heading(self, x: FloatArray) -> float:
         """The frame's direction, in radians."""
@@ -65,8 +70,10 @@ class Turn:
         return self.across(self.cosine.at(x), self.sine.at(x))
 
 
-def turns_of(plan: Plan, block: Block, state: State, k: Sequence[FloatArray], things: set[int]) -> list[Turn]:
-    """The directions of the ``things`` whose directions the block finds."""
+def turns_of(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], things: set[int], carry: Carry
+) -> list[Turn]:
+    """The directions of the ``things`` whose directions the block finds; they begin from the pose carried over."""
     offsets: dict[int, float] = {}
     places = {n: j for j, n in enumerate(block.core)}
     slopes = {} if block.linear is None else dict(zip(block.linear.targets, block.linear.slopes, strict=True))
@@ -94,7 +101,8 @@ def turns_of(plan: Plan, block: Block, state: State, k: Sequence[FloatArray], th
         if isinstance(payload, PoseCos) and payload.thing in things and PoseSin(payload.thing) in number_of:
             cosine, sine = coordinate(n), coordinate(number_of[PoseSin(payload.thing)])
             if cosine is not None and sine is not None:
-                found.append(Turn(cosine, sine, plan.system.frame(payload.thing)))
+                before = carry.now.things[payload.thing]
+                found.append(Turn(cosine, sine, plan.system.frame(payload.thing), (before.c, before.s)))
     return found
 
 

@@ -32,6 +32,7 @@ class Local:
     """A block at one instant: Jacobian-related quantities from finite time differences of its inputs.
 
     ``delta`` is half the time between the instants compared; ``low`` and ``high`` bound the stretch of the path.
+    ``sizes`` are the natural sizes of the block's unknowns, where anyone asks.
     """
 
     block: Block
@@ -39,6 +40,7 @@ class Local:
     delta: float
     low: float
     high: float
+    sizes: FloatArray | None = None
 
     def around(self, tau: float) -> tuple[State, tuple[FloatArray, ...], float]:
         """State and clocks at [tau, later, earlier] and the time between the latter two; inside [low, high] where

@@ -10,12 +10,17 @@ import numpy as np
 from movimentum.plan.blocks import Block
 from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
-from movimentum.scene.model import Anonymous, ThingAngle
+from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solve.carry import Carry
 from movimentum.solve.kernels import State
 
 SAME = 1e-7
 """Two values of an unknown of size one are the same solution."""
+TIE = 1e-9
+"""What settles which of several spellings of one pose is taken: the smaller angles, without full turns, and variables.
+Far below any difference of poses that decides, far above what rounding leaves of one.
+"""
+TURN = 360.0
 
 
 def squared(value: float) -> float:
@@ -63,10 +68,15 @@ class Measures:
         carried = turned = moved = 0.0
         for n in unknowns:
             payload = system.unknowns[n].payload
-            if isinstance(payload, Anonymous | ThingAngle):
+            if isinstance(payload, Anonymous):
                 continue
             now = np.broadcast_to(state[n], 2)
             value = float(now[0])
+            if isinstance(payload, ThingAngle | VariableComponent):
+                if not self.carried[n]:
+                    turned += TIE * squared(value / (TURN if isinstance(payload, ThingAngle) else self.plan.size))
+                if isinstance(payload, ThingAngle):
+                    continue
             before = self.carry.now.value(system, n)
             if before is None:
                 continue
@@ -82,8 +92,11 @@ class Measures:
         return carried, turned, moved
 
     def _turn(self, thing: int, state: State) -> float:
-        """How far a thing is turned from how it was drawn at the second instant, in radians."""
+        """How far a thing is turned at the second instant from how it was drawn (its part as a whole having been laid
+        where it belongs), in radians.
+        """
         system = self.plan.system
         parts = (np.broadcast_to(state[system.number_of[part(thing)]], 2)[1] for part in (PoseCos, PoseSin))
-        cosine, _ = system.frame(thing).to_thing(*map(float, parts))
-        return math.acos(min(1.0, max(-1.0, cosine)))
+        cosine, sine = system.frame(thing).to_thing(*map(float, parts))
+        before = self.carry.now.things[thing]
+        return math.acos(min(1.0, max(-1.0, cosine * before.c + sine * before.s)))

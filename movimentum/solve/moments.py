@@ -13,10 +13,13 @@ from movimentum.plan.unknowns import PosePart, Rate
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
 from movimentum.solve.carry import Carry, Snapshot, ThingPose
 from movimentum.solve.instants import Instants
+from movimentum.solve.judging import TOLERANCE, Judge
 from movimentum.solve.kernels import State
 from movimentum.solve.motion import Motion, Poses
+from movimentum.solve.removable import evaluated
 from movimentum.solve.stretches import Dead, Stretch
-from movimentum.solve.tracks import Piece, scale_of
+from movimentum.solve.tracks import Piece
+from movimentum.solve.valued import first_value, has_value
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -100,10 +103,10 @@ def carry_at(stretch: Stretch, piece: Piece, time: float, base: Carry) -> Carry:
         time = max(gap.begin, piece.begin)
     earlier = time - span
     if earlier < piece.begin or span <= 0.0 or gap is not None:
-        state, _ = piece.evaluate(piece.instants(np.array([time])))
+        state, _ = evaluated(piece, piece.instants(np.array([time])))
         now = snapshot(piece.plan, state, base.now, 0)
         return Carry(now, base.before, base.span) if span <= 0.0 else Carry(now)
-    state, _ = piece.evaluate(piece.instants(np.array([earlier, time])))
+    state, _ = evaluated(piece, piece.instants(np.array([earlier, time])))
     return Carry(snapshot(piece.plan, state, base.now, 1), snapshot(piece.plan, state, base.now, 0), span)
 
 
@@ -112,51 +115,8 @@ def held(carry: Carry) -> Carry:
     return Carry(carry.now)
 
 
-BESIDE = 1e-5
-"""Of a piece's length: how far beside an instant without a solution it is looked for."""
-
-
-def evaluated(piece: Piece, instants: Instants, *, windings: bool = True) -> tuple[State, BoolArray]:
-    """Evaluate a piece. An isolated instant without a solution (two circles that become one for a moment) is taken from
-    just beside it, where both sides agree; a pole is not removable and stays unsolved.
-    """
-    state, bad = piece.solve(instants, windings=windings)
-    if not bad.any() or piece.end <= piece.begin:
-        return state, bad
-    length = piece.end - piece.begin
-    places = np.nonzero(bad)[0]
-    tau = instants.tau[places]
-    places = places[(tau - 2.0 * BESIDE * length >= piece.begin) & (tau + 2.0 * BESIDE * length <= piece.end)]
-    if len(places) == 0:
-        return state, bad
-    agree = np.ones(len(places), dtype=np.bool_)
-    scale = scale_of(piece.plan, range(len(state)))
-
-    def beside(distance: float) -> tuple[State, State]:
-        nonlocal agree
-        sides: list[State] = []
-        for offset in (-distance, distance):
-            side, wrong = piece.solve(piece.instants(instants.tau[places] + offset * length), windings=windings)
-            agree &= ~wrong
-            sides.append([None if v is None else np.broadcast_to(v, len(places)) for v in side])
-        return sides[0], sides[1]
-
-    before, after = beside(1e-9)
-    with np.errstate(all="ignore"):
-        for n, value in enumerate(before):
-            if value is not None:
-                agree &= np.abs(value - after[n]) <= 1e-6 * np.maximum(scale[n], np.abs(value))
-    # so near to the singularity all digits are lost; from a little farther off on both sides, extrapolated (Richardson)
-    near, far = beside(BESIDE), beside(2.0 * BESIDE)
-    for n, value in enumerate(state):
-        if value is not None and np.ndim(value) > 0:
-            filled = np.array(value)
-            mean = (4.0 * (near[0][n] + near[1][n]) - (far[0][n] + far[1][n])) / 6.0
-            filled[places[agree]] = mean[agree]
-            state[n] = filled
-    bad = bad.copy()
-    bad[places[agree]] = False
-    return state, bad
+HELD = 64
+"""So many of a path's nodes are looked at for the last good pose."""
 
 
 class Assembly:
@@ -176,11 +136,14 @@ class Assembly:
         self.moved: set[int] = set()  # things that anything but a pose to rest in has been written for
         self.solved = np.ones(count, dtype=np.bool_)
         self.properties: dict[tuple[int, str], FloatArray] = {}
+        self.judges: dict[int, Judge] = {}
         for stretch in motion.stretches:
             for payload in stretch.plan.system.number_of:
                 if isinstance(payload, ThingProperty) and (payload.thing, payload.name) not in self.properties:
                     default = scene.things[payload.thing].undriven(payload.name)
                     self.properties[payload.thing, payload.name] = np.full(count, default)
+        self.missing: dict[str, BoolArray] = {}
+        self.first: dict[str, tuple[float, ...]] = {}
         self.variables = {
             name: np.zeros((count, 2) if variable.is_vector else count) for name, variable in scene.variables.items()
         }
@@ -189,12 +152,13 @@ class Assembly:
         """Fill in the frames ``where``, which lie in ``stretch``."""
         for number in stretch.segment.visible:
             self.visible[number, where] = True
+        self._note_missing(stretch, where)
         begins = np.array([piece.begin for piece in stretch.pieces[1:]])
         of_piece = np.searchsorted(begins, instants.tau, side="right")
         offset = int(where.start)
         only = stretch.pieces[int(of_piece[0])] if of_piece[0] == of_piece[-1] else None
         if isinstance(only, Piece):  # nearly always: all frames in one piece, so arrays are filled by slices
-            state, bad = evaluated(only, instants, windings=self.angles)
+            state, bad = self._evaluated(only, instants)
             self._fill(where, only.plan, state, stretch.base.now)
             if bad.any():
                 self._hold(offset + np.nonzero(bad)[0], instants.tau[bad], only, stretch)
@@ -208,10 +172,17 @@ class Assembly:
                 self.solved[places] = False
                 continue
             part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
-            state, bad = evaluated(piece, part, windings=self.angles)
+            state, bad = self._evaluated(piece, part)
             self._fill(places, piece.plan, state, stretch.base.now)
             if bad.any():
                 self._hold(places[bad], part.tau[bad], piece, stretch)
+
+    def _evaluated(self, piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
+        state, bad = evaluated(piece, instants, windings=self.angles or self.motion.doubted)
+        if self.motion.doubted:
+            judge = self.judges.setdefault(id(piece.plan), Judge(piece.plan, self.motion.size))
+            bad = bad | (judge.worst(state, instants) > TOLERANCE)
+        return state, bad
 
     def _fill(self, places: NDArray[np.intp] | slice, plan: Plan, state: State, base: Snapshot) -> None:
         mentioned: set[int] = set()
@@ -231,11 +202,25 @@ class Assembly:
             for axis in (0, 1) if values.ndim == 2 else (None,):
                 payload = VariableComponent(name, axis)
                 n = number_of.get(payload)
-                value = base.others.get(payload, 0.0) if n is None else state[n]
+                value = self._known(base, payload) if n is None else state[n]
                 if axis is None:
                     values[places] = value
                 else:
                     values[places, axis] = value
+
+    def _note_missing(self, stretch: Stretch, where: slice) -> None:
+        """Mark the variables that no statement in force mentions."""
+        for name, values in self.variables.items():
+            if not has_value(stretch, name, values.ndim == 2):
+                self.missing.setdefault(name, np.zeros(len(self.frames), dtype=np.bool_))[where] = True
+
+    def _known(self, moment: Snapshot, payload: VariableComponent) -> float:
+        """The last value of a variable that has none, or else the first that it will have."""
+        if payload in moment.others:
+            return moment.others[payload]
+        if payload.name not in self.first:
+            self.first[payload.name] = first_value(self.motion, payload.name, payload.axis is not None)
+        return self.first[payload.name][payload.axis or 0]
 
     def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: Placement | ThingPose) -> None:
         self.origin[thing, places, 0] = pose.x
@@ -266,24 +251,24 @@ class Assembly:
             values[places] = moment.others.get(ThingProperty(thing, name), self.scene.things[thing].undriven(name))
         for name, values in self.variables.items():
             for axis in (0, 1) if values.ndim == 2 else (None,):
-                value = moment.others.get(VariableComponent(name, axis), 0.0)
+                value = self._known(moment, VariableComponent(name, axis))
                 if axis is None:
                     values[places] = value
                 else:
                     values[places, axis] = value
 
     def _hold(self, places: NDArray[np.intp], tau: FloatArray, piece: Piece, stretch: Stretch) -> None:
-        """Frames without a solution hold the last good pose: that of the moment at which the solution ended."""
+        """Frames without a solution hold the last good pose: that of the last of the path's nodes before them that has
+        one.
+        """
         self.solved[places] = False
-        edges = sorted(t.begin for t in stretch.troubles if t.kind == "gap")
+        nodes = np.append(piece.begin, piece.nodes)
         for place, instant in zip(places, tau, strict=True):
-            before = [edge for edge in edges if edge <= instant]
-            edge = before[-1] if before else piece.begin
-            state, bad = evaluated(piece, piece.instants(np.array([edge])))
-            if bad[0]:
-                self._fill_moment(np.array([place]), stretch.base.now)
-            else:
-                self._fill(np.array([place]), piece.plan, state, stretch.base.now)
+            last = np.unique(nodes[nodes <= instant])[-HELD:]
+            state, bad = self._evaluated(piece, piece.instants(last))
+            good = np.nonzero(~bad)[0]
+            moment = snapshot(piece.plan, state, stretch.base.now, int(good[-1])) if len(good) else stretch.base.now
+            self._fill_moment(np.array([place]), moment)
 
     def finished(self) -> Poses:
         """The poses, all finite."""
@@ -303,5 +288,6 @@ class Assembly:
             visible=self.visible,
             properties=self.properties,
             variables=self.variables,
+            missing=self.missing,
             solved=self.solved & finite,
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -35,6 +35,8 @@ class Poses:
     ``visible``    (N, F) whether the thing has appeared
     ``properties`` (thing number, "opacity"|"red"|"green"|"blue") -> (F,), only those that constraints mention
     ``variables``  name -> (F,) for a scalar, (F, 2) for a vector
+    ``missing``    name -> (F,) True where the variable has no value, as no statement in force mentions it
+                   (``variables`` then holds the last value that it had, or else the first that it will have)
     ``solved``     (F,) False where the scene has no solution (the arrays then hold the last good pose)
 
     A world point of local (x, y) is ``origin + (c x - s y, s x + c y)`` with (c, s) = direction. All values are finite.
@@ -49,6 +51,7 @@ class Poses:
     properties: dict[tuple[int, str], FloatArray]
     variables: dict[str, FloatArray]
     solved: BoolArray
+    missing: dict[str, BoolArray] = field(default_factory=lambda: {}, kw_only=True)  # noqa: PIE807 - typed
 
     def world(self, thing: int, local: tuple[float, float]) -> FloatArray:
         """(F, 2) world positions of the point ``local`` of thing number ``thing``."""
@@ -71,6 +74,7 @@ class Poses:
             visible=self.visible[:, chosen],
             properties={key: value[chosen] for key, value in self.properties.items()},
             variables={key: value[chosen] for key, value in self.variables.items()},
+            missing={key: value[chosen] for key, value in self.missing.items()},
             solved=self.solved[chosen],
         )
 
@@ -80,6 +84,7 @@ class Motion:
     """A solved timeline: a value from which the poses of any frames can be had.
 
     ``stretches``: one for each segment. ``size``: the scene's size (pixels), for tolerances.
+    ``doubted``: some frame violates what the script states; poses are then judged before they count as solved.
     A frame's pose depends on its time only, not on which frames are asked for.
     """
 
@@ -87,6 +92,7 @@ class Motion:
     stretches: tuple[Stretch, ...]
     size: float
     accuracy: str = "standard"
+    doubted: bool = False
 
     def poses(self, first: int, stop: int, *, angles: bool = True) -> Poses:
         """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start).
@@ -113,16 +119,24 @@ class Motion:
         """The frames ``first`` … ``stop - 1`` by the stretch they lie in: (stretch, its first frame, the end of its
         frames).
         """
+        for place, stretch in enumerate(self.stretches):
+            span = self.span(place, first, stop)
+            if span is not None:
+                yield stretch, *span
+
+    def span(self, place: int, first: int, stop: int) -> tuple[int, int] | None:
+        """Of the frames ``first`` … ``stop - 1``, those in stretch number ``place``: (the first one, their end); None
+        where there are none.
+        """
 
         def first_frame(stretch: Stretch) -> int:
             """The first frame not before a step."""
             return int(-((self.timeline.start - stretch.segment.start) * self.timeline.fps // 1))
 
-        for stretch, following in zip(self.stretches, (*self.stretches[1:], None), strict=True):
-            low = max(first, first_frame(stretch))
-            high = stop if following is None else min(stop, first_frame(following))
-            if low < high:
-                yield stretch, low, high
+        low = max(first, first_frame(self.stretches[place]))
+        last = place + 1 == len(self.stretches)
+        high = stop if last else min(stop, first_frame(self.stretches[place + 1]))
+        return (low, high) if low < high else None
 
     def instants(self, stretch: Stretch, low: int, high: int) -> Instants:
         """The instants of frames ``low`` … ``high - 1``, which lie in ``stretch``."""

@@ -27,6 +27,8 @@ STEP_TOLERANCE = 1e-14
 """In units of the unknowns' scale."""
 LAST_STEP = 1e-8
 FAR = 0.05
+MOVING = 1e-4
+"""Of a random motion: what is left of it where a large block has freedom."""
 
 
 def step_of(jacobian: FloatArray, residual: FloatArray, scale: FloatArray, square: bool) -> FloatArray:
@@ -124,12 +126,25 @@ def _sparse_newton(
 
 
 def freedom_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:
-    """Unknowns minus rank at core values ``x`` (n,) at one instant."""
+    """Unknowns minus rank at core values ``x`` (n,) at one instant; of a large block, 1 where there is any freedom."""
+    if block.sparse is not None:
+        return int(len(block.core) > block.rows or _moves(block, u, k, x))
     rows, _ = scaled(jacobian_of(block, u, k, x[None]), scale)
     if 0 in rows.shape:
         return len(x)
     singular = np.linalg.svd(np.nan_to_num(rows[0], posinf=0.0, neginf=0.0), compute_uv=False)
     return len(x) - int(np.sum(singular > 1e-7 * max(singular[0], 1e-300)))
+
+
+def _moves(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> bool:
+    """Whether the rows of a large block leave anything of a random motion."""
+    from movimentum.solve.sparse import saddle
+
+    assert block.metric is not None
+    tangent = saddle(block, u, k, x)
+    motion = np.random.default_rng(5).normal(size=len(x)) * tangent.scale
+    left = tangent.least(np.zeros(block.rows), -block.metric.applied(motion))
+    return bool(np.max(np.abs(left) / tangent.scale) > MOVING * np.max(np.abs(motion) / tangent.scale))
 
 
 def unrolled(

@@ -25,9 +25,9 @@ from movimentum.solve.digits import DigitsArithmetic
 from movimentum.solve.evaluation import Arithmetic, Evaluator, Number, ordered
 from movimentum.solve.formulas import Formulas
 from movimentum.solve.instants import at_times
-from movimentum.solve.moments import evaluated
 from movimentum.solve.motion import Motion, Poses
 from movimentum.solve.polish import Context, Rows, make_rows, polished
+from movimentum.solve.removable import evaluated
 from movimentum.solve.stretches import Dead
 from movimentum.solve.tracks import Piece, StillTrack, scale_of
 from movimentum.solve.wide import WideArithmetic
@@ -120,7 +120,7 @@ class RefinedMotion:
                 moment = self.moment_of(number, piece, [times[place] for place in places])
                 self._put(poses, things, scalars, places, moment)
         return RefinedPoses(
-            *(getattr(poses, name) for name in Poses.__dataclass_fields__),
+            **{name: getattr(poses, name) for name in Poses.__dataclass_fields__},
             evaluator=self._evaluator,
             pose=tuple(things),
             scalars=scalars,

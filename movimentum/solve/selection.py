@@ -10,10 +10,11 @@ after, so that solutions that meet at the beginning (a mechanism drawn in its de
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,69 +23,97 @@ from movimentum.plan.blocks import Block, Kernel
 from movimentum.plan.equations import Form
 from movimentum.plan.graph import groups
 from movimentum.plan.model import Plan
-from movimentum.plan.numeric import atan2d
 from movimentum.plan.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.scene.model import Anonymous, ThingAngle
-from movimentum.solve import kernels
-from movimentum.solve.candidates import Candidate, Part, Rejection, Selection
+from movimentum.solve.candidates import Candidate, Part, Rejection, Selection, TurnedDown
 from movimentum.solve.carry import Carry
-from movimentum.solve.change_points import MARGIN_TOLERANCE
 from movimentum.solve.following import Choice
 from movimentum.solve.instants import Instants, at_offsets
-from movimentum.solve.kernels import State
-from movimentum.solve.measures import SAME, Measures, squared
-from movimentum.solve.newton import newton
-from movimentum.solve.starts import free_start, newton_starts
-from movimentum.solve.tracks import track_scale, wound
+from movimentum.solve.measures import SAME, squared
+from movimentum.solve.options import BlockOptions, Option
+from movimentum.solve.placement import placed
+
+if TYPE_CHECKING:
+    from movimentum.solve.contradictions import Contradiction
 
 FloatArray = NDArray[np.float64]
+Doubt = Callable[[Sequence[TurnedDown]], "Contradiction | None"]
 
 LEAVES = 256
 LEAF_VALUES = 20_000
 FEWEST_LEAVES = 8
 """As many complete candidates are compared as have `LEAF_VALUES` values in all, at least so many, at most `LEAVES`."""
-VISITS = 4000
+EFFORT = 3_000
+"""When so much has been tried (see `solve.options`), other candidates are no longer looked for."""
+FIRST_EFFORT = 6_000
+RESTARTS = 6
+"""The same where none has been found yet; and how often the search begins anew then, in another order, every second
+time with twice the effort.
+"""
 CHECK_TOLERANCE = 1e-8
 """Relative residual above which a redundant equation contradicts."""
 SELECTOR_TOLERANCE = 1e-9
+PATIENCE = 1500
+"""Effort without any candidate after which `select` first asks whether there can be one; as much again for every block
+that Newton's method solves.
+"""
+REMEMBERED = 24
+REMEMBERED_EACH = 4
+"""Poses kept where something was turned down: in all, and by one equation or block."""
 
 
 def select(
-    plan: Plan, segment_start: Fraction, tau: float, ahead: float, carry: Carry, totals: dict[int, float]
+    plan: Plan,
+    segment_start: Fraction,
+    tau: float,
+    ahead: float,
+    carry: Carry,
+    totals: dict[int, float],
+    doubt: Doubt | None = None,
 ) -> Selection:
     """Choose a solution at offset ``tau``, looking ``ahead`` to tell apart what meets there.
 
-    ``totals``: integrals so far, by unknown number.
+    ``totals``: integrals so far, by unknown number. ``doubt`` is asked whether what was turned down can be met at
+    all: where nothing was found after some work, and where nothing was found at the end.
     """
     search = _Search(plan, at_offsets(plan.clocks, segment_start, np.array([tau, tau + ahead])), carry, ahead, totals)
+    search.doubt = doubt
     with np.errstate(all="ignore"):
-        return search.run()
+        found = search.run()
+    if found.choices is not None:
+        return found
+    search.ask()
+    return replace(
+        found, turned_down=tuple(search.turned_down), contradiction=search.contradiction, tried=search.blocks.tried
+    )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Option:
-    """One solution of one block. ``cost``: break of continuity, distance from the pose carried over, turn, displacement
-    (see `Measures`).
+@dataclass(slots=True, eq=False)
+class _Level:
+    """Where the search stands in the options of one block: ``place`` is the next to take. ``blame`` are the levels on
+    which it depends that others were turned down; ``solved``: some complete candidate takes an option of it.
     """
 
-    choice: Choice
-    cost: tuple[float, float, float, float]
-
-
-NO_COST = (0.0, 0.0, 0.0, 0.0)
+    options: list[Option]
+    place: int = 0
+    blame: set[int] = field(default_factory=set[int])
+    solved: bool = False
 
 
 class _Search:
     def __init__(self, plan: Plan, instants: Instants, carry: Carry, ahead: float, totals: dict[int, float]) -> None:
         self.plan = plan
         self.instants = instants
-        self.carry = carry
-        self.ahead = ahead
-        self.totals = totals
-        self.state: State = [None] * len(plan.system.unknowns)
+        self.blocks = BlockOptions(plan, instants, carry, ahead, totals)
+        self.state = self.blocks.state
+        self.owner = {n: block.number for block in plan.blocks for n in block.unknowns}
         self.decisive: set[int] = set()
-        self.enumerated = True
-        self.measures = Measures(plan, carry, ahead)
+        self.shuffled: np.random.Generator | None = None
+        self.turned_down: list[TurnedDown] = []
+        self.doubt: Doubt | None = None
+        self.doubted = 0
+        self.asked = 0
+        self.contradiction: Contradiction | None = None
         self.selectors_after: dict[int, list[int]] = {}
         self.checks_after: dict[int, list[int]] = {}
         self.wishes_after: dict[int, list[int]] = {}
@@ -99,7 +128,7 @@ class _Search:
         Blocks that belong to no part (not ``touched``) are solved before all others.
         """
         plan = self.plan
-        owner = {n: block.number for block in plan.blocks for n in block.unknowns}
+        owner = self.owner
         links: list[tuple[int, int]] = []
 
         def attach(unknowns: Iterable[int], table: dict[int, list[int]], item: int) -> None:
@@ -119,28 +148,28 @@ class _Search:
     def _ranked(self, branching: set[int]) -> list[int]:
         """The place of each block in an order of solving in which what has one solution comes as early as it can.
 
-        So a choice is judged by all that follows from it before the next choice is made.
+        So a choice is judged by all that follows from it before the next choice is made, and made next is what depends
+        on the latest choices.
         """
         blocks = self.plan.blocks
-        owner = {n: b.number for b in blocks for n in b.unknowns}
-        needs = [{owner[n] for n in b.inputs if n in owner} for b in blocks]
+        needs = [{self.owner[n] for n in b.inputs if n in self.owner} for b in blocks]
         users: list[list[int]] = [[] for _ in blocks]
         for number, some in enumerate(needs):
             for other in some:
                 users[other].append(number)
         waiting = [len(some) for some in needs]
-        ready = [(number in branching, number) for number, count in enumerate(waiting) if count == 0]
+        ready = [(number in branching, 0, number) for number, count in enumerate(waiting) if count == 0]
         heapify(ready)
         rank = [0] * len(blocks)
         place = 0
         while ready:
-            _, number = heappop(ready)
+            _, _, number = heappop(ready)
             rank[number] = place
             place += 1
             for other in users[number]:
                 waiting[other] -= 1
-                if waiting[other] == 0:
-                    heappush(ready, (other in branching, other))
+                if waiting[other] == 0:  # what hangs on the latest choices next: then it fails soon, if it has to
+                    heappush(ready, (other in branching, -place, other))
         return rank
 
     # --- independent parts
@@ -150,7 +179,7 @@ class _Search:
         branching = {b.number for b in plan.blocks if self._branches(b)}
         self.rank = self._ranked(branching)
         above: list[set[int]] = []
-        owner = {n: b.number for b in plan.blocks for n in b.unknowns}
+        owner = self.owner
         links: list[tuple[int, int]] = []
         touched: list[bool] = []
         for block in plan.blocks:  # a block belongs to the parts of the branching blocks it depends on
@@ -169,22 +198,25 @@ class _Search:
         rejections: list[Rejection] = []
         for number in [-1, *common]:
             if number >= 0:
-                found = self._candidates(plan.blocks[number], rejections)
+                found = self.blocks.candidates(plan.blocks[number], rejections)
                 if not found:
+                    self._remember(rejections[-1:])
                     return Selection(
                         None, (Part((number,), (), tuple(rejections), True, "only"),), rejections=tuple(rejections)
                     )
-                self._take(plan.blocks[number], found[0].choice)
+                self.blocks.take(plan.blocks[number], found[0].choice)
                 choices[number] = found[0].choice
             refused = self._refused(number)
             if refused is not None:
                 rejections.append(refused)
+                self._remember([refused])
                 return Selection(
                     None,
                     (Part((number,), (), tuple(rejections), True, "only"),),
                     frozenset(self.decisive),
                     tuple(rejections),
                 )
+        self.blocks.begin_from(placed(plan, self.state, self.instants.clocks, self.blocks.carry))
         for part_blocks in groups(len(plan.blocks), links):
             if not touched[part_blocks[0]]:
                 continue
@@ -195,7 +227,7 @@ class _Search:
             best = part.candidates[0]
             choices.update(best.choices)
             for number in sorted(part_blocks, key=self.rank.__getitem__):
-                self._take(plan.blocks[number], best.choices[number])
+                self.blocks.take(plan.blocks[number], best.choices[number])
         ordered_choices = [choices[b.number] for b in plan.blocks]
         return Selection(ordered_choices, tuple(parts), frozenset(self.decisive))
 
@@ -203,50 +235,142 @@ class _Search:
         return block.form is Form.PLAIN and block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD, Kernel.NEWTON)
 
     def _search_part(self, numbers: list[int]) -> Part:
-        plan = self.plan
         rejections: list[Rejection] = []
-        leaves: list[Candidate] = []
-        visits = 0
-        most = min(LEAVES, max(FEWEST_LEAVES, LEAF_VALUES // sum(len(plan.blocks[n].unknowns) for n in numbers)))
-        stack: list[tuple[list[_Option], int]] = [(self._options(numbers, 0, rejections), 0)]
-        taken: list[_Option] = []
-        wished: list[float] = []
-        stopped = False
-        while stack:
-            options, place = stack[-1]
-            del taken[len(stack) - 1 :], wished[len(stack) - 1 :]
-            if place >= len(options):
-                stack.pop()
-                continue
-            if stopped or visits >= VISITS + 2 * len(numbers) or len(leaves) >= most:
-                stopped = True
+        closed = self._drawn_closed(numbers, rejections)
+        if closed is None and rejections and rejections[-1].amount == -math.inf:
+            return Part(tuple(numbers), (), tuple(rejections), False, "only")  # no full rank where it is drawn
+        rejections = []
+        leaves, complete = self._searched(numbers, rejections, FIRST_EFFORT if closed is None else EFFORT)
+        for again in range(RESTARTS):
+            if leaves or complete or closed is not None or self.contradiction is not None:
                 break
-            stack[-1] = (options, place + 1)
-            visits += 1
-            number = numbers[len(stack) - 1]
-            self._take(plan.blocks[number], options[place].choice)
+            # a wrong early choice may take for ever to be revised: begun anew in other orders, one of them finds what
+            # the first does not (heavy tails: Gomes, Selman & Kautz 1998)
+            self.shuffled = np.random.default_rng(again)
+            leaves, complete = self._searched(numbers, rejections, FIRST_EFFORT * 2 ** (again // 2))
+        self.shuffled = None
+        if closed is not None:
+            leaves.append(closed)
+        leaves = self._distinct(leaves)
+        leaves.sort(key=lambda leaf: leaf.cost)
+        complete = complete and self.blocks.enumerated
+        decided = self._decided(leaves)
+        if decided == "drawn" and closed is not None and self._same(leaves[0], closed):
+            decided = "closed"
+        return Part(tuple(numbers), tuple(leaves), tuple(rejections), complete, decided)
+
+    def _same(self, one: Candidate, other: Candidate) -> bool:
+        """Whether two candidates are the same pose."""
+        return one is other or len(self._distinct([one, other])) == 1
+
+    def _searched(self, numbers: list[int], rejections: list[Rejection], longest: int) -> tuple[list[Candidate], bool]:
+        """Complete candidates for the blocks ``numbers``, and whether these are all; depth first, with an effort of at
+        most ``longest`` until there is one.
+
+        Where a block cannot be solved for what is before it, or a judgement turns it down, another choice is made where
+        one of those is to blame: what lies in between has no part in it (conflict-directed backjumping, Prosser 1993).
+        """
+        plan = self.plan
+        blocks = self.blocks
+        leaves: list[Candidate] = []
+        irreducible = sum(plan.blocks[n].kernel is Kernel.NEWTON and not plan.blocks[n].free for n in numbers)
+        patient = blocks.effort + PATIENCE * (1 + irreducible)
+        most = min(LEAVES, max(FEWEST_LEAVES, LEAF_VALUES // sum(len(plan.blocks[n].unknowns) for n in numbers)))
+        level_of = {number: level for level, number in enumerate(numbers)}
+        begun = blocks.effort
+        stack = [_Level(self._options(numbers, 0, rejections))]
+        taken: list[Option] = []
+        wished: list[float] = []
+        while stack:
+            level = stack[-1]
+            depth = len(stack) - 1
+            del taken[depth:], wished[depth:]
+            number = numbers[depth]
+            if level.place >= len(level.options):
+                stack.pop()
+                self._back(stack, level, self._levels(plan.blocks[number].inputs, level_of))
+                continue
+            spent = blocks.effort - begun
+            if len(leaves) >= most or spent >= (EFFORT + 2 * len(numbers) if leaves else longest + 2 * len(numbers)):
+                return leaves, False
+            if not leaves and blocks.effort > patient:
+                if self.ask():
+                    return leaves, False
+                patient = blocks.effort + PATIENCE * 4 ** min(self.asked, 8)
+            option = level.options[level.place]
+            level.place += 1
+            blocks.effort += 1
+            blocks.take(plan.blocks[number], option.choice)
             refused = self._refused(number)
             if refused is not None:
                 if len(rejections) < LEAVES:
                     rejections.append(refused)
+                level.blame |= self._levels(self._read_by(refused), level_of) - {depth}
+                self._remember([refused])
                 continue
-            taken.append(options[place])
+            taken.append(option)
             wished.append(self._wished(number))
             if len(taken) == len(numbers):
                 leaves.append(self._leaf(numbers, taken, sum(wished)))
+                for some in stack:
+                    some.solved = True
                 continue
-            stack.append((self._options(numbers, len(taken), rejections), 0))
-        leaves = self._distinct(leaves)
-        leaves.sort(key=lambda leaf: leaf.cost)
-        complete = not stopped and self.enumerated
-        return Part(tuple(numbers), tuple(leaves), tuple(rejections), complete, self._decided(leaves))
+            stack.append(_Level(self._options(numbers, len(taken), rejections)))
+        return leaves, True
 
-    def _options(self, numbers: list[int], place: int, rejections: list[Rejection]) -> list[_Option]:
+    def _back(self, stack: list[_Level], failed: _Level, inputs: set[int]) -> None:
+        """Go back from ``failed``, which was taken off the ``stack``: to the level before where it has been part of a
+        solution, else to the last one that is to blame.
+        """
+        if failed.solved or not stack:
+            return
+        blame = failed.blame | inputs
+        while stack and not stack[-1].solved and len(stack) - 1 not in blame:
+            stack.pop()
+        if stack:
+            stack[-1].blame |= {level for level in blame if level < len(stack) - 1}
+
+    def _levels(self, unknowns: Iterable[int], level_of: dict[int, int]) -> set[int]:
+        """The levels of the blocks that find ``unknowns``."""
+        found = {self.owner[n] for n in unknowns if n in self.owner}
+        return {level_of[number] for number in found if number in level_of}
+
+    def _read_by(self, refused: Rejection) -> set[int]:
+        """The unknowns that the inequality or the redundant equation reads which turned something down."""
+        system = self.plan.system
+        if refused.selector is not None:
+            return symbol_numbers(system.selectors[refused.selector].value)
+        return set(system.equations[refused.check].unknowns) if refused.check is not None else set()
+
+    def _drawn_closed(self, numbers: list[int], rejections: list[Rejection]) -> Candidate | None:
+        """The candidate that is the drawing as it stands (laid where it belongs), for blocks of new things only.
+
+        None where the drawing does not satisfy the equations or the inequalities; the last of ``rejections`` then tells
+        of a block that the drawing solves, but that has no full rank there and can move: its structure deceives.
+        """
+        taken: list[Option] = []
+        wished = 0.0
+        for number in numbers:
+            option = self.blocks.as_begun(self.plan.blocks[number], rejections)
+            if option is None:
+                return None
+            self.blocks.take(self.plan.blocks[number], option.choice)
+            if self._refused(number) is not None:
+                return None
+            taken.append(option)
+            wished += self._wished(number)
+        return self._leaf(numbers, taken, wished)
+
+    def _options(self, numbers: list[int], place: int, rejections: list[Rejection]) -> list[Option]:
         """The candidates of block ``numbers[place]``, the likeliest first: judged by the wishes too, as far as these
         depend on what has but one solution before the next block that has several.
         """
         blocks = self.plan.blocks
-        options = self._candidates(blocks[numbers[place]], rejections)
+        options = self.blocks.candidates(blocks[numbers[place]], rejections)
+        if not options:
+            self._remember(rejections[-1:], numbers[place:])
+        if self.shuffled is not None:
+            return [options[i] for i in self.shuffled.permutation(len(options))]
         follow_up: list[int] = []
         for number in numbers[place + 1 :]:
             if self._branches(blocks[number]):
@@ -254,19 +378,41 @@ class _Search:
             follow_up.append(number)
         if len(options) < 2 or not any(number in self.wishes_after for number in (numbers[place], *follow_up)):
             return options
-        judged: list[tuple[tuple[float, ...], _Option]] = []
+        judged: list[tuple[tuple[float, ...], Option]] = []
         for option in options:
-            self._take(blocks[numbers[place]], option.choice)
+            self.blocks.take(blocks[numbers[place]], option.choice)
             wished = self._wished(numbers[place])
             for number in follow_up:
-                found = self._candidates(blocks[number], [])
+                found = self.blocks.candidates(blocks[number], [])
                 if not found:
                     break
-                self._take(blocks[number], found[0].choice)
+                self.blocks.take(blocks[number], found[0].choice)
                 wished += self._wished(number)
             judged.append(((option.cost[0], wished if math.isfinite(wished) else math.inf, *option.cost[1:]), option))
         judged.sort(key=lambda item: item[0])
         return [option for _, option in judged]
+
+    def ask(self) -> bool:
+        """Whether what was turned down since the last time is shown to contradict."""
+        if self.doubt is not None and self.contradiction is None and len(self.turned_down) > self.doubted:
+            self.doubted = len(self.turned_down)
+            self.asked += 1
+            self.contradiction = self.doubt(self.turned_down)
+        return self.contradiction is not None
+
+    def _remember(self, rejections: list[Rejection], unknown: Sequence[int] = ()) -> None:
+        """Keep the pose at which something was turned down; blocks ``unknown`` are not found there."""
+        for rejection in rejections:
+            culprit = rejection.check, rejection.block
+            same = sum((kept.rejection.check, kept.rejection.block) == culprit for kept in self.turned_down)
+            if rejection.selector is not None or same >= REMEMBERED_EACH or len(self.turned_down) >= REMEMBERED:
+                continue
+            hidden = {n for number in unknown for n in self.plan.blocks[number].unknowns}
+            values = tuple(
+                None if value is None or n in hidden else float(np.ravel(value)[0])
+                for n, value in enumerate(self.state)
+            )
+            self.turned_down.append(TurnedDown(rejection, values))
 
     def _wished(self, number: int) -> float:
         """How far (squared, in units of the scene's size) the wishes that block ``number`` completes are from met."""
@@ -306,117 +452,7 @@ class _Search:
                 seen.append(leaf)
         return seen
 
-    # --- one candidate
-
-    def _take(self, block: Block, choice: Choice) -> None:
-        """Set the state (at both instants) that ``choice`` means."""
-        state, k = self.state, self.instants.clocks
-        two = np.ones(2)
-        if block.form is Form.WINDING:
-            assert block.coefficients is not None
-            sine, cosine = block.coefficients(state, k)
-            state[block.core[0]] = wound(atan2d(sine, cosine), np.array(choice.values)) * two
-            return
-        if block.form is Form.INTEGRAL:
-            assert block.coefficients is not None
-            (value,) = block.coefficients(state, k)
-            value = np.broadcast_to(value, 2)
-            state[block.core[0]] = choice.values[0] + np.array([0.0, self.ahead * 0.5 * float(value[0] + value[1])])
-            return
-        if block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
-            for n, value in zip(block.core, kernels.quadratic(block, state, k).roots(choice.sign), strict=True):
-                state[n] = value * two
-        elif block.kernel is Kernel.LINEAR:
-            for n, value in zip(block.core, kernels.linear(block, state, k), strict=True):
-                state[n] = value * two
-        elif block.kernel is Kernel.NEWTON:
-            count = len(block.core)
-            core = (
-                choice.values[:count] if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
-            )
-            start = np.repeat(np.array(core)[None], 2, axis=0)
-            for n in block.states:
-                state[n] = self.totals.get(n, 0.0) * two
-            self._newton_ahead(block, start)
-            if block.integrands is not None:
-                slopes = block.integrands(state, k)
-                for n, slope in zip(block.states, slopes, strict=True):
-                    state[n] = state[n] + np.array([0.0, self.ahead]) * np.broadcast_to(slope, 2)
-                self._newton_ahead(block, start)
-        kernels.fill_explicit(block, state, k)
-        for n in block.targets:
-            state[n] = state[n] * two
-
-    def _newton_ahead(self, block: Block, start: FloatArray) -> None:
-        scale = track_scale(self.plan, block)
-        later = newton(block, self.state, self.instants.clocks, start, scale, limit=0.05)
-        x = np.array([start[0], later.x[1] if later.converged[1] else start[0]])
-        for j, n in enumerate(block.core):
-            self.state[n] = x[:, j]
-
-    def _candidates(self, block: Block, rejections: list[Rejection]) -> list[_Option]:
-        """All solutions of one block, the likeliest first. For blocks that stand still, `Choice.values` holds all its
-        unknowns.
-        """
-        state, k = self.state, self.instants.clocks
-        found: list[Choice] = []
-        if block.form is Form.WINDING:
-            (n,) = block.core
-            before = self.carry.now.value(self.plan.system, n) or 0.0
-            assert block.coefficients is not None
-            sine, cosine = block.coefficients(state, k)
-            angle = np.broadcast_to(wound(atan2d(sine, cosine), np.array(before)), 2)
-            return [_Option(Choice(values=(float(angle[0]),)), NO_COST)]
-        if block.form is Form.INTEGRAL:
-            return [_Option(Choice(values=(self.totals.get(block.core[0], 0.0),)), NO_COST)]
-        if block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
-            quadratic = kernels.quadratic(block, state, k)
-            margin = np.broadcast_to(quadratic.margin, 2)
-            if not margin[0] >= -MARGIN_TOLERANCE:
-                rejections.append(
-                    Rejection(float(margin[0]) if np.isfinite(margin[0]) else -math.inf, block=block.number)
-                )
-                return []
-            double = margin[0] <= MARGIN_TOLERANCE and not margin[1] > MARGIN_TOLERANCE
-            found = [Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))]
-        elif block.kernel is Kernel.NEWTON:
-            scale = track_scale(self.plan, block)
-            for n in block.states:
-                state[n] = np.full(2, self.totals.get(n, 0.0))
-            found_starts = (
-                free_start(self.plan, block, state, k, self.carry, scale)
-                if block.free
-                else newton_starts(self.plan, block, state, k, self.carry, scale)
-            )
-            starts = found_starts.solutions
-            self.enumerated &= found_starts.complete
-            if not starts:
-                rejections.append(Rejection(-math.inf, block=block.number))
-            states = [self.totals.get(n, 0.0) for n in block.states]
-            if not block.moving:  # what stands still keeps the values of all its unknowns, in their order
-                starts = [
-                    np.array([x[block.core.index(n)] if n in block.core else 0.0 for n in block.unknowns])
-                    for x in starts
-                ]
-            found = [Choice(values=(*(float(v) for v in x), *states)) for x in starts]
-        else:
-            found = [Choice()]
-        options: list[_Option] = []
-        for choice in found:
-            self._take(block, choice)
-            values = [float(np.broadcast_to(state[n], 2)[0]) for n in block.unknowns]
-            if not all(np.isfinite(state[n]).all() for n in block.unknowns):
-                rejections.append(Rejection(-math.inf, block=block.number))
-                continue
-            rates = None
-            if block.moving and block.kernel is Kernel.NEWTON:
-                carried = [self.carry.rate(self.plan.system, n) for n in block.core]
-                rates = None if any(r is None for r in carried) else tuple(float(r or 0.0) for r in carried)
-            kept = Choice(choice.sign, choice.values if block.moving else tuple(values), rates)
-            cost = (self.measures.break_of(block, state), *self.measures.distances(block.unknowns, state))
-            options.append(_Option(kept, cost))
-        options.sort(key=lambda option: option.cost)
-        return options
+    # --- judged
 
     def _refused(self, number: int) -> Rejection | None:
         """Why an inequality or a redundant equation that can be judged after block ``number`` turns the state down."""
@@ -443,7 +479,7 @@ class _Search:
         weight = float(np.broadcast_to(size, 2)[0])
         return first / max(weight, 1e-300) if math.isfinite(first) else math.inf
 
-    def _leaf(self, numbers: list[int], taken: list[_Option], wished: float) -> Candidate:
+    def _leaf(self, numbers: list[int], taken: list[Option], wished: float) -> Candidate:
         unknowns = [n for number in numbers for n in self.plan.blocks[number].unknowns]
         both = {n: np.ravel(self.state[n]) for n in unknowns}
         breaks, carried, turned, moved = (sum(option.cost[i] for option in taken) for i in range(4))

@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from movimentum.plan.codegen import Compiled
-from movimentum.plan.compile import compile_segment
+from movimentum.plan.compile import compile_structure, structure_of
 from movimentum.plan.model import Plan
 from movimentum.scene.model import Scene
-from movimentum.solve.candidates import Selection
+from movimentum.solve.candidates import Selection, TurnedDown
 from movimentum.solve.carry import Carry, as_drawn
-from movimentum.solve.change_points import find_events
+from movimentum.solve.deceptive import deceptive
 from movimentum.solve.following import Choice, Gap, follow
 from movimentum.solve.moments import carry_at, held
 from movimentum.solve.motion import Motion
+from movimentum.solve.resumption import Branch, first_beginning, times_after
 from movimentum.solve.selection import SELECTOR_TOLERANCE, select
 from movimentum.solve.stretches import Beginning, Dead, Stretch, Trouble
+from movimentum.solve.tangent import with_redundant_rows
 from movimentum.solve.tracks import Piece
+from movimentum.solve.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    from movimentum.solve.contradictions import Contradiction
 
-MAXIMAL_PIECES = 64
+MAXIMAL_PIECES = 400
+"""Of one segment; where there would be more, the rest is without a solution."""
 
 
 def scene_size(scene: Scene) -> float:
@@ -63,50 +68,128 @@ def solve(timeline: Timeline, begin: Carry | None = None) -> Motion:
     carry = begin or as_drawn(scene)
     stretches: list[Stretch] = []
     for segment in timeline.segments:
-        earlier = stretches[-1].plan if stretches else None
+        earlier = stretches[-1] if stretches else None
         stretch, carry = _solve_segment(scene, segment, size, carry, earlier)
         stretches.append(stretch)
     return Motion(timeline, tuple(stretches), size)
 
 
 def _solve_segment(
-    scene: Scene, segment: Segment, size: float, carry: Carry, earlier: Plan | None
+    scene: Scene, segment: Segment, size: float, carry: Carry, earlier: Stretch | None
 ) -> tuple[Stretch, Carry]:
     length = float(segment.end - segment.start)
     ahead = 1e-4 * length if length > 0.0 else 1e-4
     plan, selection = _begin(scene, segment, size, carry, ahead, earlier)
-    stretch = Stretch(segment, plan, carry, [], [], [])
-    stretch.beginnings.append(Beginning(0.0, selection, carry, "step"))
-    if selection.choices is None:
-        stretch.troubles.append(Trouble("start", 0.0, selection=selection))
-        stretch.pieces.append(Dead(0.0, length, carry))
-        return stretch, held(carry)
-    begin = 0.0
-    choices: list[Choice] | None = selection.choices
-    while choices is not None:
-        piece, gaps = follow(plan, segment.start, begin, length, choices)
-        stretch.pieces.append(piece)
-        if length <= begin:
-            break
-        choices, begin = _continue(stretch, piece, gaps, length, ahead)
+    if earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended:
+        # the path ended and nothing new is stated: there is still no solution on it
+        stretch = Stretch(segment, plan, carry, [Dead(0.0, length, carry)], [], [])
+        stretch.troubles.append(Trouble("start", 0.0, until=length, selection=selection))
+        return stretch, carry
+    stretch = _followed(segment, plan, selection, carry, ahead)
+    wrong = _disagreement(stretch)
+    if wrong is not None:
+        stretch = _planned_anew(scene, stretch, wrong, size, ahead)
     last = stretch.pieces[-1]
     if isinstance(last, Dead):
         return stretch, held(last.carry)
     return stretch, carry_at(stretch, last, length, carry)
 
 
+def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float) -> Stretch:
+    """A segment's motion from where it begins, piece by piece."""
+    length = float(segment.end - segment.start)
+    stretch = Stretch(segment, plan, carry, [], [Beginning(0.0, selection, carry, "step")], [])
+    begin = 0.0
+    choices: list[Choice] | None = selection.choices
+    if choices is None:
+        choices, begin = _late_beginning(stretch, selection, length, ahead)
+    while choices is not None:
+        piece, gaps = follow(plan, segment.start, begin, length, choices)
+        stretch.pieces.append(piece)
+        if length <= begin:
+            break
+        choices, begin = _continue(stretch, piece, gaps, length, ahead)
+    return stretch
+
+
+def _disagreement(stretch: Stretch) -> tuple[int, float] | None:
+    """The first time at which an equation that was taken for redundant does not hold, and the equation's number."""
+    found = (first_disagreement(p, p.end) for p in stretch.pieces if isinstance(p, Piece) and p.end > p.begin)
+    return next((wrong for wrong in found if wrong is not None), None)
+
+
+def _planned_anew(scene: Scene, stretch: Stretch, wrong: tuple[int, float], size: float, ahead: float) -> Stretch:
+    """The motion with the equation that does not hold all along in one block with all that it is connected to; where
+    that leads no farther, the motion as far as the equation holds.
+    """
+    check, time = wrong
+    segment, carry = stretch.segment, stretch.base
+    length = float(segment.end - segment.start)
+    structure = structure_of(scene, segment)
+    merged = structure.with_merged(structure.merged | stretch.plan.system.equations[check].unknowns)
+    plan = compile_structure(merged, size)
+    selection = _selected(plan, ahead, carry)
+    if selection.choices is not None:
+        again = _followed(segment, plan, selection, carry, ahead)
+        ends = min((trouble.begin for trouble in again.troubles), default=length)
+        if ends > time + 1e-3 * (length - time) and _disagreement(again) is None:
+            return again
+    piece = next(p for p in stretch.pieces if isinstance(p, Piece) and p.begin <= time <= p.end)
+    kept = stretch.pieces[: stretch.pieces.index(piece)]
+    left = held(carry_at(stretch, piece, time, carry))
+    piece.end = time
+    return replace(
+        stretch,
+        pieces=[*kept, piece, Dead(float(np.nextafter(time, np.inf)), length, left)],
+        beginnings=[beginning for beginning in stretch.beginnings if beginning.time <= time],
+        troubles=[
+            *(trouble for trouble in stretch.troubles if trouble.begin < time),
+            Trouble("check", time, until=length, check=check),
+        ],
+    )
+
+
+def _late_beginning(
+    stretch: Stretch, selection: Selection, length: float, ahead: float
+) -> tuple[list[Choice] | None, float]:
+    """Where there is no solution to begin with: the first time at which there is one, and the choice there."""
+    carry = stretch.base
+
+    def chosen(tau: float) -> Selection:
+        return select(stretch.plan, stretch.segment.start, tau, ahead, carry, totals_of(stretch.plan, carry))
+
+    found = first_beginning(stretch.plan, stretch.segment.start, length, selection, chosen)
+    onset, begin, there = found or (length, length, selection)
+    stretch.troubles.append(Trouble("start", 0.0, until=onset, selection=selection))
+    stretch.pieces.append(Dead(0.0, begin, held(carry)))
+    if found is None:
+        return None, length
+    stretch.beginnings.append(Beginning(begin, there, held(carry), "reach"))
+    return there.choices, begin
+
+
 def _begin(
-    scene: Scene, segment: Segment, size: float, carry: Carry, ahead: float, earlier: Plan | None
+    scene: Scene, segment: Segment, size: float, carry: Carry, ahead: float, earlier: Stretch | None
 ) -> tuple[Plan, Selection]:
     """Plan a segment and choose where it begins; what proves singular by its geometry is planned again as one block."""
-    if earlier is not None and earlier.system.segment.active == segment.active:  # a step that only ends the timeline
-        plan = replace(earlier, system=replace(earlier.system, segment=segment))
+    if earlier is not None and earlier.segment.active == segment.active:  # a step that only ends the timeline
+        structure = None
+        plan = replace(earlier.plan, system=replace(earlier.plan.system, segment=segment))
+        known = earlier.beginnings[0].selection.contradiction if earlier.beginnings else None
+        if known is not None:
+            from movimentum.solve.contradictions import later
+
+            if (still := later(known, plan, 0.0, carry)) is not None:
+                return plan, Selection(None, (), contradiction=still)
     else:
-        plan = compile_segment(scene, segment, size)
-    selection = select(plan, segment.start, 0.0, ahead, carry, totals_of(plan, carry))
+        structure = structure_of(scene, segment)
+        mobile = deceptive(structure, carry, size)
+        structure = structure.with_merged(mobile) if mobile else structure
+        plan = compile_structure(structure, size)
+    selection = _selected(plan, ahead, carry)
     first = plan, selection
-    merged: set[int] = set()
-    while selection.choices is None:
+    merged = set[int]() if structure is None else set(structure.merged)
+    while selection.choices is None and selection.contradiction is None:
         before = len(merged)
         for rejection in selection.rejections:
             if rejection.block is not None and rejection.amount == -np.inf:
@@ -114,10 +197,42 @@ def _begin(
             elif rejection.check is not None:
                 merged |= plan.system.equations[rejection.check].unknowns
         if len(merged) == before:  # nothing else to try; the first plan tells best what is wrong
-            return first
-        plan = compile_segment(scene, segment, size, frozenset(merged))
-        selection = select(plan, segment.start, 0.0, ahead, carry, totals_of(plan, carry))
+            plan, selection = first
+            return plan, replace(selection, contradiction=_contradiction(plan, carry, selection.turned_down))
+        structure = structure or structure_of(scene, segment)
+        plan = compile_structure(structure.with_merged(frozenset(merged)), size)
+        selection = _selected(plan, ahead, carry)
+    richer = None
+    if selection.choices is not None:
+        richer = with_redundant_rows(plan, segment.start, ahead, selection.choices)
+    if richer is not None:
+        better = select(richer, segment.start, 0.0, ahead, carry, totals_of(richer, carry))
+        if better.choices is not None:
+            return richer, better
     return plan, selection
+
+
+def _selected(plan: Plan, ahead: float, carry: Carry) -> Selection:
+    """The solution that a plan begins with; a search that does not come to one is asked whether there can be any."""
+
+    def doubt(turned_down: Sequence[TurnedDown]) -> Contradiction | None:
+        return _contradiction(plan, carry, turned_down, quick=True)
+
+    return select(plan, plan.system.segment.start, 0.0, ahead, carry, totals_of(plan, carry), doubt)
+
+
+def _contradiction(
+    plan: Plan, carry: Carry, turned_down: Sequence[TurnedDown], *, quick: bool = False
+) -> Contradiction | None:
+    """Why a plan can have no beginning. ``quick``: something else can still be tried, so not for long, unless an
+    equation was turned down and not a block that is singular there.
+    """
+    from movimentum.solve.contradictions import EFFORT, QUICK, find_contradiction
+
+    if not turned_down:
+        return None
+    singular = any(item.rejection.amount == -np.inf for item in turned_down)
+    return find_contradiction(plan, 0.0, carry, turned_down, effort=QUICK if quick and singular else EFFORT)
 
 
 def totals_of(plan: Plan, carry: Carry) -> dict[int, float]:
@@ -132,14 +247,53 @@ def totals_of(plan: Plan, carry: Carry) -> dict[int, float]:
 def _continue(
     stretch: Stretch, piece: Piece, gaps: list[Gap], length: float, ahead: float
 ) -> tuple[list[Choice] | None, float]:
-    """What comes after ``piece``: nothing (it reaches the end), or another piece from where an inequality is violated
-    or a path ended.
+    """What comes after ``piece``: nothing (it reaches the end), or another piece: from where an inequality is violated,
+    or from where a path that ended has a solution again.
     """
-    plan = piece.plan
-    stretch.troubles.extend(Trouble("gap", gap.begin, until=gap.end, block=gap.block) for gap in gaps)
-    violated = _first_violation(piece, gaps)
-    if violated is None or len(stretch.pieces) >= MAXIMAL_PIECES:
+    gap = min(gaps, key=lambda item: item.begin, default=None)
+    violated = first_violation(piece, piece.end if gap is None else gap.begin)
+    if len(stretch.pieces) >= MAXIMAL_PIECES:
+        if violated is not None or gap is not None:
+            end = violated[1] if violated is not None else gap.begin if gap is not None else length
+            _die(stretch, piece, end, length)
         return None, length
+    if violated is not None:
+        return _beyond_inequality(stretch, piece, violated, length, ahead)
+    if gap is None:
+        return None, length
+    return _beyond_gap(stretch, piece, gap, length)
+
+
+def _die(stretch: Stretch, piece: Piece, end: float, until: float) -> Carry:
+    """End ``piece`` at ``end``, without a solution until ``until``; the pose that is left."""
+    carry = held(carry_at(stretch, piece, end, stretch.base))
+    piece.end = end
+    stretch.pieces.append(Dead(float(np.nextafter(end, np.inf)), until, carry))
+    return carry
+
+
+def _beyond_gap(stretch: Stretch, piece: Piece, gap: Gap, length: float) -> tuple[list[Choice] | None, float]:
+    """From where the branch has a solution again."""
+    branch = Branch.of(piece, gap.begin)
+    times = times_after(gap.begin, piece.nodes, length)
+    if gap.begin < gap.end < length:  # known to the last digit, unless something else is in the way
+        times = np.union1d(times, [gap.end])
+    found = branch.first(times, gap.begin)
+    stretch.troubles.append(Trouble("gap", gap.begin, until=length if found is None else found[0], block=gap.block))
+    if found is None:
+        _die(stretch, piece, gap.begin, length)
+        return None, length
+    begin, choices = branch.clear_of(found[0], length, found[1])
+    carry = _die(stretch, piece, gap.begin, begin)
+    stretch.beginnings.append(Beginning(begin, Selection(choices, ()), carry, "reach"))
+    return choices, begin
+
+
+def _beyond_inequality(
+    stretch: Stretch, piece: Piece, violated: tuple[int, float], length: float, ahead: float
+) -> tuple[list[Choice] | None, float]:
+    """From where an inequality is violated, on another branch that satisfies it."""
+    plan = piece.plan
     selector, time = violated
     carry = carry_at(stretch, piece, time, stretch.base)
     resume = min(time + max(1e-9 * length, 1e-15), length)
@@ -153,38 +307,9 @@ def _continue(
             resume = min(time + 2.0 * (resume - time), length)
     selection = select(plan, stretch.segment.start, resume, ahead, carry, totals_of(plan, carry))
     piece.end = time
-    stretch.troubles[:] = [t for t in stretch.troubles if t.kind != "gap" or t.begin < time]
     if selection.choices is None:
         stretch.troubles.append(Trouble("selector", time, until=length, selector=selector, selection=selection))
         stretch.pieces.append(Dead(time, length, carry))
         return None, length
     stretch.beginnings.append(Beginning(resume, selection, carry, "inequality", selector))
     return selection.choices, resume
-
-
-def _first_violation(piece: Piece, gaps: list[Gap]) -> tuple[int, float] | None:
-    """The first time at which an inequality is violated along the piece, with its number."""
-    plan = piece.plan
-    best: tuple[int, float] | None = None
-    horizon = min((gap.begin for gap in gaps), default=piece.end)
-    nodes = piece.nodes[piece.nodes <= horizon]
-    if len(nodes) < 2 or not plan.selectors:
-        return None
-    with np.errstate(all="ignore"):
-        instants = piece.instants(nodes)
-        state, _ = piece.evaluate(instants)
-        for i, function in enumerate(plan.selectors):
-
-            def slack(tau: FloatArray, function: Compiled = function) -> FloatArray:
-                moments = piece.instants(tau)
-                values = function(piece.evaluate(moments)[0], moments.clocks)[0]
-                return np.broadcast_to(values, len(tau)) / plan.size + SELECTOR_TOLERANCE
-
-            values = np.broadcast_to(function(state, instants.clocks)[0], len(nodes)) / plan.size + SELECTOR_TOLERANCE
-            if np.nanmin(values) > 0.3 * (np.nanmax(values) - np.nanmin(values)):
-                continue
-            events = find_events(slack, nodes, values)
-            for low, _ in events.gaps:
-                if best is None or low < best[1]:
-                    best = i, low
-    return best

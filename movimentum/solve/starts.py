@@ -15,12 +15,13 @@ from movimentum.plan.model import Plan
 from movimentum.plan.unknowns import PoseCos, PoseSin
 from movimentum.solve.carry import Carry
 from movimentum.solve.free import projected
-from movimentum.solve.homotopy import all_solutions
+from movimentum.solve.homotopy import AllSolutions
 from movimentum.solve.kernels import State, fill_explicit
 from movimentum.solve.least import Turn, least, turns_of
 from movimentum.solve.linear import relative_error, scaled
 from movimentum.solve.newton import freedom_of, newton, step_of
 from movimentum.solve.rows import jacobian_of, residual_of, wishes_of
+from movimentum.solve.tracks import scale_of
 
 FloatArray = NDArray[np.float64]
 SEEDS = 64
@@ -30,6 +31,13 @@ LOST_RANK = 1e-6
 LARGEST_BATCH = 4_000_000
 """Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
 SAME = 1e-6
+BEGUN = 1e-3
+NEWTON_EFFORT, PATH_EFFORT = 100, 12
+"""What the seeded starts of a block, and each path of its homotopy, count for."""
+MET = 1e-12
+"""Relative residual of a solution: just beyond its reach a mechanism has poses that are nearly one."""
+NEARLY_MET = 1e-10
+"""The same, where equations that follow from each other may be rounded differently."""
 ROUNDING = 1e-15
 """Relative residual, and of the scene's size: what Newton's method could not make better."""
 BEGINS = 6
@@ -38,10 +46,13 @@ BEGINS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Starts:
-    """Solutions of a block (core vectors); ``complete`` where they are known to be all."""
+    """Solutions of a block (core vectors); ``complete`` where they are known to be all; ``effort``: what finding them
+    took, in solutions of a block in closed form.
+    """
 
     solutions: list[FloatArray]
     complete: bool
+    effort: int = 1
 
 
 def _first_instant(state: State, k: Sequence[FloatArray], copies: int) -> tuple[State, tuple[FloatArray, ...]]:
@@ -84,7 +95,13 @@ def _completed(
 
 
 def newton_starts(
-    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
+    plan: Plan,
+    block: Block,
+    state: State,
+    k: Sequence[FloatArray],
+    carry: Carry,
+    scale: FloatArray,
+    every: AllSolutions | None = None,
 ) -> Starts:
     """The distinct solutions: those reached from the carried pose and from seeded random poses, and, where the block is
     polynomial and small, all of them by homotopy.
@@ -103,13 +120,41 @@ def newton_starts(
         block, one, clocks, _completed(plan, block, one, clocks, carry, first), scale
     ):
         return Starts([], True)
+    every = every or all_of(plan, block, scale)
+    roots = every.at(*_first_instant(state, k, 1)) if every.applicable else None
+    ends = np.array([] if roots is None else roots.real).reshape(-1, len(first))
+    effort = 1 if roots is None else PATH_EFFORT * roots.paths
+    if roots is None or not roots.complete or every.asked == 1:  # asked again, paths alone have shown to find them all
+        one, clocks = _first_instant(state, k, seeds := _seeds(first))
+        outcome = newton(
+            block, one, clocks, _scattered(plan, block, first, scale, seeds), scale, iterations=60, limit=0.5
+        )
+        ends = np.concatenate([outcome.x, ends])
+        effort += NEWTON_EFFORT
+    if not len(ends):
+        return Starts([], True, effort)
+    one, clocks = _first_instant(state, k, len(ends))
+    polished = newton(block, one, clocks, ends, scale, iterations=6)
+    found: list[FloatArray] = []
+    most = MET if block.rows == len(block.core) else np.inf  # what is said twice may be rounded differently
+    for x, good in zip(polished.x, polished.converged & (polished.error <= most), strict=True):
+        if good and not any(np.max(np.abs(x - other) / scale) < SAME for other in found):
+            found.append(x)
+    return Starts(found, roots is not None and roots.complete, effort)
+
+
+def _seeds(first: FloatArray) -> int:
+    """How many starts to try from."""
+    return max(1, min(SEEDS, LARGEST_BATCH // max(1, len(first)) ** 2))
+
+
+def _scattered(plan: Plan, block: Block, first: FloatArray, scale: FloatArray, seeds: int) -> FloatArray:
+    """(seeds, n) core vectors: ``first``, and random ones; directions of unit length, places about where they were."""
     generator = np.random.default_rng(20121)
-    seeds = max(1, min(SEEDS, LARGEST_BATCH // max(1, len(first)) ** 2))
     starts = np.repeat(first[None], seeds, axis=0)
-    unknowns = plan.system.unknowns
     angles: dict[int, FloatArray] = {}
     for j, n in enumerate(block.core):
-        payload = unknowns[n].payload
+        payload = plan.system.unknowns[n].payload
         if isinstance(payload, PoseCos | PoseSin):
             if payload.thing not in angles:
                 angles[payload.thing] = generator.uniform(0.0, 2.0 * np.pi, seeds)
@@ -117,17 +162,29 @@ def newton_starts(
             starts[1:, j] = (np.cos(turn) if isinstance(payload, PoseCos) else np.sin(turn))[1:]
         else:
             starts[1:, j] += scale[j] * generator.normal(0.0, 1.0, seeds - 1)
-    one, clocks = _first_instant(state, k, seeds)
-    outcome = newton(block, one, clocks, starts, scale, iterations=60, limit=0.5)
-    every = all_solutions(block, *_first_instant(state, k, 1), scale)
-    ends = np.concatenate([outcome.x, *(x[None] for x in (every.real if every is not None else []))])
-    one, clocks = _first_instant(state, k, len(ends))
-    polished = newton(block, one, clocks, ends, scale, iterations=6)
-    found: list[FloatArray] = []
-    for x, good in zip(polished.x, polished.converged, strict=True):
-        if good and not any(np.max(np.abs(x - other) / scale) < SAME for other in found):
-            found.append(x)
-    return Starts(found, every is not None and every.complete)
+    return starts
+
+
+def all_of(plan: Plan, block: Block, scale: FloatArray) -> AllSolutions:
+    """What finds all solutions of a block, if it can be used."""
+    inputs = sorted(block.inputs)
+    return AllSolutions(block, scale, dict(zip(inputs, scale_of(plan, inputs).tolist(), strict=True)))
+
+
+def begun_start(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
+) -> Starts | None:
+    """The pose carried over (or drawn) as the solution of a block without freedom; no solution where the block has no
+    full rank there and can move; None where it is none.
+    """
+    one, clocks = _first_instant(state, k, 1)
+    first = _completed(plan, block, one, clocks, carry, carried_values(plan, block, carry))
+    outcome = newton(block, one, clocks, first[None], scale, iterations=6)
+    if not (outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < BEGUN):
+        return None
+    if block.rows == len(block.core) and _mobile(block, one, clocks, outcome.x[0], scale):
+        return Starts([], True)
+    return Starts([outcome.x[0]], False)
 
 
 def _mobile(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> bool:
@@ -146,11 +203,7 @@ def _mobile(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, 
         _, singular, turned = np.linalg.svd(rows)
         return turned[-1] if singular[-1] <= LOST_RANK * singular[0] else None
 
-    def error(y: FloatArray) -> float:
-        residual, jacobian = residual_of(block, state, k, y[None]), jacobian_of(block, state, k, y[None])
-        return float(relative_error(residual, jacobian, scale)[0])
-
-    if not error(x) <= SAME:
+    if not _error(block, state, k, x, scale) <= SAME:
         return False
     direction = rank_lost(x)
     if direction is None:
@@ -161,8 +214,10 @@ def _mobile(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, 
             jacobian_of(block, state, k, y[None]), residual_of(block, state, k, y[None]), scale, square=False
         )
         y = y + step[0]
+        if not np.max(np.abs(step[0]) / scale) > 1e-13:
+            break
     away = float(np.max(np.abs(y - x) / scale))
-    return away > 0.5 * ASIDE and error(y) <= 1e-10 and rank_lost(y) is not None
+    return away > 0.5 * ASIDE and _error(block, state, k, y, scale) <= 1e-10 and rank_lost(y) is not None
 
 
 def free_start(
@@ -189,7 +244,7 @@ def free_start(
         pull = metric.pull(now - before)
     known = carry.now.known
     unknowns = plan.system.unknowns
-    fresh = turns_of(plan, block, one, clocks, set(range(len(plan.system.scene.things))) - known)
+    fresh = turns_of(plan, block, one, clocks, set(range(len(plan.system.scene.things))) - known, carry)
 
     if not fresh and _stays(plan, block, one, clocks, carry, origin, pull, scale):
         return Starts([origin], True)
@@ -213,7 +268,7 @@ def free_start(
 
     def cost(x: FloatArray) -> tuple[float, float, float]:
         turn = float(sum(turn.angle(x) ** 2 for turn in fresh))
-        off = float(np.sum(wishes_of(block, one, clocks, x[None])[0][0, wished] ** 2)) / plan.size**2
+        off = float(np.sum((wishes_of(block, one, clocks, x[None])[0][0, wished] / plan.size) ** 2))
         return round(off, 9), round(turn, 9), metric.square(x - origin)
 
     nearest = least_from(origin)
@@ -225,11 +280,19 @@ def free_start(
         found = [nearest, *(x for begin in begins if (x := least_from(begin)) is not None)]
         return Starts([min(found, key=cost)], True)
     starts = newton_starts(plan, block, state, k, carry, scale)
+    if nearest is not None and not _error(block, one, clocks, nearest, scale) <= NEARLY_MET:
+        nearest = None  # as near as rods come that do not reach
     if nearest is not None:
         others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME]
         return Starts([nearest, *others], starts.complete)
     found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
     return Starts([min(found, key=cost)] if found else [], True)
+
+
+def _error(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> float:
+    """The relative residual at core values ``x`` (n,)."""
+    residual, jacobian = residual_of(block, state, k, x[None]), jacobian_of(block, state, k, x[None])
+    return float(relative_error(residual, jacobian, scale)[0])
 
 
 def _stays(
@@ -245,9 +308,8 @@ def _stays(
     """Whether a free block has a pose carried over that solves it as well as any: what nothing moves stays."""
     if any(carry.now.value(plan.system, n) is None for n in block.core):
         return False
-    residual, jacobian = residual_of(block, state, k, origin[None]), jacobian_of(block, state, k, origin[None])
     return bool(
-        relative_error(residual, jacobian, scale)[0] <= ROUNDING
+        _error(block, state, k, origin, scale) <= ROUNDING
         and np.max(np.abs(pull), initial=0.0) <= ROUNDING * plan.size
         and freedom_of(block, state, k, origin, scale) > 0
     )

@@ -22,8 +22,8 @@ class Dead:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beginning:
-    """A path's beginning at offset ``time``: the candidates, the pose before, and why a new path begins ("step" or
-    "inequality").
+    """A path's beginning at offset ``time``: the candidates, the pose before, and why a new path begins ("step",
+    "inequality", or "reach" where there was no solution before).
     """
 
     time: float
@@ -37,8 +37,10 @@ class Beginning:
 class Trouble:
     """No solution from offset ``begin`` to ``until``.
 
-    ``kind`` "start": none to begin with (``selection`` has the reasons); "gap": block number ``block`` has none;
-    "selector": inequality number ``selector`` is violated and no other solution satisfies it.
+    ``kind`` "start": none to begin with (``selection`` has the reasons); "gap": block number ``block`` has none,
+    after a path that ended at ``begin``;
+    "selector": inequality number ``selector`` is violated and no other solution satisfies it;
+    "check": equation number ``check``, which held so far although others say as much, no longer does.
     """
 
     kind: str
@@ -47,6 +49,7 @@ class Trouble:
     block: int | None = None
     selector: int | None = None
     selection: Selection | None = None
+    check: int | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,3 +62,8 @@ class Stretch:
     pieces: list[Piece | Dead]
     beginnings: list[Beginning]
     troubles: list[Trouble]
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is no path at the segment's end."""
+        return isinstance(self.pieces[-1], Dead)

@@ -34,6 +34,8 @@ BoolArray = NDArray[np.bool_]
 
 FEW = 16
 """Instants below which a batched dense solver is cheaper than generating code for the block."""
+ONE = 1e-13
+"""Of its largest value: a squared distance of two centres below which the circles count as one."""
 LARGEST_UNROLLED = 24
 """Unknowns; unrolled elimination of larger blocks makes too much code."""
 
@@ -46,11 +48,33 @@ class StillTrack:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Circles:
+    """A dyad's two circles, which may become one: ``square`` is the square of the distance of their centres (compiled),
+    ``largest`` its largest value on the way.
+    """
+
+    square: Compiled
+    largest: float
+
+    def apart(self, state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
+        """That square, relative to its largest value; (F,) for ``count`` instants."""
+        return np.broadcast_to(self.square(state, clocks)[0], count) / self.largest
+
+    def as_one(self, state: State, clocks: Sequence[FloatArray]) -> BoolArray:
+        """Where the two circles are so nearly one that their intersections are lost in rounding."""
+        return ~(np.asarray(self.square(state, clocks)[0]) > ONE * self.largest)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SignTrack:
-    """A quadratic block: its root's sign, which changes at ``switches`` (change points, where the two roots cross)."""
+    """A quadratic block: its root's sign, which changes at ``switches`` (change points, where the two roots cross).
+
+    ``circles``: a dyad's, where they come near to being one.
+    """
 
     first: float
     switches: FloatArray
+    circles: Circles | None = None
 
     def sign(self, tau: FloatArray) -> FloatArray | float:
         """+1 or -1 at each instant."""

@@ -68,7 +68,7 @@ class RefinedPoses(Poses):
         """The frames ``chosen`` (positions in these arrays, not frame numbers)."""
         plain = Poses.select(self, chosen)
         return RefinedPoses(
-            *(getattr(plain, name) for name in Poses.__dataclass_fields__),
+            **{name: getattr(plain, name) for name in Poses.__dataclass_fields__},
             evaluator=self.evaluator,
             pose=tuple(pose.taken(chosen) for pose in self.pose),
             scalars={key: value[chosen] for key, value in self.scalars.items()},

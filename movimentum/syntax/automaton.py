@@ -34,6 +34,14 @@ class Unexpected(Exception):
         super().__init__(f"at offset {place}")
 
 
+class TooDeep(Exception):
+    """More is open at offset ``place`` than the caller allows."""
+
+    def __init__(self, place: int) -> None:
+        self.place = place
+        super().__init__(f"at offset {place}")
+
+
 Match = Callable[[str, int], "re.Match[str] | None"]
 
 
@@ -45,11 +53,12 @@ class _Lexer:
     patterns: tuple[tuple[str, Match], ...]
 
 
-def run(text: str, start: int, builder: object) -> Any:
+def run(text: str, start: int, builder: object, deepest: int = 10**9) -> Any:
     """What ``builder`` makes of ``text`` from offset ``start`` on.
 
     The builder has a method for each rule, which gets the list of its parts (tokens, and what other methods returned).
-    Raises Unexpected, and whatever the builder raises. Time is linear in the text.
+    Raises Unexpected, TooDeep where the stack would have more than ``deepest`` entries, and whatever the builder
+    raises. Time is linear in the text.
     """
     tables, lexers, skip, methods = _prepared(type(builder))
     rules, table, accept = tables.rules, tables.states, tables.accept
@@ -75,6 +84,8 @@ def run(text: str, start: int, builder: object) -> Any:
         if action is None:
             raise Unexpected(place, token is None, _accepted(tables, states))
         assert token is not None
+        if len(states) > deepest:
+            raise TooDeep(place)
         states.append(action)
         values.append(token)
         place = token.span.end

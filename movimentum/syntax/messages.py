@@ -7,6 +7,7 @@ import re
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.source import Span
 from movimentum.syntax.automaton import Unexpected
+from movimentum.syntax.older import SIGNS, called, written
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS
 
@@ -42,7 +43,6 @@ _ORDER = ("SEMICOLON", "RPAR", "RSQB", "RBRACE", "COMMA", "COLON", "LPAR", "LSQB
 _LOOKALIKES = {
     "\u2212": "-", "\u2013": "-", "\u00d7": "*", "\u00b7": "*", "\u2217": "*", "\u00f7": "/", "\u2264": "<=",
     "\u2265": ">=", "\u201c": "'", "\u201d": "'", "\u2018": "'", "\u2019": "'", '"': "'", "\u2248": "~",
-    "\u00b2": "^2", "\u00b3": "^3",
 }  # fmt: skip
 _PIECE = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|'(?:[^'\r\n]|'')*'|[A-Za-z0-9_.]+|.", re.DOTALL)
 _DOTTED = re.compile(r"\.[A-Za-z][A-Za-z0-9_]*")
@@ -175,7 +175,13 @@ def _unreadable(text: str, place: int) -> Diagnostic | None:
         )
     if character.isspace() or (character.isascii() and (character.isalnum() or character in ".,;:=<>~+-*/^()[]{}@'_")):
         return None
-    return _character(character, place, ())
+    helps = SIGNS.get(character, ())
+    unit = re.search(r"\.config\s*\(([^();]*),\s*$", text[max(0, place - 80) : place])
+    if character == "\u00b0" and unit:
+        helps = (f"angles are always in degrees: `.config({unit[1].strip()})`",)
+    if not helps and character.isalpha():
+        helps = ("a name is made of the letters A to Z, a to z, digits and `_`",)
+    return _character(character, place, helps)
 
 
 def _character(character: str, place: int, helps: tuple[str, ...]) -> Diagnostic:
@@ -205,8 +211,11 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
     if not known or word in known:
         return None
     guess = nearest(word, known)
+    other = called(text, match.end(), word) if text.startswith("(", match.end()) else None
     kind = "shape" if "BAR" in accepted else "word"
     helps = (f"did you mean `.{guess}`?",) if guess else ()
+    if other is not None:
+        helps = (other,)
     if kind == "shape" and not guess:
         helps = (_SHAPES_HELP,)
     return Diagnostic(
@@ -223,6 +232,9 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
     previous_match = re.search(r"\.?[A-Za-z0-9_.]+$|<=|>=|.$", text[max(0, before - 60) : before])
     previous = previous_match[0] if previous_match else ""
     functions = {*FUNCTIONS, *SYNONYMS}
+    other = written(text, before, place, found)
+    if other is not None:
+        return (other,)
     step = re.search(r"@[^:;@\r\n]*$", text[:before])
     if found == ":" and step:
         return (f"a step has no colon: write `{step[0].rstrip()}`",)

@@ -8,7 +8,7 @@ from typing import cast
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText, Span
-from movimentum.syntax.automaton import Unexpected, run
+from movimentum.syntax.automaton import TooDeep, Unexpected, run
 from movimentum.syntax.building import Builder, Refusal
 from movimentum.syntax.tree import (
     AnchorDefinition,
@@ -37,7 +37,7 @@ MAX_ERRORS = 20
 
 _BRACKETS = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|/\*|[\[({]|[\])}]", re.DOTALL)
 _ITEM_END = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[;@]", re.DOTALL)
-_CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f\ufffe\uffff]")
+_CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f\ufffe\uffff\ud800-\udfff]")
 
 
 def parse(source: SourceText, *, max_nesting: int = MAX_NESTING, max_characters: int = MAX_CHARACTERS) -> Script:
@@ -52,7 +52,7 @@ def parse(source: SourceText, *, max_nesting: int = MAX_NESTING, max_characters:
     errors: list[Diagnostic] = []
     start = 0
     while True:
-        found = _parse_from(text, start)
+        found = _parse_from(text, start, max_nesting)
         if isinstance(found, Script):
             break
         error, start = found
@@ -65,10 +65,19 @@ def parse(source: SourceText, *, max_nesting: int = MAX_NESTING, max_characters:
     return found
 
 
-def _parse_from(text: str, start: int) -> Script | tuple[Diagnostic, int]:
-    """The tree of ``text`` from ``start`` on, or the first error there and where to go on behind it."""
+PER_LEVEL = 16
+"""More entries of the parser's stack than one level of nesting can take, whatever the grammar's rules."""
+
+
+def _parse_from(text: str, start: int, max_nesting: int) -> Script | tuple[Diagnostic, int]:
+    """The tree of ``text`` from ``start`` on, or the first error there and where to go on behind it.
+
+    What is nested far too deep is refused on the way: a million minus signs are not collected first.
+    """
     try:
-        return cast("Script", run(text, start, Builder()))
+        return cast("Script", run(text, start, Builder(), PER_LEVEL * (max_nesting + 8)))
+    except TooDeep as deep:
+        raise ScriptError([_too_deep(Span(deep.place, deep.place + 1), max_nesting)]) from deep
     except Refusal as refusal:
         span = refusal.diagnostic.span or Span(start, start)
         return refusal.diagnostic, _next_item(text, max(span.end, start + 1))

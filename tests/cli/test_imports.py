@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ast
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
-from tests.command import CRANK, environment
+from tests.command import CRANK, ROOT, environment
 
 PROBE = """
 import sys
@@ -49,3 +52,20 @@ def test_what_a_command_imports(tmp_path: Path, arguments: list[str], allowed: s
     )
     line = next(line for line in done.stdout.splitlines() if line.startswith("modules:"))
     assert set(line.split()) & HEAVY <= allowed, done.stderr
+
+
+def test_every_library_that_the_package_imports_is_declared() -> None:
+    imported: set[str] = set()
+    for file in (ROOT / "movimentum").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                imported.add(node.module.partition(".")[0])
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    optional = project["optional-dependencies"]
+    declared = [*project["dependencies"], *optional["video"], *optional["highlight"]]
+    names = {re.split(r"[^\w-]", line)[0].replace("-", "_") for line in declared}
+    names = {"PIL" if name == "pillow" else name for name in names}
+    # pytest loads the golden plugin, and nothing else does
+    assert imported - set(sys.stdlib_module_names) - {"movimentum", "pytest"} == names

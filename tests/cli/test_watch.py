@@ -56,3 +56,27 @@ def test_an_edit_during_the_work_is_not_missed(tmp_path: Path) -> None:
     with pytest.raises(Enough):
         watch([script], action, sleep=sleep)
     assert runs == ["1", "22"]
+
+
+def test_ctrl_c_does_not_say_that_nothing_was_written_after_writing(tmp_path: Path) -> None:
+    import signal
+    import subprocess
+    import sys
+    import time
+
+    script = tmp_path / "a.mov"
+    script.write_text(".config(10, 50, 50); A : .bar P=[0,0] Q=[9,9]; @0 A.P=[9,9]; A.angle=9*.t; @1")
+    target = tmp_path / "a.gif"
+    command = [sys.executable, "-m", "movimentum", "run", str(script), "--watch"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if line.startswith("watching"):
+                break
+        assert target.exists()
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        said = process.stderr.read()
+        assert process.wait(20) == 130
+    assert "nothing was written" not in said
+    assert "a.gif is as it was written last" in said

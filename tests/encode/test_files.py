@@ -1,5 +1,6 @@
 """Files as independent decoders see them: pixels, times, loops."""
 
+import io
 import os
 import struct
 import sys
@@ -240,6 +241,52 @@ def test_a_sequence(tmp_path, pattern, first):
     for k, truth in enumerate(composed(painter, where)):
         with Image.open(folder / (pattern % (100 + k))) as image:
             assert (pixels(image) == truth).all()
+
+
+# --- JPEG ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["o.jpg", "o.jpeg", "o.JPG"])
+def test_a_jpeg_still_is_near_the_composed_picture(tmp_path, name):
+    made, where = moving(tmp_path, frames=1, rest=False, size=(120, 90))
+    painter = make_painter(made, where, PictureOptions(background=(250, 240, 200)))
+    report = write_animation(painter, where, tmp_path / name, fps=FPS)
+    assert report.files == (tmp_path / name,)
+    with Image.open(tmp_path / name) as image:
+        assert (image.format, image.mode, image.size) == ("JPEG", "RGB", painter.size)
+        apart = np.abs(pixels(image).astype(int) - pixels(painter.frame(where, 0)))
+    assert apart.mean() < 1.0  # measured 0.24
+    assert (apart[0, 0] <= 2).all()  # what is clear is the background
+
+
+@pytest.mark.parametrize(("pattern", "first"), [("f%d.jpg", "f100.jpg"), ("f-%04d.jpeg", "f-0100.jpeg")])
+def test_a_jpeg_sequence_is_the_same_for_any_number_of_workers(tmp_path, pattern, first):
+    made, where = moving(tmp_path)
+    painter = make_painter(made, where)
+    where.frames[:] += 100
+    data = []
+    for workers in (1, 2):
+        folder = tmp_path / f"out{workers}"
+        folder.mkdir()
+        report = write_animation(painter, where, folder / pattern, fps=FPS, workers=workers)
+        assert report.files[0] == folder / first
+        assert sorted(os.listdir(folder)) == sorted(pattern % k for k in range(100, 140))
+        data.append([file.read_bytes() for file in report.files])
+    assert data[0] == data[1]
+    for code, truth in zip(data[0], composed(painter, where), strict=True):
+        with Image.open(io.BytesIO(code)) as image:
+            assert np.abs(pixels(image).astype(int) - truth).mean() < 1.0
+
+
+def test_a_jpeg_is_never_transparent(tmp_path):
+    made, where = bars_only(1)
+    painter = make_painter(made, where, PictureOptions(transparent=True))
+    for name, other in (("o.jpg", "o.png"), ("f%04d.jpeg", "f%04d.png")):
+        with pytest.raises(UsageError) as caught:
+            write_animation(painter, where, tmp_path / name, fps=FPS)
+        (found,) = caught.value.diagnostics
+        assert (found.code, found.helps) == ("output/opaque", (f"-o {tmp_path / other}",))
+    assert os.listdir(tmp_path) == []
 
 
 # --- video --------------------------------------------------------------------------------------------------------

@@ -160,6 +160,8 @@ def test_names_that_say_no_format(tmp_path):
         ("o", "output/format"),
         ("o-%d-%d.png", "output/pattern"),
         ("o-%s.png", "output/pattern"),
+        ("o-%s.jpg", "output/pattern"),
+        ("o.jpeg", "output/one-picture"),
         ("o-%999999999d.png", "output/pattern"),
     ):
         with pytest.raises(UsageError) as caught:

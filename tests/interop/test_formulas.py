@@ -55,6 +55,11 @@ def test_published_values(text: str, expected: tuple[float, float]) -> None:
         ("plpp[A,5,B,C](D);A=[0,3];B=[0,0];C=[9,0]", (4, 0)),
         ("PALP[A, 0, 5, B, T](C); A=[0,0]; B=[20,0]", (25, 0)),
         ("PALP[A, 0, 5, B](C); A=[0,0]; B=[-20,0]", (-25, 0)),
+        ("PLAP[A, 10, 90](B); A=[1,2]", (1, 12)),  # from the x axis
+        ("PLAP[A, 10, 90, T](B); A=[1,2]", (1, -8)),
+        ("PLAP[A, 10, 90, false](B); A=[1,2]", (1, 12)),
+        ("PLAP[A, 10, 90, T](B); A=[0,0]; T=[0,7]", (-10, 0)),  # T is a point here
+        ("PLAP[A, 10, 90, T, T](B); A=[0,0]; T=[0,7]", (10, 0)),
     ],
 )
 def test_both_choices(text: str, expected: tuple[float, float]) -> None:
@@ -90,7 +95,21 @@ def test_targets_are_arguments_of_later_formulas_over_arrays_of_inputs() -> None
         ("PLLP[A, 10, 10, B](C); A=[0,0]; B=[[1,0],[2,0],[30,0]]", "formula/unreachable", "at input 2 of 3"),
         ("PLPP[A, 1, B, C](D); A=[0,3]; B=[0,0]; C=[9,0]", "formula/unreachable", "by 2"),
         ("PLPP[A, 5, B, B](D); A=[0,3]; B=[0,0]", "formula/unreachable", "PLPP[A, 5, B, B](D)"),
-        ("PLAP[A, 1, 5, A](D); A=[0,3]", "formula/unreachable", "coincide"),
+        ("PLAP[A, 1, 5, A](D); A=[0,3]", "formula/unreachable", "A and A coincide"),
+        ("PLLP[A, 5, 5, B](C); A=[1,2]; B=[1,2]", "formula/unreachable", "A and B coincide, and so do the circles"),
+        ("PLLP[A, 5, 7, B](C); A=[1,2]; B=[1,2]", "formula/unreachable", "A and B coincide, and the circles"),
+        ("PLLP[A, 5, 7, B](C); A=[1,2]; B=[1,2]", "formula/unreachable", "do not meet, by 2"),
+        (
+            "PLLP[A, 5, 5, B](C); A=[1,2]; B=[[1,3],[1,2.000000000000001]]",
+            "formula/unreachable",
+            "input 1 of 2: A and B",
+        ),
+        ("PLPP[A, 5, B, C](D); A=[0,0]; B=[1,1]; C=[1,1]", "formula/unreachable", "B and C coincide, and give no line"),
+        ("PALP[A, 30, 5, B](D); A=[1,1]; B=[1,1]", "formula/unreachable", "A and B coincide, and give no direction"),
+        ("PLA[A, L, 0](B); A=[0,0]; L=[1,2]; PLA[B, M, 0](C); M=[1,2,3]", "formula/counts", "`B` has 2, `M` has 3"),
+        ("PLA[A, 1, 0](B); PLA[A, 2, 0](B); A=[0,0]", "formula/twice", "`B`"),
+        ("PLA[A, 1, 0](B); A=[0,0]; A=[0,1]", "formula/twice", "`A`"),
+        ("PLAP[A, 1](B); A=[0,0]", "formula/arguments", "the last one may be left out"),
         ("PLLP[A, L1, 10, B](C); A=[0,0]; B=[30,0]", "formula/unknown", "the length `L1`"),
         ("PLLP[A, 10, 10, B](C); A=[0,0]", "formula/unknown", "the point `B`"),
         ("PLA[A, 10, 10](C); A=7", "formula/kind", "`A` is no point"),

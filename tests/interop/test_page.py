@@ -26,6 +26,7 @@ def block(beginning: str) -> str:
     [
         ("rhombus.txt", "vertices", [], "// rhombus.txt"),
         ("slider.pyslvs", "M[", ["--drive", "0,1"], "// slider.pyslvs"),
+        ("crank.pyslvs", "PLAP[P0", [], "// crank.pyslvs"),
     ],
 )
 def test_imported_scripts(tmp_path: Path, name: str, beginning: str, options: list[str], shown: str) -> None:

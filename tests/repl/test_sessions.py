@@ -152,6 +152,18 @@ def test_solutions_are_all_and_what_is_pasted_selects(talk, tmp_path):
     assert talk(SLIDER)("solutions").startswith("there is one solution only")
 
 
+def test_thumbnails_show_the_whole_of_each_solution(talk, tmp_path):
+    say = talk(OPEN.replace("B=[260,100]", "B=[330,100]"))  # ends at 330 and at -50, on a canvas of 300
+    say(f"solutions -o {tmp_path / 'sheet.png'}")
+    with Image.open(tmp_path / "sheet.png") as sheet:
+        pixels = np.asarray(sheet.convert("L")).astype(int)
+    half = len(pixels) // 2
+    ends = [np.nonzero((part < 100).any(axis=0))[0] for part in (pixels[30:half], pixels[half + 30 :])]
+    # nothing is cut off by the edge, which is 8 pixels of grey
+    assert 0.8 * pixels.shape[1] < ends[0].max() < pixels.shape[1] - 11  # to the right in one,
+    assert 11 < ends[1].min() < 0.2 * pixels.shape[1]  # to the left in the other
+
+
 def test_free_motion_is_told_and_stopped(talk):
     say = talk(SLIDER.replace("   Rod.B=[x,100];  x > 100;\n", ""))
     assert "can still turn about `Rod.A`" in say("free")
@@ -373,11 +385,12 @@ def test_plots_and_pictures(talk, tmp_path):
 
 
 def test_suggestions_of_check_can_be_applied(talk):
-    say = talk(OPEN)
+    text = OPEN.replace("90*.t", "90*.t + 20").replace("angle = 180", "angle = 200")
+    say = talk(text)
     assert "apply 1: Rod.A.x < Rod.B.x;" in say("check")
     assert say("apply 1").endswith("now everything is determined and agrees")
     say("undo")
-    assert say.session.text == OPEN
+    assert say.session.text == text
 
 
 def test_every_command_says_what_it_takes(talk):

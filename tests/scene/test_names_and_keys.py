@@ -56,6 +56,16 @@ def test_properties() -> None:
     scene = scene_of(BAR + "@0 Bar.opacity = 0.5; Bar.red = 1; Bar.green = 2; Bar.blue = 3;")
     found = [item.left[0].payload for item in scene.constraints()]
     assert found == [ThingProperty(0, name) for name in ("opacity", "red", "green", "blue")]
+    assert [scene.things[0].undriven(name) for name in ("opacity", "red")] == [1.0, 40.0]
+
+
+def test_a_sprite_has_a_tint_which_changes_nothing_by_itself() -> None:
+    scene = scene_of("Wheel : 'wheel.png' C = [0,0];\n@0 Wheel.red = 255*.t; Wheel.green = 1; Wheel.blue = Wheel.red;")
+    assert [item.left[0].payload for item in scene.constraints()] == [
+        ThingProperty(0, name) for name in ("red", "green", "blue")
+    ]
+    assert scene.things[0].undriven("opacity") == 1.0
+    assert [scene.things[0].undriven(name) for name in ("red", "green", "blue")] == [255.0, 255.0, 255.0]
 
 
 SAME_KEYS = [

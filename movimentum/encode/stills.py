@@ -1,4 +1,4 @@
-"""PNG: one still, or a file for every frame."""
+"""Pictures by themselves, PNG or JPEG: one still, or a file for every frame."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ from pathlib import Path
 
 from PIL import Image
 
-from movimentum.encode.pieces import Box, Piece, saved
+from movimentum.encode.pieces import Box, Coder, Piece, saved
 
+JPEG_LARGEST = 65_500
+"""Pixels each way: the JPEG library's limit."""
 _COMPRESSION = 3  # of 9
+_QUALITY = 95  # of 100; with colours at full resolution (subsampling 0), for drawings have thin coloured lines
 
 
 class PngCoder:
@@ -16,12 +19,27 @@ class PngCoder:
 
     def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
         """See `Coder`."""
-        if image is previous:
-            return None
-        return Piece(Box(0, 0, image.width, image.height), saved(image, "PNG", compress_level=_COMPRESSION))
+        return None if image is previous else _piece(image, saved(image, "PNG", compress_level=_COMPRESSION))
 
 
-class PngSequenceWriter:
+class JpegCoder:
+    """Opaque frames -> whole files; a frame like the one before is not coded again."""
+
+    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+        """See `Coder`."""
+        return None if image is previous else _piece(image, saved(image, "JPEG", quality=_QUALITY, subsampling=0))
+
+
+def coder_of(suffix: str) -> Coder:
+    """The coder of a picture file's suffix: ``.png``, ``.jpg`` or ``.jpeg``."""
+    return PngCoder() if suffix.lower() == ".png" else JpegCoder()
+
+
+def _piece(image: Image.Image, data: bytes) -> Piece:
+    return Piece(Box(0, 0, image.width, image.height), data)
+
+
+class SequenceWriter:
     """Numbered files in ``folder``: ``pattern`` holds one ``%d`` (or ``%04d``), filled with the frame's number.
 
     ``numbers``: frame numbers by position; files are numbered as frames are counted from the animation's start.

@@ -1,0 +1,50 @@
+"""Work that is given up when it takes too long: for libraries whose time nobody can tell beforehand."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from collections.abc import Callable
+from typing import TypeVar
+
+T = TypeVar("T")
+
+STACK = 64 * 1024 * 1024
+"""Bytes: a deep expression needs as much stack in a thread as it gets in the main one."""
+
+
+class _GivenUp(BaseException):
+    """Raised inside the work when its time is over."""
+
+
+def within(seconds: float, work: Callable[[], T]) -> T | None:
+    """What ``work`` returns, or None where it takes longer than ``seconds`` of wall clock; raises what it raises.
+
+    The work runs in a thread of its own and is ended between two of its Python instructions, on every system; it must
+    leave nothing half done that matters.
+    """
+    results: list[T] = []
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            results.append(work())
+        except _GivenUp:
+            pass
+        except BaseException as error:  # handed on to the caller, whatever it is
+            errors.append(error)
+
+    before = threading.stack_size(STACK)
+    try:
+        thread = threading.Thread(target=run, daemon=True)
+        thread.start()
+    finally:
+        threading.stack_size(before)
+    try:
+        thread.join(seconds)
+    finally:  # also where the user interrupts
+        if thread.is_alive() and thread.ident is not None:
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident), ctypes.py_object(_GivenUp))
+    if errors:
+        raise errors[0]
+    return results[0] if results else None

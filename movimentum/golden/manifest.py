@@ -1,0 +1,60 @@
+"""What a recording says about itself: ``golden.json``, read as what it is, a file from anywhere."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import cast
+
+from movimentum.files import read_limited
+
+FORMAT = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """What ``golden.json`` says: how many ``frames`` the animation had, of which there are ``pictures``, and who drew
+    them.
+    """
+
+    frames: int
+    pictures: tuple[int, ...]
+    renderer: dict[str, str]
+
+
+MANIFEST_BYTES = 1_000_000
+"""More is no manifest: a folder may come from anywhere."""
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """The manifest in a folder, with every value checked; `OSError` or `ValueError` where it is none."""
+    data = read_limited(folder / "golden.json", MANIFEST_BYTES)
+    try:
+        about = json.loads(data.decode("utf-8"))
+    except RecursionError as error:
+        raise ValueError("golden.json is nested too deeply") from error
+    if not isinstance(about, dict):
+        raise ValueError("golden.json is no object")
+    found = cast("dict[str, object]", about)
+    if found.get("format") != FORMAT:
+        raise ValueError(f"its format is {found.get('format')!r}, not {FORMAT}"[:200])
+    frames, pictures, drawn = found.get("frames"), found.get("pictures"), found.get("renderer")
+    if not _whole(frames) or not isinstance(pictures, list) or not isinstance(drawn, dict):
+        raise ValueError("golden.json does not say what was recorded")
+    numbers = [number for number in cast("list[object]", pictures) if _whole(number)]
+    return Manifest(
+        cast("int", frames),
+        tuple(cast("list[int]", numbers)),
+        {str(key): str(value) for key, value in cast("dict[object, object]", drawn).items()},
+    )
+
+
+def _whole(value: object) -> bool:
+    """Whether a value is a number of frames, or of one."""
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 10**9
+
+
+def picture_name(frame: int) -> str:
+    """The name of a recorded frame's file."""
+    return f"frame-{frame:05d}.png"

@@ -1,0 +1,92 @@
+"""Signals: whoever asks us to end, half-written files are removed first."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
+from types import FrameType
+
+_ASK_TO_END = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name))
+
+
+class Terminated(BaseException):
+    """Somebody asked us to end (a closed terminal, ``kill``): clean up as after Ctrl-C; ``code`` is the exit code."""
+
+    def __init__(self, number: int) -> None:
+        self.code = 128 + number
+        super().__init__(number)
+
+
+class Interruption:
+    """Whether Ctrl-C was pressed: an import that it hits may end in an exception of another kind."""
+
+    pressed = False
+
+
+@contextmanager
+def heeded() -> Generator[Interruption, None, None]:
+    """Signals become exceptions, which unwind the stack: `KeyboardInterrupt` and `Terminated`.
+
+    Handlers that somebody else has set stay, an ignored signal (``nohup``) stays ignored, and what was there comes back
+    in the end. Where this is not the main thread, nothing is changed.
+    """
+    owner = os.getpid()
+    found = Interruption()
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        found.pressed = True
+        raise KeyboardInterrupt
+
+    def terminate(number: int, frame: FrameType | None) -> None:
+        if os.getpid() != owner:  # a worker that inherited this handler owns no files: it just goes
+            os._exit(128 + number)
+        raise Terminated(number)
+
+    before: dict[int, object] = {}
+    with suppress(ValueError):  # not the main thread: somebody else's process, somebody else's signals
+        if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, at_once):
+            before[signal.SIGINT] = signal.getsignal(signal.SIGINT)
+            signal.signal(signal.SIGINT, interrupt)
+        for number in _ASK_TO_END:
+            if signal.getsignal(number) is signal.SIG_DFL:
+                before[number] = signal.SIG_DFL
+                signal.signal(number, terminate)
+    try:
+        yield found
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)  # pyright: ignore[reportArgumentType]
+
+
+@contextmanager
+def deaf() -> Generator[None, None, None]:
+    """Nothing interrupts what is done inside: a few removals of files."""
+    before: dict[int, object] = {}
+    with suppress(ValueError):
+        for number in (signal.SIGINT, *_ASK_TO_END):
+            before[number] = signal.signal(number, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)  # pyright: ignore[reportArgumentType]
+
+
+def at_once(number: int, frame: FrameType | None) -> None:
+    """Handler for Ctrl-C before there is anything to clean up: end without a word, wherever an import is."""
+    os._exit(128 + number)
+
+
+def end_at_once() -> None:
+    """Use `at_once` from here on, unless Ctrl-C is ignored or somebody else's."""
+    with suppress(ValueError):
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, at_once)
+
+
+def ignore_interrupts() -> None:
+    """Ctrl-C from here on does nothing: the work is done, the process is about to end."""
+    with suppress(ValueError):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)

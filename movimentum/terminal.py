@@ -1,0 +1,71 @@
+"""Foreign text on its way to a terminal: file names, script text, recordings, headers of tables.
+
+A terminal obeys what it is sent: an escape sequence in a file's name moves the cursor or changes the title, a
+bidirectional control shows a name backwards. Everything that we did not write ourselves goes through here.
+"""
+
+from __future__ import annotations
+
+import re
+
+_CONTROLS = "\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufff9-\ufffb\U000e0000-\U000e007f"
+"""Delete and C1, marks and embeddings of writing direction, line ends of Unicode, halves of surrogate pairs (bytes of a
+path that are no UTF-8), annotations and tags."""
+
+_OBEYED = re.compile(f"[\x00-\x1f{_CONTROLS}]")
+_OBEYED_IN_LINES = re.compile(f"[\x00-\x08\x0b-\x1f{_CONTROLS}]")
+_UNSAFE_IN_JSON = re.compile(f"[{_CONTROLS}]")
+_NOT_ASCII = re.compile("[^\x00-\x7f]")
+_PLAIN_WORD = re.compile(r"[A-Za-z0-9_./%+=:,@][A-Za-z0-9_./%+=:,@-]*")
+
+
+def visible(text: str) -> str:
+    """``text`` as one line, with what a terminal would obey shown instead (``\\x1b``, ``\\u202e``, ``\\n``)."""
+    return _OBEYED.sub(_escape, text)
+
+
+def visible_lines(text: str) -> str:
+    """The same for text of several lines: line feeds and tabs stay."""
+    return _OBEYED_IN_LINES.sub(_escape, text)
+
+
+def visible_json(text: str, encoding: str | None = "utf-8") -> str:
+    """JSON that means the same, with the escapes of JSON for what a terminal would obey, and for all that is not ASCII
+    where the reader's ``encoding`` is not UTF-8.
+    """
+    pattern = _UNSAFE_IN_JSON if (encoding or "").lower().replace("_", "-") in ("utf-8", "utf8") else _NOT_ASCII
+    return pattern.sub(_json_escape, text)
+
+
+def typed(argument: object) -> str:
+    """A file's name (or any other argument) as it is typed in a shell, quoted where that is needed.
+
+    What a terminal would obey is written as an escape inside ``$'…'``; a leading ``-`` is kept from being an option.
+    """
+    word = str(argument)
+    if word.startswith("-") and word != "-":
+        word = f"./{word}"
+    if _OBEYED.search(word):
+        inside = word.replace("\\", "\\\\").replace("'", "\\'")
+        return f"$'{_OBEYED.sub(_shell_escape, inside)}'"
+    if _PLAIN_WORD.fullmatch(word):
+        return word
+    quoted = word.replace("'", "'\"'\"'")
+    return f"'{quoted}'"
+
+
+def _escape(match: re.Match[str]) -> str:
+    character = match[0]
+    short = {"\n": "\\n", "\r": "\\r", "\t": "\\t"}.get(character)
+    code = ord(character)
+    return short or (f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}")
+
+
+def _json_escape(match: re.Match[str]) -> str:
+    units = match[0].encode("utf-16-be", "surrogatepass")
+    return "".join(f"\\u{units[k]:02x}{units[k + 1]:02x}" for k in range(0, len(units), 2))
+
+
+def _shell_escape(match: re.Match[str]) -> str:
+    problem = "surrogateescape" if "\udc80" <= match[0] <= "\udcff" else "surrogatepass"
+    return "".join(f"\\x{byte:02x}" for byte in match[0].encode("utf-8", problem))

@@ -1,0 +1,297 @@
+"""What surrounds a command: signals at any moment, little memory, few processes, odd encodings, two at once."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from movimentum.cli import run_command_line
+from movimentum.console import guarded
+from movimentum.files import has_parts, whole_file
+from movimentum.signals import Terminated
+from tests.command import CRANK, LONG, command, environment, movimentum
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of another kind")
+
+ENDINGS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIGQUIT: 131}
+
+
+@pytest.fixture
+def script(tmp_path: Path) -> Path:
+    path = tmp_path / "crank.mov"
+    path.write_text(CRANK)
+    return path
+
+
+def _limited(kind: str, amount: int) -> Callable[[], None]:
+    import resource
+
+    return lambda: resource.setrlimit(getattr(resource, kind), (amount, amount))
+
+
+def _signalled(folder: Path, number: signal.Signals, delay: float) -> tuple[int, str]:
+    process = subprocess.Popen(
+        command("run", folder / "long.mov", "-o", folder / "out.gif"),
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+        start_new_session=True,
+    )
+    time.sleep(delay)
+    if number == signal.SIGINT:
+        os.killpg(process.pid, number)
+    else:
+        process.send_signal(number)
+    said = process.communicate(timeout=60)[1]
+    return process.returncode, said
+
+
+def _assert_ends_cleanly(folder: Path, number: signal.Signals, delays: list[float]) -> None:
+    (folder / "long.mov").write_text(LONG)
+    for delay in delays:
+        code, said = _signalled(folder, number, delay)
+        assert code == ENDINGS[number], (delay, code, said)
+        assert "Traceback" not in said, (delay, said)
+        assert os.listdir(folder) == ["long.mov"], delay
+
+
+@pytest.mark.parametrize("number", ENDINGS)
+def test_a_signal_ends_it_without_a_trace(tmp_path: Path, number: signal.Signals) -> None:
+    _assert_ends_cleanly(tmp_path, number, [1.5])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", ENDINGS)
+def test_a_signal_at_any_moment(tmp_path: Path, number: signal.Signals) -> None:
+    chance = random.Random(int(number))
+    # earlier, it is Python itself that starts, and no program can answer
+    _assert_ends_cleanly(tmp_path, number, [0.25 + 1.5 * chance.random() ** 2 for _ in range(15)])
+
+
+def test_an_ignored_hangup_stays_ignored(script: Path) -> None:
+    line = " ".join(f"'{part}'" for part in command("run", script, "-o", script.with_name("o.gif")))
+    process = subprocess.Popen(["sh", "-c", f"trap '' HUP; exec {line}"], env=environment())
+    time.sleep(0.3)
+    process.send_signal(signal.SIGHUP)
+    assert process.wait(60) == 0
+    assert script.with_name("o.gif").exists()
+
+
+def test_handlers_come_back(capsys: pytest.CaptureFixture[str]) -> None:
+    from movimentum.console import Console
+
+    before = [signal.getsignal(number) for number in ENDINGS]
+
+    def interrupted() -> int:
+        os.kill(os.getpid(), signal.SIGHUP)
+        time.sleep(5)
+        raise AssertionError
+
+    assert guarded(interrupted, Console()) == 129
+    assert [signal.getsignal(number) for number in ENDINGS] == before
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_two_signals_in_a_row_leave_no_half_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from movimentum import files
+    from movimentum.console import Console
+
+    def short_of_memory(*_: str) -> None:
+        monkeypatch.undo()
+        raise MemoryError
+
+    def work() -> int:
+        with whole_file(tmp_path / "out.gif") as part:
+            part.write_text("half")
+            monkeypatch.setattr(files, "discard_parts", short_of_memory)
+            raise Terminated(15)
+
+    assert guarded(work, Console(quiet=True)) in (1, 143)
+    assert os.listdir(tmp_path) == []
+    assert not has_parts()
+
+
+LITTLE = """\
+.config(20, 900, 800);
+Rod : .bar A = [200,150] B = A + [100,0];
+@0 Rod.A = [200,150]; Rod.angle = 7.3*.t;
+@5
+"""
+
+
+def _assert_short_memory_is_told(folder: Path, name: str, megabytes: int) -> None:
+    (folder / "a.mov").write_text(LITTLE)
+    done = subprocess.run(
+        command("run", folder / "a.mov", "-o", folder / name),
+        capture_output=True,
+        text=True,
+        env=environment({"OPENBLAS_NUM_THREADS": "1"}),
+        timeout=120,
+        check=False,
+        preexec_fn=_limited("RLIMIT_AS", megabytes << 20),
+    )
+    assert done.returncode in (0, 1), (megabytes, done)
+    assert "Traceback" not in done.stderr
+    assert not [path for path in os.listdir(folder) if ".part" in path], megabytes
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory work otherwise")
+@pytest.mark.parametrize("megabytes", [60, 170])
+def test_short_memory_is_told_and_leaves_nothing(tmp_path: Path, megabytes: int) -> None:
+    _assert_short_memory_is_told(tmp_path, "out.webp", megabytes)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory work otherwise")
+@pytest.mark.parametrize("name", ["o.gif", "o.webp", "o.apng", "o-%d.png"])
+def test_any_amount_of_memory(tmp_path: Path, name: str) -> None:
+    for megabytes in range(80, 300, 20):
+        _assert_short_memory_is_told(tmp_path, name, megabytes)
+        for path in tmp_path.glob("o*"):
+            path.unlink()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits work otherwise")
+@pytest.mark.parametrize(("kind", "amount"), [("RLIMIT_NOFILE", 10), ("RLIMIT_NOFILE", 12)])
+def test_where_workers_are_refused_one_process_draws(tmp_path: Path, kind: str, amount: int) -> None:
+    (tmp_path / "a.mov").write_text(LITTLE)
+    made: list[bytes] = []
+    for limited in (False, True):
+        done = subprocess.run(
+            command("run", tmp_path / "a.mov", "-o", tmp_path / "o.gif", "--workers", "4"),
+            capture_output=True,
+            text=True,
+            env=environment(),
+            timeout=60,
+            check=False,
+            preexec_fn=_limited(kind, amount) if limited else None,
+        )
+        assert done.returncode == 0, done.stderr
+        made.append((tmp_path / "o.gif").read_bytes())
+    assert made[0] == made[1]
+
+
+def test_where_no_process_can_be_started_this_one_draws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused() -> int:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    (tmp_path / "a.mov").write_text(LITTLE)
+    monkeypatch.setattr(os, "fork", refused)
+    assert run_command_line(["run", str(tmp_path / "a.mov"), "-o", str(tmp_path / "o.gif"), "--workers", "3"]) == 0
+
+
+SLOW = pytest.mark.slow
+OTHERS = [pytest.param(name, marks=SLOW) for name in ("ascii", "cp437", "utf-16", "shift-jis")]
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", *OTHERS])
+def test_any_encoding_of_the_output(tmp_path: Path, encoding: str) -> None:
+    script = tmp_path / "kürbel → 漢 😀.mov"
+    script.write_text(CRANK + "// é → 漢 😀\n", encoding="utf-8")
+    bad = tmp_path / "ω.mov"
+    bad.write_text("A : .bar P = [0,0] 'é→😀';\n", encoding="utf-8")
+    txt = tmp_path / "→é.txt"
+    txt.write_text("v\n0 0\n10 0\nf\n0\ne\n0 1\na\n")
+    for arguments in (
+        ["check", script],
+        ["check", bad],
+        ["check", script, "--format", "json"],
+        ["check", bad, "--format", "sarif"],
+        ["solve", script, "-o", "-"],
+        ["export", script, "-o", "-", "--format", "pyslvs"],
+        ["import", txt, "-o", "-"],
+        ["repl", script, "-c", "plot Rod.B.x; check; diff"],
+        ["trade", script],
+        ["--help"],
+    ):
+        done = subprocess.run(
+            command(*arguments),
+            capture_output=True,
+            env=environment({"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}),
+            timeout=60,
+            check=False,
+        )
+        assert done.returncode in (0, 1), (arguments, done)
+        assert b"internal/bug" not in done.stderr
+        assert b"Traceback" not in done.stderr
+        if "--format" in arguments and arguments[-1] in ("json", "sarif"):
+            assert json.loads(done.stdout.decode(encoding))
+
+
+def test_golden_frames_need_a_name(tmp_path: Path) -> None:
+    for verb in ("record", "check"):
+        done = movimentum("golden", verb, "-", cwd=tmp_path, stdin=CRANK)
+        assert done.returncode == 2
+        assert "standard input" in done.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_recording_and_checking_at_once(script: Path) -> None:
+    assert movimentum("golden", "record", script).returncode == 0
+    many = [
+        subprocess.Popen(
+            command("golden", verb, script), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment()
+        )
+        for verb in ("record", "check", "record", "check")
+    ]
+    for process in many:
+        said = process.communicate(timeout=60)[0].decode()
+        assert process.returncode == 0, said
+    assert movimentum("golden", "check", script).returncode == 0
+
+
+ODD_PLACES = ["no/such/folder", "file", "file/under", "x" * 300, "a\nb", "\udcff"]
+
+
+@pytest.mark.parametrize("place", ODD_PLACES, ids=ascii)
+def test_odd_places_are_no_bug(script: Path, place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(script.parent)
+    (script.parent / "file").write_text("")
+    text = script.parent / "a.txt"
+    text.write_text("v\n0 0\n10 0\nf\n0\ne\n0 1\na\n")
+    for arguments in (
+        ["golden", "record", script, "--to", place],
+        ["golden", "check", script, "--to", place],
+        ["export", script, "-o", f"{place}/x.txt"],
+        ["import", text, "-o", f"{place}/x.mov"],
+        ["trade", script, "-o", f"{place}/x.svg"],
+        ["solve", script, "-o", f"{place}.csv"],
+        ["check", f"{place}.mov", "--format", "sarif"],
+        ["golden", "check", f"{place}.mov"],
+        ["golden", "record", f"{place}/y.mov"],
+    ):
+        assert run_command_line([str(argument) for argument in arguments]) in (0, 1, 2), arguments
+
+
+def test_a_script_whose_name_is_no_utf8(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    script = os.fsencode(tmp_path) + b"/k\xff.mov"
+    with open(script, "w") as stream:
+        stream.write(CRANK)
+    name = os.fsdecode(script)
+    for arguments in (
+        ["check", name],
+        ["check", name, "--format", "json"],
+        ["check", name, "--format", "sarif"],
+        ["run", name],
+        ["trade", name, "-o", str(tmp_path / "t.svg")],
+        ["trade", name, "--format", "json"],
+        ["export", name, "-o", "-"],
+        ["golden", "record", name],
+        ["golden", "check", name],
+        ["repl", name, "-c", "diff; write; check"],
+    ):
+        code = run_command_line(arguments)
+        said = capsys.readouterr()
+        assert code == 0, (arguments, said)
+        said.out.encode()
+        if "json" in arguments or "sarif" in arguments:
+            assert json.loads(said.out)

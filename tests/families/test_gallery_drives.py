@@ -1,0 +1,74 @@
+"""Every drive of the gallery, interrupted by steps that hold it, against the same as one expression."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from movimentum.pipeline import Choices, arranged, understand
+from movimentum.scene.model import Relation
+from movimentum.solve.motion import Poses
+from movimentum.solve.solver import scene_size, solve
+from movimentum.source import SourceText
+
+SCRIPTS = sorted((Path(__file__).resolve().parents[2] / "scripts").glob("*.mov"))
+SINCE = re.compile(r"(?<![A-Za-z0-9_])\.t(?![A-Za-z0-9_])")
+PAST = re.compile(r"\.(i|d|iv|integral|differential)\b")
+TIME = re.compile(r"(?<![A-Za-z0-9_])\.T(?![A-Za-z0-9_])")
+
+
+def source_of(path: Path, text: str) -> SourceText:
+    return SourceText(str(path), text)
+
+
+def poses_of(path: Path, text: str) -> tuple[Poses, float]:
+    timeline = arranged(understand(source_of(path, text)), Choices())
+    return solve(timeline).poses(0, timeline.frame_count), scene_size(timeline.scene)
+
+
+def drives_of(path: Path) -> list[str]:
+    """The statements of a script with one step that change with time and do not depend on their own past."""
+    text = path.read_text(encoding="utf-8")
+    scene = understand(source_of(path, text))
+    if len(scene.steps) != 2 or scene.steps[0].time != 0:
+        return []
+    statements = (scene.source.slice(c.span) for c in scene.constraints() if c.relation is Relation.EQUAL)
+    return [s for s in statements if (SINCE.search(s) or TIME.search(s)) and not PAST.search(s)]
+
+
+CASES = [(path, number) for path in SCRIPTS for number in range(len(drives_of(path)))]
+
+
+def interrupted(path: Path, number: int, seed: int) -> tuple[str, str]:
+    """The script with a drive that runs, is held and runs on, in steps and as one expression."""
+    text = path.read_text(encoding="utf-8")
+    statement = drives_of(path)[number]
+    left, right = (side.strip() for side in statement.rstrip().rstrip(";").split("=", 1))
+    end = float(understand(source_of(path, text)).steps[-1].time)
+    chooser = random.Random(seed)
+    first = round(chooser.uniform(0.15, 0.6) * end, 3)
+    wait = round(chooser.uniform(0.1, 0.3) * end, 3)
+    run = SINCE.sub(".T", right)
+    held = TIME.sub(f"({first!r})", run)
+    later = TIME.sub(f"(.T - {wait!r})", run)
+    whole = TIME.sub(f"{{ .T : .T > {first!r} : {first!r} > {first + wait!r} : .T - {wait!r} }}", run)
+    assert text.count(statement) == 1
+    ended = ";" if statement.rstrip().endswith(";") else ""
+    steps = text.replace(statement, f"{left} = {run}{ended}")
+    last = list(re.finditer(r"^@", steps, re.MULTILINE))[-1].start()
+    between = f"@{first!r}  {left} = {held};\n@{first + wait!r}  {left} = {later};\n"
+    return steps[:last] + between + steps[last:], text.replace(statement, f"{left} = {whole}{ended}")
+
+
+@pytest.mark.parametrize(("path", "number"), CASES, ids=lambda value: getattr(value, "stem", str(value)))
+def test_a_drive_that_is_held_for_a_while(path, number):
+    steps, whole = interrupted(path, number, seed=len(path.stem))
+    (one, size), (other, _) = poses_of(path, steps), poses_of(path, whole)
+    assert one.solved.all()
+    assert other.solved.all()
+    assert np.abs(one.origin - other.origin).max() <= 1e-9 * size
+    assert np.abs(one.direction - other.direction).max() <= 1e-9

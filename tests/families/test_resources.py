@@ -1,0 +1,192 @@
+"""What a script can cost: linear in its text, or refused with the limit and the option that raises it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from movimentum.diagnostics import MOST_OF_A_CODE, Diagnostic, Severity, limited
+from movimentum.errors import ScriptError
+from movimentum.expressions import Expr, add, mul, symbol
+from movimentum.pipeline import Choices, check
+from movimentum.source import SourceText
+from movimentum.syntax.parser import parse
+from tests.command import command, environment, movimentum
+
+HEAD = ".config(10, 60, 40);\nA : .bar P = [0,0] Q = [10,0];\n"
+
+
+def seconds(text: str, folder: Path) -> float:
+    """Processor seconds of `check`."""
+    path = folder / "a.mov"
+    path.write_text(text)
+    began = time.process_time()
+    report, _ = check(str(path), Choices())
+    assert report.exit_code in (0, 1)
+    return time.process_time() - began
+
+
+def misspelled(count: int) -> str:
+    things = "".join(f"Thing{i} : .bar P = [0,0];\n" for i in range(count))
+    return HEAD + things + "@0 " + "\n".join(f"Thng{i}.P = [1,{i}];" for i in range(count))
+
+
+def empty_steps(count: int) -> str:
+    return HEAD + "@0 A.P = [0,0]; A.angle = 0;\n" + "\n".join(f"@{i}" for i in range(1, count))
+
+
+def shared(count: int) -> str:
+    """Products of one value with itself, named once each: 2^count leaves, count nodes."""
+    names = "".join(f"x{i} = x{i - 1}*x{i - 1} - 0.1;\n" for i in range(1, count))
+    return HEAD + f"@0 A.P = [0,0]; A.angle = 0; x0 = 0.5*.t;\n{names}@1"
+
+
+def rates(count: int) -> str:
+    inside = ".sin(20*.t)*.exp(.t)"
+    return HEAD + "@0 A.P = [0,0]; A.angle = 0;\n" + f"x = {'.d(' * count}{inside}{')' * count}; @1"
+
+
+@pytest.mark.parametrize(
+    ("family", "small", "most"),
+    [(misspelled, 300, 8.0), (empty_steps, 100, 10.0), (shared, 8, 8.0), (rates, 3, 12.0)],
+    ids=lambda value: getattr(value, "__name__", ""),
+)
+def test_four_times_the_text_costs_hardly_more_than_four_times(
+    tmp_path: Path, family: Callable[[int], str], small: int, most: float
+) -> None:
+    seconds(family(small), tmp_path)  # what is imported once
+    assert seconds(family(4 * small), tmp_path) < most * max(seconds(family(small), tmp_path), 0.05)
+
+
+@pytest.mark.parametrize("opening", ["-", "(", ".sin(", "1^", "[", "{1:", "-(", ".min(1,"])
+def test_deep_nesting_is_refused_before_it_is_collected(opening: str) -> None:
+    text = HEAD + "@0 x = " + opening * (3_000_000 // len(opening)) + "1;"
+    began = time.process_time()
+    with pytest.raises(ScriptError) as caught:
+        parse(SourceText("a.mov", text))
+    assert time.process_time() - began < 2.0
+    assert caught.value.diagnostics[0].code == "limit/nesting"
+    assert any("--max-nesting" in text for text in caught.value.diagnostics[0].helps)
+
+
+@pytest.mark.parametrize("nesting", [5, 100, 300])
+def test_what_is_just_not_too_deep_is_read(nesting: int) -> None:
+    for opening, closing in (("-", ""), ("(", ")"), (".sin(2*", ")"), ("1+2*3^(", ")"), (".min(1,-", ")")):
+        told: set[str] = set()
+        depth, text = 0, ""
+        for depth in range(1, nesting + 2):
+            text = "@0 x = " + opening * depth + "1" + closing * depth + ";"
+            try:
+                parse(SourceText("a.mov", text), max_nesting=nesting)
+            except ScriptError as error:
+                told = {item.code for item in error.diagnostics}
+                break
+        # the parser's own stack is never the limit: the tree is as deep as is said
+        assert told == {"limit/nesting"}
+        assert (text.count("(") + text.count("-")) * 4 >= nesting, (opening, depth)
+
+
+def test_equal_expressions_that_share_their_parts_are_compared_in_one_pass() -> None:
+    def tower(height: int) -> Expr:
+        node = symbol(0)
+        for _ in range(height):
+            node = add(mul(node, node), symbol(1))
+        return node
+
+    began = time.process_time()
+    assert tower(60) == tower(60)
+    assert time.process_time() - began < 1.0
+
+
+def test_ten_thousand_notes_are_told_as_a_few_and_a_number(tmp_path: Path) -> None:
+    notes = [Diagnostic("a/b", Severity.NOTE, str(k)) for k in range(1000)]
+    errors = [Diagnostic("a/c", Severity.ERROR, str(k)) for k in range(300)]
+    told = limited([*notes, *errors])
+    assert sum(item.code == "a/b" for item in told) == MOST_OF_A_CODE
+    assert sum(item.code == "a/c" for item in told) == 300
+    assert [item.message for item in told if item.code == "limit/messages"] == [
+        "and 900 more `a/b`, which are not shown"
+    ]
+    things = "\n".join(f"B{i} : .bar P = [{i},0] Q = [1,2];" for i in range(150))
+    path = tmp_path / "a.mov"
+    path.write_text(f"{HEAD}{things}\n@0 " + " ".join(f"B{i}.P = [{i},0];" for i in range(150)))
+    assert len(movimentum("check", path).stdout) < 200_000
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what a process holds is told elsewhere otherwise")
+def test_memory_has_a_limit_and_an_option_that_raises_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.mov"
+    path.write_text(HEAD + "@0 A.P = [0,0]; A.angle = 0; x = " + " + ".join(["1.5*.t"] * 60_000) + "; @1")
+    refused = movimentum("check", path, "--max-memory", "110", cwd=tmp_path)
+    assert refused.returncode == 1
+    assert "limit/memory" in refused.stderr
+    assert "--max-memory 220" in refused.stderr
+    assert movimentum("check", path, "--max-memory", "99").returncode == 2
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="what a process holds is told elsewhere otherwise")
+@pytest.mark.parametrize("count", [9, 11])
+def test_no_script_takes_much_more_than_a_gigabyte(tmp_path: Path, count: int) -> None:
+    inside = ".t*.sin(30*.t)*.t^3"
+    path = tmp_path / "a.mov"
+    path.write_text(HEAD + f"@0 A.P = [0,0]; A.angle = 0;\nx = {'.i(' * count}{inside}{')' * count}; @1")
+    program = (
+        "import resource, subprocess, sys; code = subprocess.call(sys.argv[1:]);"
+        "print(code, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *command("check", path)],
+        capture_output=True,
+        text=True,
+        env=environment(),
+        timeout=300,
+        check=False,
+    )
+    code, kilobytes = map(int, done.stdout.split()[-2:])
+    assert code in (0, 1)
+    assert kilobytes < 1_400_000
+
+
+def test_long_work_says_a_word(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    from movimentum import console as module
+
+    console = module.Console()
+    now = [0.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    with console.working("checking"):
+        for now[0] in (0.5, 9.9, 10.0, 10.2, 30.0, 60.1):
+            console.tick()
+    console.tick()
+    said = capfd.readouterr().err.splitlines()
+    assert said == [f"still checking after {seconds} s; Ctrl-C ends it" for seconds in (10, 60)]
+    quiet = module.Console(quiet=True)
+    now[0] = 0.0
+    with quiet.working("checking"):
+        now[0] = 10.0
+        quiet.tick()
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="terminals of another kind")
+def test_on_a_terminal_the_seconds_are_shown_and_wiped() -> None:
+    import os
+    import pty
+
+    from movimentum.console import Console
+
+    ours, theirs = pty.openpty()
+    with os.fdopen(theirs, "w") as stream:
+        console = Console(stream=stream)
+        with console.working("checking"):
+            console._busy = "checking", time.monotonic() - 3.2
+            console.tick()
+            console.tick()
+            console.say("said")
+    assert os.read(ours, 1000).decode() == "\rchecking: 3 s\x1b[K\r\x1b[Ksaid\r\n"
+    os.close(ours)
