@@ -25,6 +25,8 @@ AT_ONCE = 2e-3
 """Of a step: constraints that agree for less than that contradict each other, and only meet where it begins."""
 SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
+STEADY = 1e-4
+"""By what part of itself the amount of such a contradiction may vary."""
 
 
 def failure_diagnostic(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
@@ -100,12 +102,20 @@ def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[D
 
 
 def _holds_all_along(stretch: Stretch, contradiction: Contradiction) -> bool:
-    """Whether a contradiction at a segment's beginning is one at some other moments of it too."""
-    from movimentum.solve.contradictions import later
+    """Whether a contradiction at a segment's beginning is the same at some other moments of it.
+
+    One that grows or shrinks is that of a drive, which is beyond its reach all the time.
+    """
+    from movimentum.solve.contradictions import apart, later
 
     length = float(stretch.segment.end - stretch.segment.start)
     samples = [length * (k / SAMPLES) for k in range(1, SAMPLES)] if length > 0.0 else []
-    return all(later(contradiction, stretch.plan, tau, stretch.base) is not None for tau in samples)
+    amount = apart(contradiction)
+    for tau in samples:
+        there = later(contradiction, stretch.plan, tau, stretch.base)
+        if there is None or abs(apart(there) - amount) > STEADY * amount:
+            return False
+    return True
 
 
 def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) -> Diagnostic:

@@ -136,6 +136,19 @@ def later(found: Contradiction, plan: Plan, tau: float, carry: Carry) -> Contrad
     return replace(found, demands=demands) if met is None else None
 
 
+def apart(found: Contradiction) -> float:
+    """How far the members are from being met at their best: the length of what is left of their rows (scaled)."""
+    if found.proved:
+        return 0.0  # numbers that disagree; no fit is needed to see that
+    demands = replace(found.demands, effort=Effort(EFFORT))
+    with np.errstate(all="ignore"):
+        try:
+            fit = Fitting(demands, range(len(demands.rows))).fit(np.array([*found.poses, *found.meeting.values()]))
+        except OutOfEffortError:
+            return 0.0
+    return float(np.linalg.norm(fit.left[fit.best]))
+
+
 def _concerned(plan: Plan, item: TurnedDown) -> frozenset[int]:
     rejection = item.rejection
     if rejection.check is not None:
