@@ -16,18 +16,14 @@ from movimentum.plan.compile import Structure
 from movimentum.plan.decompose import Group
 from movimentum.plan.equations import Form, System
 from movimentum.plan.unknowns import PoseCos, PoseSin
-from movimentum.scene.model import AnchorCoordinate, Relation
 from movimentum.solve.carry import Carry
-from movimentum.solve.linear import RANK_TOLERANCE
+from movimentum.solve.mobility import is_mobile
+from movimentum.solve.placement import pinned, rigid_motion
 
 FloatArray = NDArray[np.float64]
 
 CLOSED = 1e-6
 """Relative to the sizes of a row's terms: what a pose that satisfies the row may be off by."""
-LOST = 1e-6
-"""Smallest singular value, of the largest, of a group that has lost its rank."""
-ASIDE = 0.03
-"""Of the unknowns' scale: how far beside a pose another solution is looked for."""
 LARGEST = 700
 """Unknowns of a group that is looked at (its Jacobian is dense)."""
 
@@ -39,7 +35,8 @@ def deceptive(structure: Structure, carry: Carry, size: float) -> frozenset[int]
     system = structure.system
     found: set[int] = set()
     with np.errstate(all="ignore"):
-        moved = _moved_as_one(system, carry, size)
+        pins, _ = pinned(system, carry, range(len(system.scene.things)), size)
+        moved = rigid_motion(pins, size) is not None
     apart: set[int] = set()  # unknowns of what the drawing does not satisfy, and of all that depends on it
     for group in structure.decomposition.groups:
         inputs = {n for e in group.equations for n in system.equations[e].unknowns}
@@ -56,27 +53,6 @@ def deceptive(structure: Structure, carry: Carry, size: float) -> frozenset[int]
 def _may_deceive(system: System, group: Group) -> bool:
     square = not group.free and 2 <= len(group.unknowns) <= LARGEST and len(group.unknowns) == len(group.equations)
     return square and any(_bodies(system, e) > 1 for e in group.equations)
-
-
-def _moved_as_one(system: System, carry: Carry, size: float) -> bool:
-    """Whether what is pinned at stated places is pinned as it is drawn, moved and turned as a whole."""
-    drawn: list[complex] = []
-    stated: list[complex] = []
-    for constraint in system.segment.active:
-        if constraint.relation is Relation.EQUAL and constraint.anchor is not None and len(constraint.right) == 2:
-            x, y = (side.value for side in constraint.right)
-            payload = constraint.left[0].payload
-            if x is not None and y is not None and isinstance(payload, AnchorCoordinate):
-                pose = carry.now.things[payload.thing]
-                local = complex(*system.scene.things[payload.thing].anchors[payload.anchor].local)
-                drawn.append(complex(pose.x, pose.y) + complex(pose.c, pose.s) * local)
-                stated.append(complex(x, y))
-    if len(drawn) < 2:
-        return True
-    here, there = np.array(drawn) - np.mean(drawn), np.array(stated) - np.mean(stated)
-    turn = np.vdot(here, there)
-    turn = turn / abs(turn) if abs(turn) > 0.0 else 1.0
-    return bool(np.max(np.abs(there - turn * here)) <= CLOSED * size)
 
 
 def _holds(system: System, equation: int, carry: Carry, moved: bool) -> bool:
@@ -156,7 +132,7 @@ class _Rows:
         return np.asarray(np.bincount(self.row, terms, self.count), dtype=np.float64)
 
     def slopes(self, x: FloatArray) -> FloatArray:
-        """The Jacobian (m, n), its rows of unit length, unknowns in units of their scale; and those lengths."""
+        """The Jacobian (m, n), unknowns in units of their scale."""
         extended = np.append(x, 1.0)
         matrix = np.zeros((self.count, self.count + 1))
         for d in range(self.factors.shape[1]):
@@ -165,40 +141,11 @@ class _Rows:
             np.add.at(matrix, (self.row, self.factors[:, d]), slope)
         return matrix[:, :-1] * self.scale
 
-    def _lost(self, x: FloatArray) -> FloatArray | None:
-        """The direction (n,), in units of the scale, in which nothing holds the group; None where something does."""
-        matrix = _unit_rows(self.slopes(x))[0]
-        if not np.isfinite(matrix).all():
-            return None
-        _, singular, turned = np.linalg.svd(matrix)
-        return turned[-1] if singular[-1] <= LOST * singular[0] else None
-
     def is_mobile(self) -> bool:
-        """Whether the group has lost its rank at its start, and again beside it, where it also has a solution (at a
-        dead centre there is none).
-        """
-        constant = self.values(self.start)  # what is pinned elsewhere is taken as pinned here
-        direction = self._lost(self.start)
-        if direction is None:
-            return False
-        x = self.start + ASIDE * self.scale * direction / float(np.max(np.abs(direction)))
-        error = np.inf
-        for _ in range(20):
-            matrix, lengths = _unit_rows(self.slopes(x))
-            right = (self.values(x) - constant) / lengths
-            if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
-                return False
-            error = float(np.max(np.abs(right)))
-            if error < 1e-12:
-                break
-            x = x - np.linalg.lstsq(matrix, right, rcond=RANK_TOLERANCE)[0] * self.scale
-        away = float(np.max(np.abs(x - self.start) / self.scale))
-        return error <= 1e-9 and away > 0.5 * ASIDE and self._lost(x) is not None
+        """Whether the group can move from its start; what is pinned elsewhere is taken as pinned here."""
+        constant = self.values(self.start)
 
+        def rows(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return self.values(x * self.scale) - constant, self.slopes(x * self.scale)
 
-def _unit_rows(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-    largest = np.max(np.abs(matrix), axis=1, initial=0.0)
-    largest = np.where(largest > 0.0, largest, 1.0)
-    lengths = largest * np.sqrt(np.sum((matrix / largest[:, None]) ** 2, axis=1))
-    lengths = np.where(lengths > 0.0, lengths, 1.0)
-    return matrix / lengths[:, None], lengths
+        return is_mobile(rows, self.start / self.scale)

@@ -7,7 +7,7 @@ stated directions fit: all that is then left to find is what differs from the dr
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,7 +36,7 @@ ROUNDS = 12
 
 
 @dataclass(frozen=True, slots=True)
-class _Lie:
+class Lie:
     """A rigid motion of the plane: turn by ``turn`` radians about the origin, then move by (x, y)."""
 
     turn: float = 0.0
@@ -60,7 +60,7 @@ def placed(plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry)
             if len(members) < 2 or carry.now.known.intersection(members):
                 continue  # a single body has no inner pose that a drawing could tell
             lie = _lie_of(plan, state, clocks, carry, [bodies[t] for t in members])
-            if lie is not None and lie != _Lie():
+            if lie is not None and lie != Lie():
                 moved = True
                 for t in members:
                     things[t] = _moved(things[t], lie, system.shift)
@@ -69,17 +69,17 @@ def placed(plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry)
 
 def _lie_of(
     plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry, bodies: Sequence[BodyUnknowns]
-) -> _Lie | None:
+) -> Lie | None:
     """Where a part belongs, as far as that can be told before its inner pose is known; None where it cannot.
 
     Two bodies that are pinned as far from each other as they are drawn decide, also where a drive is drawn otherwise
     than it begins. Else what is about one body decides (pins, guides, stated directions), if the whole part holds there
     as it is drawn: what three numbers can always be found for is no reason to turn a drawing.
     """
-    pins, closed = _pinned(plan.system, carry, {body.thing for body in bodies}, plan.size)
+    pins, closed = pinned(plan.system, carry, {body.thing for body in bodies}, plan.size)
     if len({target for _, target, _ in pins}) > 1:
-        lie = _rigid(pins, plan.size)
-        if lie is None or lie == _Lie() or len({thing for _, _, thing in pins}) > 1:
+        lie = rigid_motion(pins, plan.size)
+        if lie is None or lie == Lie() or len({thing for _, _, thing in pins}) > 1:
             return lie
         return (
             lie
@@ -94,7 +94,7 @@ def _lie_of(
     if not single:
         return None
     fit = _Fit(plan, state, clocks, carry, bodies, single)
-    lie = _Lie() if fit.meets(_Lie()) else fit.best()
+    lie = Lie() if fit.meets(Lie()) else fit.best()
     return lie if lie is not None and _Fit(plan, state, clocks, carry, bodies, usable).meets(lie) else None
 
 
@@ -109,8 +109,8 @@ def _usable(plan: Plan, state: State, bodies: Sequence[BodyUnknowns]) -> list[Eq
     ]
 
 
-def _pinned(
-    system: System, carry: Carry, things: set[int], size: float
+def pinned(
+    system: System, carry: Carry, things: Container[int], size: float
 ) -> tuple[list[tuple[complex, complex, int]], bool]:
     """The anchors of ``things`` that are pinned at stated places (where it is drawn, where it belongs, its thing), and
     whether all anchors that are joined are drawn at one place.
@@ -138,20 +138,22 @@ def _pinned(
     return pins, closed
 
 
-def _rigid(pins: Sequence[tuple[complex, complex, int]], size: float) -> _Lie | None:
-    """The rigid motion that takes drawn points to where they belong; None where there is none."""
+def rigid_motion(pins: Sequence[tuple[complex, complex, int]], size: float) -> Lie | None:
+    """The rigid motion that takes drawn points (`pinned`) to where they belong; None where there is none."""
+    if not pins:
+        return Lie()
     here, there = np.array([p for p, _, _ in pins]), np.array([q for _, q, _ in pins])
     if np.max(np.abs(here - there)) <= FITS * size:
-        return _Lie()
+        return Lie()
     middle = complex(np.mean(here))
     turn = complex(np.vdot(here - middle, there - np.mean(there)))
-    if abs(turn) == 0.0:
+    if abs(turn) == 0.0 and len(set(there.tolist())) > 1:
         return None
-    turn /= abs(turn)
+    turn = turn / abs(turn) if abs(turn) > 0.0 else 1.0 + 0.0j
     away = complex(np.mean(there)) - turn * middle
     if not np.max(np.abs(turn * here + away - there)) <= FITS * size:
         return None
-    return _Lie(float(np.angle(turn)), away.real, away.imag)
+    return Lie(float(np.angle(turn)), away.real, away.imag)
 
 
 def _numbers(body: BodyUnknowns) -> Iterable[int]:
@@ -169,7 +171,7 @@ def _parts(plan: Plan) -> list[list[int]]:
     return [[n for n in part if n < count] for part in groups(count + len(system.unknowns), links)]
 
 
-def _moved(pose: ThingPose, lie: _Lie, shift: tuple[float, float]) -> ThingPose:
+def _moved(pose: ThingPose, lie: Lie, shift: tuple[float, float]) -> ThingPose:
     """A pose after a rigid motion, which is about the point ``shift``."""
     c, s = float(np.cos(lie.turn)), float(np.sin(lie.turn))
     x, y = pose.x - shift[0], pose.y - shift[1]
@@ -225,14 +227,14 @@ class _Fit:
         changes = [np.abs(self._values(still, way * self.weights * STEP)[0] - here) / STEP for way in ways]
         return np.maximum(np.nan_to_num(np.max(changes, axis=0)), 1e-300)
 
-    def meets(self, lie: _Lie) -> bool:
+    def meets(self, lie: Lie) -> bool:
         """Whether the part lies right there."""
         mx, my = self.middle
         c, s = float(np.cos(lie.turn)), float(np.sin(lie.turn))
         there = np.array([[lie.turn, lie.x + (c * mx - s * my) - mx, lie.y + (s * mx + c * my) - my]])
         return bool(np.all(np.abs(self._values(there)[0]) <= FITS * self.natural)) and bool(self._allowed(there)[0])
 
-    def best(self) -> _Lie | None:
+    def best(self) -> Lie | None:
         """The motion that meets the rows; None where none does.
 
         Gauss–Newton over turn and place from several turns at once. Moved without a turn is better than turned.
@@ -258,12 +260,12 @@ class _Fit:
                 return self._lie(lies[least])
         return None
 
-    def _lie(self, lie: FloatArray) -> _Lie:
+    def _lie(self, lie: FloatArray) -> Lie:
         """About the origin, from about the part's middle."""
         turn, x, y = map(float, lie)
         mx, my = self.middle
         c, s = float(np.cos(turn)), float(np.sin(turn))
-        return _Lie(turn, x + mx - (c * mx - s * my), y + my - (s * mx + c * my))
+        return Lie(turn, x + mx - (c * mx - s * my), y + my - (s * mx + c * my))
 
     def _values(self, lies: FloatArray, ways: FloatArray | None = None) -> FloatArray:
         """(F, m) residuals where the part is turned about its middle and moved by ``lies`` (F, 3), and each body

@@ -18,16 +18,14 @@ from movimentum.solve.free import projected
 from movimentum.solve.homotopy import AllSolutions
 from movimentum.solve.kernels import State, fill_explicit
 from movimentum.solve.least import Turn, least, turns_of
-from movimentum.solve.linear import relative_error, scaled
-from movimentum.solve.newton import freedom_of, newton, step_of
+from movimentum.solve.linear import relative_error
+from movimentum.solve.mobility import is_mobile
+from movimentum.solve.newton import freedom_of, newton
 from movimentum.solve.rows import jacobian_of, residual_of, wishes_of
 from movimentum.solve.tracks import scale_of
 
 FloatArray = NDArray[np.float64]
 SEEDS = 64
-ASIDE = 0.03
-"""Of the unknowns' scale: how far beside a pose another solution is looked for."""
-LOST_RANK = 1e-6
 LARGEST_BATCH = 4_000_000
 """Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
 SAME = 1e-6
@@ -188,36 +186,13 @@ def begun_start(
 
 
 def _mobile(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> bool:
-    """Whether a square block is solved by core values ``x`` (n,) and can move from there: its Jacobian has no full rank
-    there, and there is another solution beside it where it has none either.
+    """Whether a square block is solved by core values ``x`` (n,) and can move from there."""
 
-    That is so where equations are redundant by their geometry (a third parallel crank, the rhombuses of a tiling). A
-    dead centre has no solution beside it.
-    """
+    def rows(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        core = (y * scale)[None]
+        return residual_of(block, state, k, core)[0], jacobian_of(block, state, k, core)[0] * scale
 
-    def rank_lost(y: FloatArray) -> FloatArray | None:
-        """The direction (n,) in units of the scale in which nothing holds the block, or None."""
-        rows = scaled(jacobian_of(block, state, k, y[None]), scale)[0][0]
-        if not np.isfinite(rows).all():
-            return None
-        _, singular, turned = np.linalg.svd(rows)
-        return turned[-1] if singular[-1] <= LOST_RANK * singular[0] else None
-
-    if not _error(block, state, k, x, scale) <= SAME:
-        return False
-    direction = rank_lost(x)
-    if direction is None:
-        return False
-    y = x + ASIDE * scale * direction / float(np.max(np.abs(direction)))
-    for _ in range(40):
-        step = step_of(
-            jacobian_of(block, state, k, y[None]), residual_of(block, state, k, y[None]), scale, square=False
-        )
-        y = y + step[0]
-        if not np.max(np.abs(step[0]) / scale) > 1e-13:
-            break
-    away = float(np.max(np.abs(y - x) / scale))
-    return away > 0.5 * ASIDE and _error(block, state, k, y, scale) <= 1e-10 and rank_lost(y) is not None
+    return _error(block, state, k, x, scale) <= SAME and is_mobile(rows, x / scale)
 
 
 def free_start(
