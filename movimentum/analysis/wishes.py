@@ -12,6 +12,7 @@ from movimentum.analysis.held import HeldBlock, drawn_by
 from movimentum.analysis.words import listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.plan.equations import Wish
+from movimentum.plan.unknowns import symbol_numbers
 from movimentum.scene.model import Constraint
 from movimentum.solve.free import FOLLOWING
 from movimentum.solve.motion import Motion
@@ -102,9 +103,11 @@ def _told(motion: Motion, life: _Life) -> Diagnostic | None:
 def _off(piece: Piece, errors: list[int], tau: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """(F,) what a wish is off by, and where there is no telling."""
     instants = piece.instants(tau)
+    plan = piece.plan
+    wish = plan.system.wishes[plan.wish_of[errors[0]]]  # evaluating all else for each wish would be quadratic
     with np.errstate(all="ignore"):
-        state, bad = piece.evaluate(instants)
-        values = [np.broadcast_to(piece.plan.wishes[i](state, instants.clocks)[0], len(tau)) for i in errors]
+        state, bad = piece.evaluate(instants, piece.finders(symbol_numbers(*wish.errors)))
+        values = [np.broadcast_to(plan.wishes[i](state, instants.clocks)[0], len(tau)) for i in errors]
     off = np.sqrt(np.sum(np.square(values), axis=0))
     return off, bad | ~np.isfinite(off)
 
@@ -118,8 +121,8 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
     number_of_wish = plan.wish_of[errors[0]]
     wish = plan.system.wishes[number_of_wish]
     block = next(b for b in plan.blocks if number_of_wish in b.drawn_by)
-    watched = [piece.plan.wishes[i] for i in errors]
-    held = HeldBlock(piece, block, piece.end, watched)
+    watched, reads = [piece.plan.wishes[i] for i in errors], symbol_numbers(*wish.errors)
+    held = HeldBlock(piece, block, piece.end, watched, reads)
     speed = held.approach(held.x)
     wanted = min(FOLLOWING * last, wish.speed or np.inf)
     if speed > STILL * wanted:
@@ -131,7 +134,7 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
             helps=("a later end or a greater `.speed(…)` lets it arrive",),
         )
     if len(block.drawn_by) > 1:
-        held = HeldBlock(piece, drawn_by(plan, block, wish), piece.end, watched)
+        held = HeldBlock(piece, drawn_by(plan, block, wish), piece.end, watched, reads)
         if held.approach(held.x) > STILL * wanted:
             return _opposed(motion, life, last, name, [plan.system.wishes[i] for i in block.drawn_by])
     if held.stuck(held.x, ASIDE * motion.size):

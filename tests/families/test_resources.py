@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -61,6 +62,51 @@ def test_four_times_the_text_costs_hardly_more_than_four_times(
 ) -> None:
     seconds(family(small), tmp_path)  # what is imported once
     assert seconds(family(4 * small), tmp_path) < most * max(seconds(family(small), tmp_path), 0.05)
+
+
+def drawn_bars(count: int) -> str:
+    """Bars that turn about their pins, each with a wish of its own."""
+    bars = range(count)
+    things = "".join(f"B{i} : .bar P = [{i},0] Q = [{i},10];\n" for i in bars)
+    stated = "".join(f"B{i}.P = [{i},0]; B{i}.Q ~ [{i + 20},5] .speed(10);\n" for i in bars)
+    return f".config(10, 60, 40);\n{things}@0 {stated}@1"
+
+
+def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from movimentum.solve import tracks
+
+    calls = 0
+    values = 0
+    plain = tracks.solve_block, tracks.at_places
+
+    def counted(*arguments: Any) -> Any:
+        nonlocal calls
+        calls += 1
+        return plain[0](*arguments)
+
+    def copied(*arguments: Any) -> Any:
+        nonlocal values
+        values += 1
+        return plain[1](*arguments)
+
+    monkeypatch.setattr(tracks, "solve_block", counted)
+    monkeypatch.setattr(tracks, "at_places", copied)
+
+    def cost(count: int) -> tuple[int, int]:
+        nonlocal calls, values
+        calls = values = 0
+        path = tmp_path / "a.mov"
+        path.write_text(drawn_bars(count))
+        report, _ = check(str(path), Choices())
+        assert report.exit_code == 0
+        return calls, values
+
+    few, many = cost(3), cost(12)
+    assert few[0] > 0
+    assert many[0] <= 5 * few[0]
+    assert many[1] <= 5 * few[1]
 
 
 @pytest.mark.parametrize("opening", ["-", "(", ".sin(", "1^", "[", "{1:", "-(", ".min(1,"])
