@@ -32,7 +32,7 @@ from movimentum.console import (
 from movimentum.errors import MovimentumError
 from movimentum.files import refuse_overwriting
 from movimentum.parameters import FrameRange, FrameRangeType, PairType, RationalType, TraceType, WordsType
-from movimentum.pipeline import MAX_FRAMES, MAX_NESTING, MAX_PIXELS, Choices, Picture
+from movimentum.pipeline import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_PIXELS, Choices, Picture
 from movimentum.signals import ignore_interrupts
 from movimentum.terminal import typed
 
@@ -647,9 +647,17 @@ Examples:
 @ACCURACY
 @click.option(
     "--digits",
-    type=click.IntRange(min=1, max=10_000),
+    type=click.IntRange(min=1),
     metavar="N",
     help="Digits to compute and write with --accuracy exact [default: 50].",
+)
+@click.option(
+    "--max-digits",
+    type=click.IntRange(1, 100_000),
+    default=MAX_DIGITS,
+    show_default=True,
+    metavar="N",
+    help="Refuse more digits: ten times as many take forty times as long.",
 )
 @STRICT
 @ON_FAILURE
@@ -666,6 +674,7 @@ def solve(
     frames: FrameRange | None,
     accuracy: str,
     digits: int | None,
+    max_digits: int,
     strict: bool,
     on_failure: str,
     max_frames: int,
@@ -683,7 +692,7 @@ def solve(
         raise click.UsageError("--digits needs --accuracy exact: the other tiers have the digits of a float64.")
     if output != "-" and Path(output).suffix.lower() not in SUFFIXES:
         raise click.UsageError(f"{output}: a table ends in one of {', '.join(SUFFIXES)}, or is - for CSV on stdout.")
-    choices = Choices(fps, accuracy, digits, on_failure, strict, max_frames, max_nesting)
+    choices = Choices(fps, accuracy, digits, on_failure, strict, max_frames, max_nesting, max_digits)
     target = None if output == "-" else _output(script, output, ".csv")
 
     def work(source: SourceText) -> Outcome:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 MAX_FRAMES = 1_000_000
 MAX_PIXELS = 64_000_000
 MAX_NESTING = 100
+MAX_DIGITS = 1000
 MAX_SCRIPT_BYTES = 16 * 1024 * 1024
 CHUNK = 2048
 """Frames solved at a time (fewer in scenes of very many things): NumPy's overhead is spread, memory stays flat."""
@@ -59,6 +60,7 @@ class Choices:
     strict: bool = False
     max_frames: int = MAX_FRAMES
     max_nesting: int = MAX_NESTING
+    max_digits: int = MAX_DIGITS
 
 
 @dataclass(frozen=True, slots=True)
@@ -303,12 +305,18 @@ class Outcome:
 def tabulate(
     source: SourceText, target: Path | None, choices: Choices, frames: FrameChoice | None, progress: Report
 ) -> Outcome:
-    """Write the poses to ``target`` (None: CSV on stdout)."""
+    """Write the poses to ``target`` (None: CSV on stdout).
+
+    Raises `UsageError` for more digits than ``choices`` allow (``limit/digits``), before anything is read.
+    """
     from movimentum.analysis.valueless import CODE, never_valued
     from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.interop import tables
     from movimentum.solve.motion import Motion
 
+    if choices.digits is not None and choices.digits > choices.max_digits:
+        message = f"{choices.digits:,} digits are more than the limit of {choices.max_digits:,}"
+        raise _usage("limit/digits", message, f"`--max-digits {choices.digits}` raises the limit")
     if target is not None:
         refuse_unwritable(target)
     timeline = arranged(understand(source, max_nesting=choices.max_nesting), choices)

@@ -236,3 +236,24 @@ def test_on_a_terminal_the_seconds_are_shown_and_wiped() -> None:
             console.say("said")
     assert os.read(ours, 1000).decode() == "\rchecking: 3 s\x1b[K\r\x1b[Ksaid\r\n"
     os.close(ours)
+
+
+@pytest.mark.parametrize("digits", [1001, 10_000, 10**12])
+def test_more_digits_than_the_limit_are_refused_before_any_work(tmp_path: Path, digits: int) -> None:
+    path = tmp_path / "a.mov"
+    path.write_text(HEAD + "@0 A.P = [0,0]; A.angle = 0; x^2 + x = 1; @100")
+    exact = ["solve", path, "-o", "-", "--accuracy", "exact", "--digits", str(digits)]
+    refused = movimentum(*exact)
+    assert refused.returncode == 2
+    assert refused.stdout == ""
+    assert "limit/digits" in refused.stderr
+    assert f"`--max-digits {digits}`" in refused.stderr
+
+
+def test_a_raised_limit_lets_more_digits_through(tmp_path: Path) -> None:
+    path = tmp_path / "a.mov"
+    path.write_text(HEAD + "@0 A.P = [0,0]; A.angle = 0; x > 0; x^2 + x = 1;")
+    done = movimentum("solve", path, "-o", "-", "--accuracy", "exact", "--digits", "1100", "--max-digits", "1100")
+    assert done.returncode == 0
+    value = done.stdout.splitlines()[1].split(",")[-1]
+    assert len(value) == 1102  # 0.618…
