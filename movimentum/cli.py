@@ -56,8 +56,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and end the process with its exit code.
 
     Planning makes hundreds of thousands of small objects and hardly a cycle; the collector's walks over them would take
-    half the time of a large scene.
+    half the time of a large scene. Linear algebra has one thread, unless the surroundings say otherwise: matrices are
+    small, threads that wait for each other took five times as long, and sums in another order for another number of
+    processors would round otherwise.
     """
+    for library in ("OPENBLAS", "MKL", "OMP"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     gc.freeze()
     gc.set_threshold(200_000, 50, 100)
     given = sys.argv[1:] if arguments is None else arguments

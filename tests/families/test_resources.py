@@ -257,3 +257,27 @@ def test_a_raised_limit_lets_more_digits_through(tmp_path: Path) -> None:
     assert done.returncode == 0
     value = done.stdout.splitlines()[1].split(",")[-1]
     assert len(value) == 1102  # 0.618…
+
+
+@pytest.mark.parametrize("stated", [None, "3"])
+def test_linear_algebra_has_one_thread_unless_the_surroundings_say_otherwise(
+    monkeypatch: pytest.MonkeyPatch, stated: str | None
+) -> None:
+    import os
+
+    names = [f"{library}_NUM_THREADS" for library in ("OPENBLAS", "MKL", "OMP")]
+    for name in names:
+        if stated is None:
+            monkeypatch.delenv(name, raising=False)
+        else:
+            monkeypatch.setenv(name, stated)
+    program = (
+        "import os, sys; from movimentum.cli import main\n"
+        "assert 'numpy' not in sys.modules  # which reads the surroundings when it is imported\n"
+        "try: main(['--version'])\n"
+        f"except SystemExit: print(*[os.environ[name] for name in {names!r}])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, env=dict(os.environ), check=False
+    )
+    assert done.stdout.split()[-3:] == [stated or "1"] * 3
