@@ -137,6 +137,39 @@ def test_what_is_just_not_too_deep_is_read(nesting: int) -> None:
         assert (text.count("(") + text.count("-")) * 4 >= nesting, (opening, depth)
 
 
+@pytest.mark.parametrize(
+    ("term", "each"),
+    [("1.5*.t", 3), (".sin(3*y)", 3), ("-x", 2), ("A.P.x", 3), ("[1, 2].l", 3), ("1e-5 /* a + b */", 1)],
+)
+def test_long_expressions_are_refused_before_a_tree_is_made_of_them(term: str, each: int) -> None:
+    def text(terms: int) -> SourceText:
+        before = "x = 1 + 2; // 1 + 1\n.claim 'a+b' = 3;\n"
+        return SourceText("a.mov", f"{HEAD}@0 {before}y = {'+'.join([term] * terms)}; z = 1 + 1; @1")
+
+    terms = 300
+    operations = each * terms - 1
+    with pytest.raises(ScriptError) as caught:
+        parse(text(terms), max_operations=operations - 1)
+    (told,) = caught.value.diagnostics
+    assert told.code == "limit/operations"
+    assert f"{operations:,} operations" in told.message
+    assert any(f"`--max-operations {operations}`" in help_ for help_ in told.helps)
+    assert told.span is not None
+    assert text(terms).text[told.span.start :].startswith(term)
+    with pytest.raises(ScriptError) as other:  # one more is let through: the strange claim is what is left
+        parse(text(terms), max_operations=operations)
+    assert all(item.code.startswith("syntax/") for item in other.value.diagnostics)
+
+
+def test_the_command_refuses_long_expressions_and_lets_them_through_when_told(tmp_path: Path) -> None:
+    path = tmp_path / "a.mov"
+    path.write_text(HEAD + "@0 A.P = [0,0]; A.angle = 0; x = " + " + ".join(["1.5*.t"] * 7000) + "; @1")
+    refused = movimentum("check", path)
+    assert refused.returncode == 1
+    assert "limit/operations" in refused.stderr + refused.stdout
+    assert movimentum("check", path, "--max-operations", "20999").returncode == 0
+
+
 def test_equal_expressions_that_share_their_parts_are_compared_in_one_pass() -> None:
     def tower(height: int) -> Expr:
         node = symbol(0)
@@ -168,7 +201,7 @@ def test_ten_thousand_notes_are_told_as_a_few_and_a_number(tmp_path: Path) -> No
 def test_memory_has_a_limit_and_an_option_that_raises_it(tmp_path: Path) -> None:
     path = tmp_path / "a.mov"
     path.write_text(HEAD + "@0 A.P = [0,0]; A.angle = 0; x = " + " + ".join(["1.5*.t"] * 60_000) + "; @1")
-    refused = movimentum("check", path, "--max-memory", "110", cwd=tmp_path)
+    refused = movimentum("check", path, "--max-memory", "110", "--max-operations", "200000", cwd=tmp_path)
     assert refused.returncode == 1
     assert "limit/memory" in refused.stderr
     assert "--max-memory 220" in refused.stderr
