@@ -208,6 +208,36 @@ def test_memory_has_a_limit_and_an_option_that_raises_it(tmp_path: Path) -> None
     assert movimentum("check", path, "--max-memory", "99").returncode == 2
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="what a process holds is told elsewhere otherwise")
+def test_what_workers_hold_counts() -> None:
+    from movimentum import budget
+
+    class Small:
+        megabytes = 10**6
+
+        def tick(self) -> None:
+            pass
+
+    program = (
+        "import sys; held = bytearray(120_000_000); held[::1024] = b'x' * len(held[::1024]);"
+        "print('here', flush=True); sys.stdin.read()"
+    )
+    before = budget.held_by_workers()
+    with subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as worker:
+        assert worker.stdout is not None
+        worker.stdout.readline()
+        assert 120_000_000 < budget.held_by_workers() - before < 180_000_000
+        small = Small()
+        with pytest.raises(budget.OverBudget), budget.watched(small):
+            with open("/proc/self/statm", "rb") as stream:
+                own = int(stream.read().split()[1]) * 4096
+            small.megabytes = (own + before) // 1_000_000 + 60
+            for _ in range(100):
+                time.sleep(0.02)
+        worker.communicate()
+    assert budget.held_by_workers() <= before
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="what a process holds is told elsewhere otherwise")
 @pytest.mark.parametrize("count", [9, 11])
