@@ -46,7 +46,6 @@ def watched(budget: Budget) -> Generator[None, None, None]:
     Only on systems with interval timers, and in the main thread; elsewhere nothing is watched. Where the system does
     not tell what a process holds, only ``tick`` is called.
     """
-    page = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
     owner = os.getpid()
     looks = elsewhere = 0
 
@@ -57,7 +56,7 @@ def watched(budget: Budget) -> Generator[None, None, None]:
         looks += 1
         if looks % WORKERS_EVERY == 0:
             elsewhere = held_by_workers()
-        if _held_pages() * page + elsewhere > budget.megabytes * 1_000_000:
+        if held() + elsewhere > budget.megabytes * 1_000_000:
             signal.setitimer(signal.ITIMER_REAL, 2.0, PERIOD_S)  # time to clean up
             raise OverBudget(budget.megabytes)
         budget.tick()
@@ -77,11 +76,11 @@ def watched(budget: Budget) -> Generator[None, None, None]:
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
 
 
-def _held_pages() -> int:
-    """The pages of memory that this process holds; 0 where that is not told."""
+def held() -> int:
+    """The bytes of memory that this process holds; 0 where that is not told."""
     try:
         with open(_STATM, "rb") as stream:
-            return int(stream.read().split()[1])
+            return int(stream.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError, IndexError):
         return 0
 

@@ -229,13 +229,21 @@ def test_what_workers_hold_counts() -> None:
         assert 120_000_000 < budget.held_by_workers() - before < 180_000_000
         small = Small()
         with pytest.raises(budget.OverBudget), budget.watched(small):
-            with open("/proc/self/statm", "rb") as stream:
-                own = int(stream.read().split()[1]) * 4096
-            small.megabytes = (own + before) // 1_000_000 + 60
+            small.megabytes = (budget.held() + before) // 1_000_000 + 60
             for _ in range(100):
                 time.sleep(0.02)
         worker.communicate()
     assert budget.held_by_workers() <= before
+
+
+def test_no_more_workers_are_chosen_than_memory_is_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    from movimentum.encode import runs
+
+    monkeypatch.setattr(runs.os, "sched_getaffinity", lambda _: set(range(64)), raising=False)
+    assert runs.workers_that_pay(1.0, 10_000, 0) == 64
+    assert 10 <= runs.workers_that_pay(1.0, 10_000, 80_000_000) < 20
+    assert runs.workers_that_pay(1.0, 10_000, 300_000_000) == 1
+    assert runs.workers_that_pay(1.0, 10_000, 5_000_000_000) == 1
 
 
 @pytest.mark.slow
