@@ -32,7 +32,7 @@ from movimentum.console import (
 from movimentum.errors import MovimentumError
 from movimentum.files import refuse_overwriting
 from movimentum.parameters import FrameRange, FrameRangeType, PairType, RationalType, TraceType, WordsType
-from movimentum.pipeline import MAX_FRAMES, MAX_NESTING, MAX_PIXELS, Choices, Picture
+from movimentum.pipeline import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, MAX_PIXELS, Choices, Picture
 from movimentum.signals import ignore_interrupts
 from movimentum.terminal import typed
 
@@ -56,8 +56,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and end the process with its exit code.
 
     Planning makes hundreds of thousands of small objects and hardly a cycle; the collector's walks over them would take
-    half the time of a large scene.
+    half the time of a large scene. Linear algebra has one thread, unless the surroundings say otherwise: matrices are
+    small, threads that wait for each other took five times as long, and sums in another order for another number of
+    processors would round otherwise.
     """
+    for library in ("OPENBLAS", "MKL", "OMP"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     gc.freeze()
     gc.set_threshold(200_000, 50, 100)
     given = sys.argv[1:] if arguments is None else arguments
@@ -164,6 +168,14 @@ MAX_FRAMES_OPTION = click.option(
     show_default=True,
     metavar="N",
     help="Refuse scripts that make more frames.",
+)
+MAX_OPERATIONS_OPTION = click.option(
+    "--max-operations",
+    type=click.IntRange(min=1),
+    default=MAX_OPERATIONS,
+    show_default=True,
+    metavar="N",
+    help="Refuse longer expressions.",
 )
 MAX_NESTING_OPTION = click.option(
     "--max-nesting",
@@ -294,6 +306,7 @@ Examples:
 @click.option("--open", "open_it", is_flag=True, help="Show the file when it is done.")
 @MAX_FRAMES_OPTION
 @MAX_NESTING_OPTION
+@MAX_OPERATIONS_OPTION
 @click.option(
     "--max-pixels",
     type=click.IntRange(min=1),
@@ -327,13 +340,14 @@ def run(
     open_it: bool,
     max_frames: int,
     max_nesting: int,
+    max_operations: int,
     max_pixels: int,
 ) -> int:
     """Render SCRIPT as an animation or as pictures."""
     if at is not None and frames is not None:
         raise click.UsageError("--at is one picture and --frames a range of them: give one of the two.")
     target = _output(script, output, ".gif" if at is None else ".png")
-    choices = Choices(fps, accuracy, None, on_failure, strict, max_frames, max_nesting)
+    choices = Choices(fps, accuracy, None, on_failure, strict, max_frames, max_nesting, max_operations=max_operations)
     picture = Picture(
         frames=None if frames is None else frames.of,
         at=at,
@@ -437,6 +451,7 @@ Examples:
 @STRICT
 @MAX_FRAMES_OPTION
 @MAX_NESTING_OPTION
+@MAX_OPERATIONS_OPTION
 @SPEECH
 @click.pass_obj
 def check(
@@ -451,6 +466,7 @@ def check(
     strict: bool,
     max_frames: int,
     max_nesting: int,
+    max_operations: int,
 ) -> int:
     """Say everything that can be said about SCRIPT without rendering it.
 
@@ -461,7 +477,9 @@ def check(
     with console.working("checking"):
         report, source = pipeline.check(
             script,
-            Choices(fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting),
+            Choices(
+                fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting, max_operations=max_operations
+            ),
             fps_invariance=fps_invariance,
             reverse=reverse,
         )
@@ -504,6 +522,7 @@ Examples:
 @FPS
 @MAX_FRAMES_OPTION
 @MAX_NESTING_OPTION
+@MAX_OPERATIONS_OPTION
 @SPEECH
 @click.pass_obj
 def repl(
@@ -514,6 +533,7 @@ def repl(
     fps: Fraction | None,
     max_frames: int,
     max_nesting: int,
+    max_operations: int,
 ) -> int:
     """Debug SCRIPT: look at any moment, ask why things are where they are, try statements out.
 
@@ -525,7 +545,7 @@ def repl(
     if script == "-" and not commands_:
         raise click.UsageError("a script from standard input leaves none for commands: give them with -c.")
     return interact(
-        opened(script, Choices(fps=fps, max_frames=max_frames, max_nesting=max_nesting)),
+        opened(script, Choices(fps=fps, max_frames=max_frames, max_nesting=max_nesting, max_operations=max_operations)),
         ";".join(commands_) if commands_ else None,
     )
 
@@ -647,14 +667,23 @@ Examples:
 @ACCURACY
 @click.option(
     "--digits",
-    type=click.IntRange(min=1, max=10_000),
+    type=click.IntRange(min=1),
     metavar="N",
     help="Digits to compute and write with --accuracy exact [default: 50].",
+)
+@click.option(
+    "--max-digits",
+    type=click.IntRange(1, 100_000),
+    default=MAX_DIGITS,
+    show_default=True,
+    metavar="N",
+    help="Refuse more digits: ten times as many take forty times as long.",
 )
 @STRICT
 @ON_FAILURE
 @MAX_FRAMES_OPTION
 @MAX_NESTING_OPTION
+@MAX_OPERATIONS_OPTION
 @SPEECH
 @click.pass_obj
 def solve(
@@ -666,10 +695,12 @@ def solve(
     frames: FrameRange | None,
     accuracy: str,
     digits: int | None,
+    max_digits: int,
     strict: bool,
     on_failure: str,
     max_frames: int,
     max_nesting: int,
+    max_operations: int,
 ) -> int:
     """Write where everything is: a table with one row a frame.
 
@@ -683,7 +714,7 @@ def solve(
         raise click.UsageError("--digits needs --accuracy exact: the other tiers have the digits of a float64.")
     if output != "-" and Path(output).suffix.lower() not in SUFFIXES:
         raise click.UsageError(f"{output}: a table ends in one of {', '.join(SUFFIXES)}, or is - for CSV on stdout.")
-    choices = Choices(fps, accuracy, digits, on_failure, strict, max_frames, max_nesting)
+    choices = Choices(fps, accuracy, digits, on_failure, strict, max_frames, max_nesting, max_digits, max_operations)
     target = None if output == "-" else _output(script, output, ".csv")
 
     def work(source: SourceText) -> Outcome:
@@ -788,6 +819,7 @@ Examples:
 @STRICT
 @MAX_FRAMES_OPTION
 @MAX_NESTING_OPTION
+@MAX_OPERATIONS_OPTION
 @SPEECH
 @click.pass_obj
 def export(
@@ -801,6 +833,7 @@ def export(
     strict: bool,
     max_frames: int,
     max_nesting: int,
+    max_operations: int,
 ) -> int:
     """Write the scene of SCRIPT in another program's format."""
     from movimentum import pipeline
@@ -808,7 +841,9 @@ def export(
     if at is not None and form != "linkages":
         raise click.UsageError("--at is for linkages: formulas have a value for every frame.")
     target = None if output == "-" else _output(script, output, ".txt")
-    choices = Choices(fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting)
+    choices = Choices(
+        fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting, max_operations=max_operations
+    )
     code, outcome = _made(console, script, lambda source: pipeline.exported(source, target, form, at, choices))
     if outcome is not None and target is not None:
         console.say(f"{target}: written")
@@ -848,6 +883,7 @@ Examples:
 @STRICT
 @MAX_FRAMES_OPTION
 @MAX_NESTING_OPTION
+@MAX_OPERATIONS_OPTION
 @SPEECH
 @click.pass_obj
 def trade(
@@ -861,6 +897,7 @@ def trade(
     strict: bool,
     max_frames: int,
     max_nesting: int,
+    max_operations: int,
 ) -> int:
     """Measure what accuracy costs and what it buys on SCRIPT.
 
@@ -874,7 +911,14 @@ def trade(
         if Path(output).suffix.lower() not in (".png", ".svg"):
             raise click.UsageError(f"{output}: a plot ends in .png or .svg.")
         target = _output(script, output, ".svg")
-    choices = Choices(fps=fps, digits=digits, strict=strict, max_frames=max_frames, max_nesting=max_nesting)
+    choices = Choices(
+        fps=fps,
+        digits=digits,
+        strict=strict,
+        max_frames=max_frames,
+        max_nesting=max_nesting,
+        max_operations=max_operations,
+    )
     reports: list[pipeline.TradeReport] = []
 
     def work(source: SourceText) -> Outcome:

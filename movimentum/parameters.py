@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-# No exponents: Fraction("1e999999999") would fill the memory before anybody could say that it is too large.
-_RATIONAL = re.compile(r"([+-]?)(\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:/(\d{1,30}))?")
+# Short exponents: Fraction("1e999999999") would fill the memory before anybody could say that it is too large.
+_RATIONAL = re.compile(r"([+-]?)(\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})([eE][+-]?\d{1,2})?(?:/(\d{1,30}))?", re.ASCII)
 
 
 if TYPE_CHECKING:
@@ -39,6 +39,17 @@ class FrameRange:
         return start, max(start, stop)
 
 
+def rational(text: str, *, exponents: bool = False) -> Fraction | None:
+    """The number that ``text`` spells (``12``, ``2.5``, ``24000/1001``, with ``exponents`` ``1e-3`` too), exactly.
+
+    None where it spells none, or one of more than 30 digits or with an exponent of more than two.
+    """
+    match = _RATIONAL.fullmatch(text.strip())
+    if match is None or (match[3] and not exponents) or (match[4] is not None and int(match[4]) == 0):
+        return None
+    return Fraction(match[1] + match[2] + (match[3] or "")) / int(match[4] or 1)
+
+
 class RationalType(_RationalBase):
     """A number such as ``12``, ``2.5`` or ``24000/1001``, kept exactly."""
 
@@ -51,10 +62,9 @@ class RationalType(_RationalBase):
         """The `Fraction` that ``value`` spells."""
         if isinstance(value, Fraction):
             return value
-        match = _RATIONAL.fullmatch(str(value).strip())
-        if match is None or (match[3] is not None and int(match[3]) == 0):
+        number = rational(str(value))
+        if number is None:
             self.fail(f"{value!r} is not a number such as 12, 2.5 or 24000/1001.", param, ctx)
-        number = Fraction(match[1] + match[2]) / int(match[3] or 1)
         if self.positive and number <= 0:
             self.fail(f"{value} is not greater than 0.", param, ctx)
         return number

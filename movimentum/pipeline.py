@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 MAX_FRAMES = 1_000_000
 MAX_PIXELS = 64_000_000
 MAX_NESTING = 100
+MAX_DIGITS = 1000
+MAX_OPERATIONS = 20_000
 MAX_SCRIPT_BYTES = 16 * 1024 * 1024
 CHUNK = 2048
 """Frames solved at a time (fewer in scenes of very many things): NumPy's overhead is spread, memory stays flat."""
@@ -59,6 +61,8 @@ class Choices:
     strict: bool = False
     max_frames: int = MAX_FRAMES
     max_nesting: int = MAX_NESTING
+    max_digits: int = MAX_DIGITS
+    max_operations: int = MAX_OPERATIONS
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,11 +114,13 @@ def read(path: str) -> SourceText:
         ) from problem
 
 
-def understand(source: SourceText, max_pixels: int = MAX_PIXELS, max_nesting: int = MAX_NESTING) -> Scene:
+def understand(source: SourceText, choices: Choices | None = None, max_pixels: int = MAX_PIXELS) -> Scene:
     """Parse and resolve a script; raises `ScriptError` with everything that is wrong with it."""
     from movimentum.syntax.parser import parse
 
-    return built(parse(source, max_nesting=max_nesting), source, max_pixels)
+    limits = choices or Choices()
+    script = parse(source, max_nesting=limits.max_nesting, max_operations=limits.max_operations)
+    return built(script, source, max_pixels)
 
 
 def built(script: Script, source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
@@ -267,7 +273,7 @@ def check(
     duration: float | None = None
     try:
         source = read(path)
-        timeline = arranged(understand(source, max_nesting=choices.max_nesting), choices)
+        timeline = arranged(understand(source, choices), choices)
         frames, duration = timeline.frame_count, float(timeline.end - timeline.start)
         solution = examined(timeline, choices)
     except UsageError:
@@ -303,15 +309,21 @@ class Outcome:
 def tabulate(
     source: SourceText, target: Path | None, choices: Choices, frames: FrameChoice | None, progress: Report
 ) -> Outcome:
-    """Write the poses to ``target`` (None: CSV on stdout)."""
+    """Write the poses to ``target`` (None: CSV on stdout).
+
+    Raises `UsageError` for more digits than ``choices`` allow (``limit/digits``), before anything is read.
+    """
     from movimentum.analysis.valueless import CODE, never_valued
     from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.interop import tables
     from movimentum.solve.motion import Motion
 
+    if choices.digits is not None and choices.digits > choices.max_digits:
+        message = f"{choices.digits:,} digits are more than the limit of {choices.max_digits:,}"
+        raise _usage("limit/digits", message, f"`--max-digits {choices.digits}` raises the limit")
     if target is not None:
         refuse_unwritable(target)
-    timeline = arranged(understand(source, max_nesting=choices.max_nesting), choices)
+    timeline = arranged(understand(source, choices), choices)
     if target is not None:
         refuse_overwriting(target, reads(source, timeline.scene))
     start, stop = _chosen(timeline, frames)
@@ -393,7 +405,7 @@ def exported(source: SourceText, target: Path | None, form: str, at: Fraction | 
     from movimentum.interop.linkages import linkage_text
     from movimentum.solve.motion import Motion
 
-    timeline = arranged(understand(source, max_nesting=choices.max_nesting), choices)
+    timeline = arranged(understand(source, choices), choices)
     solution = solved(timeline, choices)
     assert isinstance(solution.motion, Motion)
     found: tuple[Diagnostic, ...] = ()
@@ -446,7 +458,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
     kind = check_output(target, transparent=picture.transparent)
     background = None if picture.background is None else _color(picture.background)
     refuse_unwritable(target)
-    timeline = arranged(understand(source, picture.max_pixels, choices.max_nesting), choices)
+    timeline = arranged(understand(source, choices, picture.max_pixels), choices)
     scene = timeline.scene
     numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
     refuse_overwriting(target, reads(source, scene), numbers)
@@ -560,7 +572,7 @@ def trade(
 
     if target is not None:
         refuse_unwritable(target)
-    timeline = arranged(understand(source, max_pixels, choices.max_nesting), choices)
+    timeline = arranged(understand(source, choices, max_pixels), choices)
     if target is not None:
         refuse_overwriting(target, reads(source, timeline.scene))
     solution = solved(timeline, choices)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,9 +26,13 @@ MET = 1e-13
 """Relative residual of a pose beside that is one."""
 
 
-def at_one(state: State) -> State:
-    """The first instant of a state."""
-    return [None if v is None else np.array([float(np.ravel(v)[0])]) for v in state]
+def at_one(state: State, unknowns: Iterable[int] | None = None) -> State:
+    """The first instant of a state: of some ``unknowns`` (None: of all)."""
+    one: State = [None] * len(state)
+    for n in range(len(state)) if unknowns is None else unknowns:
+        if state[n] is not None:
+            one[n] = np.array([float(np.ravel(state[n])[0])])
+    return one
 
 
 def values_of(block: Block, state: State) -> FloatArray:

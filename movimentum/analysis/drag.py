@@ -65,7 +65,7 @@ def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], targe
         values = [float(np.ravel(function(state, instants.clocks)[0])[0]) for function in functions]
         return Drag(Outcome.FIXED, float(np.sqrt(np.sum(np.square(values)))), [])
     wish = Wish(tuple(errors), -1, frozenset(reads))
-    held = HeldBlock(piece, drawn_by(plan, block, wish), tau, functions)
+    held = HeldBlock(piece, drawn_by(plan, block, wish), tau, functions, range(len(plan.system.unknowns)))
     x = held.x
     moments = [snapshot(plan, held.placed(x)[0], stretch.base.now, 0)]
     off = held.off(x)

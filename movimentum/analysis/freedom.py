@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.beside import at_one, beside, rank_at, values_of
-from movimentum.analysis.motions import FreeMotion, motions_of
+from movimentum.analysis.motions import FreeMotion, motions_of, told_by
 from movimentum.expressions import symbol
 from movimentum.plan.blocks import Block, Kernel
 from movimentum.plan.equations import System
@@ -106,7 +106,7 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
             if block.kernel is not Kernel.NEWTON:
                 continue
             x = values_of(block, state)
-            one = at_one(state)
+            one = at_one(state, told_by(stretch.plan, block))
             scale = scale_of(stretch.plan, block.core)
             rows, rank, free = rank_at(block, one, instants.clocks, x, scale)
             nearby: tuple[FreeMotion, ...] = ()

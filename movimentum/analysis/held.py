@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,19 +33,27 @@ def drawn_by(plan: Plan, block: Block, wish: Wish) -> Block:
 
 
 class HeldBlock:
-    """A free block of a piece at offset ``tau``. ``errors`` are what is watched: functions of one value each."""
+    """A free block of a piece at offset ``tau``. ``errors`` are what is watched: functions of one value each, which
+    read the unknowns ``reads``.
+    """
 
-    def __init__(self, piece: Piece, block: Block, tau: float, errors: Sequence[Compiled]) -> None:
+    def __init__(
+        self, piece: Piece, block: Block, tau: float, errors: Sequence[Compiled], reads: Collection[int]
+    ) -> None:
         self.piece, self.block, self.tau, self.errors = piece, block, tau, errors
         self.instants = piece.instants(np.array([tau]))
+        read = {*reads, *piece.plan.read_by(block)}
         with np.errstate(all="ignore"):
-            self.state, _ = piece.evaluate(self.instants)
-        self.x = np.array([float(np.ravel(self.state[n])[0]) for n in block.core])
+            state, _ = piece.evaluate(self.instants, piece.finders(read))
+        self.state = {n: float(np.ravel(state[n])[0]) for n in read if state[n] is not None}
+        self.x = np.array([self.state[n] for n in block.core])
         self.motion = FreeMotion(Local(block, self._probe, 1e-6, tau - 1.0, tau + 1.0), piece.plan)
 
     def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         count = len(tau)
-        state: State = [None if v is None else np.full(count, float(np.ravel(v)[0])) for v in self.state]
+        state: State = [None] * len(self.piece.plan.system.unknowns)
+        for n, value in self.state.items():
+            state[n] = np.full(count, value)
         return state, tuple(np.full(count, float(clock[0])) for clock in self.instants.clocks)
 
     def placed(self, x: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:

@@ -44,6 +44,11 @@ class FreeMotion:
     drawn: bool = False
 
 
+def told_by(plan: Plan, block: Block) -> set[int]:
+    """The unknowns that a block's free motions are told by: how it stands, and what is measured of it."""
+    return plan.read_by(block) | {unknown_number(name.payload) for name in plan.measured}
+
+
 def motions_of(
     plan: Plan,
     block: Block,
@@ -98,7 +103,7 @@ def free_directions(
 ) -> list[tuple[FreeMotion, FloatArray]]:
     """Each free motion of a block at core values ``x`` (n,), and its velocity (n,)."""
     scale = scale_of(plan, block.core)
-    one = at_one(state)
+    one = at_one(state, told_by(plan, block))
     _, rank, free = rank_at(block, one, tuple(clocks), x, scale)
     if rank == len(x):
         return []
@@ -251,7 +256,7 @@ def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: boo
 def _values_for(plan: Plan, one: State, variables: Sequence[str]) -> tuple[str, ...]:
     """Statements that give a variable (or a component) a value: 0, what it is just now, and other round numbers."""
     texts: list[str] = []
-    for unknown in plan.system.unknowns:
+    for unknown in plan.system.unknowns if variables else ():
         if unknown.name in variables:
             now = one[unknown.number]
             value = 0.0 if now is None else float(np.ravel(now)[0])

@@ -21,8 +21,8 @@ moment only (and shown untried where it is for a later step).
 """
 COUPLED = 24
 """Unknowns solved together: with more, finding where the motion begins takes seconds, and help is shown untried."""
-MOST = 12
-"""Trials in all for one motion; what would need more is shown untried."""
+MOST, MOST_UNKNOWNS = 12, 6000
+"""Trials in all for one motion, and unknowns solved for in all of them; what would need more is shown untried."""
 
 
 class Trials:
@@ -32,7 +32,9 @@ class Trials:
         self.motion = motion
         self._script = Amender(motion.timeline.scene)
         coupled = [len(b.core) for s in motion.stretches for b in s.plan.blocks if b.kernel is Kernel.NEWTON]
-        self._left = MOST if max(coupled, default=0) <= COUPLED else 0
+        unknowns = sum(len(stretch.plan.system.unknowns) for stretch in motion.stretches)
+        most = min(MOST, MOST_UNKNOWNS // max(unknowns, 1))
+        self._left = most if max(coupled, default=0) <= COUPLED else 0
         self._whole = _values(motion) <= LARGEST
         self._known: dict[tuple[int, str], Motion | None] = {}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,11 @@ from movimentum.analysis.held import HeldBlock, drawn_by
 from movimentum.analysis.words import listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.plan.equations import Wish
+from movimentum.plan.unknowns import symbol_numbers
 from movimentum.scene.model import Constraint
 from movimentum.solve.free import FOLLOWING
+from movimentum.solve.instants import Instants
+from movimentum.solve.kernels import State
 from movimentum.solve.motion import Motion
 from movimentum.solve.stretches import Dead, Stretch
 from movimentum.solve.tracks import Piece
@@ -44,8 +47,9 @@ class _Life:
 def wish_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
     """A note (a warning where it is stuck) for each wish that draws free motion, the first `MOST` of them."""
     lives = _lives(motion)
+    evaluated = _Evaluated()
     for life in lives[:MOST]:
-        found = _told(motion, life)
+        found = _told(motion, life, evaluated)
         if found is not None:
             yield found
     if len(lives) > MOST:
@@ -67,7 +71,22 @@ def _lives(motion: Motion) -> list[_Life]:
     return list(lives.values())
 
 
-def _told(motion: Motion, life: _Life) -> Diagnostic | None:
+class _Evaluated:
+    """Pieces evaluated at evenly spread moments: wishes that draw one part of a scene share what was found last."""
+
+    def __init__(self) -> None:
+        self._of: tuple[Piece, tuple[int, ...]] | None = None
+        self._found: tuple[State, NDArray[np.bool_]] = [], np.zeros(0, dtype=np.bool_)
+
+    def at(self, piece: Piece, instants: Instants, unknowns: Iterable[int]) -> tuple[State, NDArray[np.bool_]]:
+        """The state as far as ``unknowns`` ask for it, and where there is none; ``instants`` are the piece's own."""
+        blocks = piece.finders(unknowns)
+        if self._of is None or self._of[0] is not piece or self._of[1] != blocks:
+            self._of, self._found = (piece, blocks), piece.evaluate(instants, blocks)
+        return self._found
+
+
+def _told(motion: Motion, life: _Life, evaluated: _Evaluated) -> Diagnostic | None:
     times: list[FloatArray] = []
     offs: list[FloatArray] = []
     for stretch, errors in life.stretches:
@@ -75,7 +94,7 @@ def _told(motion: Motion, life: _Life) -> Diagnostic | None:
             if isinstance(piece, Dead):
                 return None  # where there is no solution, that is told
             tau = np.linspace(piece.begin, piece.end, SAMPLES if piece.end > piece.begin else 1)
-            off, bad = _off(piece, errors, tau)
+            off, bad = _off(piece, errors, tau, evaluated)
             if bad.any():
                 return None
             times.append(tau + float(stretch.segment.start))
@@ -99,12 +118,16 @@ def _told(motion: Motion, life: _Life) -> Diagnostic | None:
     return _missed(motion, life, last, name)
 
 
-def _off(piece: Piece, errors: list[int], tau: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _off(
+    piece: Piece, errors: list[int], tau: FloatArray, evaluated: _Evaluated
+) -> tuple[FloatArray, NDArray[np.bool_]]:
     """(F,) what a wish is off by, and where there is no telling."""
     instants = piece.instants(tau)
+    plan = piece.plan
+    wish = plan.system.wishes[plan.wish_of[errors[0]]]  # evaluating all else for each wish would be quadratic
     with np.errstate(all="ignore"):
-        state, bad = piece.evaluate(instants)
-        values = [np.broadcast_to(piece.plan.wishes[i](state, instants.clocks)[0], len(tau)) for i in errors]
+        state, bad = evaluated.at(piece, instants, symbol_numbers(*wish.errors))
+        values = [np.broadcast_to(plan.wishes[i](state, instants.clocks)[0], len(tau)) for i in errors]
     off = np.sqrt(np.sum(np.square(values), axis=0))
     return off, bad | ~np.isfinite(off)
 
@@ -118,8 +141,8 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
     number_of_wish = plan.wish_of[errors[0]]
     wish = plan.system.wishes[number_of_wish]
     block = next(b for b in plan.blocks if number_of_wish in b.drawn_by)
-    watched = [piece.plan.wishes[i] for i in errors]
-    held = HeldBlock(piece, block, piece.end, watched)
+    watched, reads = [piece.plan.wishes[i] for i in errors], symbol_numbers(*wish.errors)
+    held = HeldBlock(piece, block, piece.end, watched, reads)
     speed = held.approach(held.x)
     wanted = min(FOLLOWING * last, wish.speed or np.inf)
     if speed > STILL * wanted:
@@ -131,7 +154,7 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
             helps=("a later end or a greater `.speed(…)` lets it arrive",),
         )
     if len(block.drawn_by) > 1:
-        held = HeldBlock(piece, drawn_by(plan, block, wish), piece.end, watched)
+        held = HeldBlock(piece, drawn_by(plan, block, wish), piece.end, watched, reads)
         if held.approach(held.x) > STILL * wanted:
             return _opposed(motion, life, last, name, [plan.system.wishes[i] for i in block.drawn_by])
     if held.stuck(held.x, ASIDE * motion.size):

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.budget import DEFAULT_MEGABYTES
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.encode.pieces import Coder, Piece
 from movimentum.errors import MovimentumError
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 
 RUN = 30
 _FORKS = sys.platform == "linux"
+_ROOM = 800_000 * DEFAULT_MEGABYTES
+_SHARED, _LEAST = 40_000_000, 10_000_000  # of a worker's memory: what it shares with us, and what it has at least
 _START = 0.03 if _FORKS else 0.4  # seconds until a worker works
 
 Pieces: TypeAlias = "list[Piece | None]"
@@ -75,11 +78,16 @@ def coded_runs(painter: Painter, coder: Coder, source: PoseSource, workers: int)
     return _coded_elsewhere(painter, coder, source, workers)
 
 
-def workers_that_pay(seconds_a_frame: float, frames: int) -> int:
-    """How many processes make ``frames`` frames soonest, no more than there are processors for us."""
+def workers_that_pay(seconds_a_frame: float, frames: int, held: int = 0) -> int:
+    """How many processes make ``frames`` frames soonest, no more than there are processors for us.
+
+    ``held``: the bytes that this process holds. A worker comes to hold about as much, but for what it shares; all
+    together stay within the memory that a command may take unless it is told otherwise.
+    """
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     work = seconds_a_frame * frames
-    most = max(1, min(available, frames // RUN))
+    room = (_ROOM - held) // max(held - _SHARED, _LEAST)
+    most = max(1, min(available, frames // RUN, room))
     best = min(range(1, most + 1), key=lambda n: work / n + (n > 1) * n * _START)
     return best if work - work / best - best * _START > 0.1 else 1
 

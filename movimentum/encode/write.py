@@ -25,6 +25,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from movimentum.budget import held
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.encode import gif, webp
 from movimentum.encode.apng import ApngCoder, ApngWriter
@@ -169,7 +170,7 @@ class _Job:
             images, seconds = timed_frames(self.painter, self.source, [0, self.total // 2])
         began = time.perf_counter()
         coder.code(images[-1], images[-2])
-        return workers_that_pay(seconds + time.perf_counter() - began, self.total)
+        return workers_that_pay(seconds + time.perf_counter() - began, self.total, held())
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from movimentum.plan.equations import System
 from movimentum.plan.linear_rows import LinearMap
-from movimentum.plan.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.plan.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY
 
 FloatArray = NDArray[np.float64]
 Entries = tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]
@@ -81,10 +81,10 @@ def anchor_metric(system: System, core: Sequence[int], linear: LinearMap | None 
     coupled: dict[int, int] = {}
     form: dict[tuple[int, int], float] = {}
     coupling: dict[tuple[int, int], float] = {}
-    for thing in system.scene.things:
-        numbers = [system.number_of.get(kind(thing.number)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
-        if not any(n in mine for n in numbers):
-            continue
+    poses = (system.unknowns[n].payload for n in mine)
+    for number in sorted({payload.thing for payload in poses if isinstance(payload, PosePart)}):
+        thing = system.scene.things[number]
+        numbers = [system.number_of.get(kind(number)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
         frame = system.frame(thing.number)
         for anchor in thing.anchors:
             dx, dy = frame.local(anchor.local)

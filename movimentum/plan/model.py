@@ -11,7 +11,8 @@ from movimentum.plan.blocks import Block
 from movimentum.plan.codegen import Clocks, Compiled
 from movimentum.plan.equations import Form, System
 from movimentum.plan.fused import Schedule, schedule
-from movimentum.plan.unknowns import BodyUnknowns, symbol_numbers
+from movimentum.plan.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
+from movimentum.scene.model import ThingAngle
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,6 +39,24 @@ class Plan:
     bodies: tuple[BodyUnknowns, ...]
     size: float
     _schedules: dict[bool, Schedule] = field(default_factory=dict[bool, Schedule])
+    _owner: dict[int, int] = field(default_factory=dict[int, int], init=False)
+
+    @property
+    def owner(self) -> Mapping[int, int]:
+        """The number of the block that finds each unknown (collected when it is first asked for)."""
+        if not self._owner:
+            self._owner.update((n, block.number) for block in self.blocks for n in block.unknowns)
+        return self._owner
+
+    def read_by(self, block: Block) -> set[int]:
+        """The unknowns that say how a block stands: those it finds, those it is given, and what else tells the pose of
+        the things that it has a part of.
+        """
+        found = {*block.inputs, *block.unknowns}
+        things = {t for n in block.unknowns if (t := self.system.unknowns[n].thing) is not None}
+        parts = (PoseX, PoseY, PoseCos, PoseSin, ThingAngle)
+        numbers = (self.system.number_of.get(part(t)) for t in things for part in parts)
+        return found | {n for n in numbers if n is not None}
 
     def schedule(self, windings: bool) -> Schedule:
         """The order in which to solve all moving blocks at once (made when it is first asked for), with or without the

@@ -109,9 +109,11 @@ def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: C
     speeds: list[tuple[int, int, float]] = []
     numbers: list[int] = []
     for number, wish in enumerate(wishes):
+        if wish.about.isdisjoint(members):
+            continue
         inner = [substitute(error, lambda _: None, memo) for error in wish.errors]
         reads = symbol_numbers(*inner)
-        if wish.about & members and reads & core and reads <= core | known:
+        if reads & core and reads <= core | known:
             numbers.append(number)
             speeds.append((len(errors), len(errors) + len(inner), wish.speed or inf))
             errors.extend(inner)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from movimentum.analysis.words import counted, time_text
+from movimentum.parameters import rational
 from movimentum.repl.command import Answer, Command, plain, table
 from movimentum.repl.looking import shown_values
 from movimentum.repl.reading import condition
@@ -40,10 +41,9 @@ def at(session: Session, argument: str) -> Answer:
     timeline = session.work.timeline
     if not argument.strip():
         return session, where(session)
-    try:
-        time = Fraction(argument.strip())
-    except (ValueError, ZeroDivisionError):
-        raise refused("time", f"`{argument.strip()}` is no time", "at 1.5", "at 4/3") from None
+    time = rational(argument, exponents=True)
+    if time is None:
+        raise refused("time", f"`{argument.strip()}` is no time", "at 1.5", "at 4/3")
     if not timeline.start <= time <= timeline.end:
         first, last = time_text(float(timeline.start)), time_text(float(timeline.end))
         raise refused("time", f"time {argument.strip()} is outside the animation, from {first} to {last}", f"at {last}")

@@ -52,7 +52,7 @@ class Work:
     def _understood(self) -> tuple[Scene | None, Timeline | None, tuple[Diagnostic, ...]]:
         scene = None
         try:
-            scene = pipeline.understand(self.source, max_nesting=self.choices.max_nesting)
+            scene = pipeline.understand(self.source, self.choices)
             timeline = pipeline.arranged(scene, self.choices)
         except MovimentumError as error:
             return scene, None, error.diagnostics

@@ -4,7 +4,7 @@ turned pose.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,9 +53,14 @@ class Starts:
     effort: int = 1
 
 
-def _first_instant(state: State, k: Sequence[FloatArray], copies: int) -> tuple[State, tuple[FloatArray, ...]]:
-    """The state and the clocks at the first of the two instants, repeated."""
-    one = [None if value is None else np.full(copies, float(np.ravel(value)[0])) for value in state]
+def _first_instant(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], copies: int
+) -> tuple[State, tuple[FloatArray, ...]]:
+    """The state as far as it is about a block, and the clocks, at the first of the two instants, repeated."""
+    one: State = [None] * len(state)
+    for n in plan.read_by(block):
+        if state[n] is not None:
+            one[n] = np.full(copies, float(np.ravel(state[n])[0]))
     return one, tuple(np.full(copies, float(np.ravel(clock)[0])) for clock in k)
 
 
@@ -109,21 +114,21 @@ def newton_starts(
     """
     first = carried_values(plan, block, carry)
     if any(plan.system.unknowns[n].thing in carry.now.known for n in block.core):
-        one, clocks = _first_instant(state, k, 1)
+        one, clocks = _first_instant(plan, block, state, k, 1)
         outcome = newton(block, one, clocks, first[None], scale, iterations=6)
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
             return Starts([outcome.x[0]], True)
-    one, clocks = _first_instant(state, k, 1)
+    one, clocks = _first_instant(plan, block, state, k, 1)
     if block.rows == len(block.core) and _mobile(
         block, one, clocks, _completed(plan, block, one, clocks, carry, first), scale
     ):
         return Starts([], True)
     every = every or all_of(plan, block, scale)
-    roots = every.at(*_first_instant(state, k, 1)) if every.applicable else None
+    roots = every.at(*_first_instant(plan, block, state, k, 1)) if every.applicable else None
     ends = np.array([] if roots is None else roots.real).reshape(-1, len(first))
     effort = 1 if roots is None else PATH_EFFORT * roots.paths
     if roots is None or not roots.complete or every.asked == 1:  # asked again, paths alone have shown to find them all
-        one, clocks = _first_instant(state, k, seeds := _seeds(first))
+        one, clocks = _first_instant(plan, block, state, k, seeds := _seeds(first))
         outcome = newton(
             block, one, clocks, _scattered(plan, block, first, scale, seeds), scale, iterations=60, limit=0.5
         )
@@ -131,7 +136,7 @@ def newton_starts(
         effort += NEWTON_EFFORT
     if not len(ends):
         return Starts([], True, effort)
-    one, clocks = _first_instant(state, k, len(ends))
+    one, clocks = _first_instant(plan, block, state, k, len(ends))
     polished = newton(block, one, clocks, ends, scale, iterations=6)
     found: list[FloatArray] = []
     most = MET if block.rows == len(block.core) else np.inf  # what is said twice may be rounded differently
@@ -175,7 +180,7 @@ def begun_start(
     """The pose carried over (or drawn) as the solution of a block without freedom; no solution where the block has no
     full rank there and can move; None where it is none.
     """
-    one, clocks = _first_instant(state, k, 1)
+    one, clocks = _first_instant(plan, block, state, k, 1)
     first = _completed(plan, block, one, clocks, carry, carried_values(plan, block, carry))
     outcome = newton(block, one, clocks, first[None], scale, iterations=6)
     if not (outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < BEGUN):
@@ -204,7 +209,7 @@ def free_start(
     One solution, or none. If the block turns out to have no freedom (redundant equations), its solutions as
     `newton_starts` finds them.
     """
-    one, clocks = _first_instant(state, k, 1)
+    one, clocks = _first_instant(plan, block, state, k, 1)
     origin = carried_values(plan, block, carry)
     metric = block.metric
     assert metric is not None
@@ -219,7 +224,7 @@ def free_start(
         pull = metric.pull(now - before)
     known = carry.now.known
     unknowns = plan.system.unknowns
-    fresh = turns_of(plan, block, one, clocks, set(range(len(plan.system.scene.things))) - known, carry)
+    fresh = turns_of(plan, block, one, clocks, _new_things(plan, block, known), carry)
 
     if not fresh and _stays(plan, block, one, clocks, carry, origin, pull, scale):
         return Starts([origin], True)
@@ -262,6 +267,12 @@ def free_start(
         return Starts([nearest, *others], starts.complete)
     found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
     return Starts([min(found, key=cost)] if found else [], True)
+
+
+def _new_things(plan: Plan, block: Block, known: Container[int]) -> set[int]:
+    """The things that a block has a part of and that are not ``known``."""
+    things = {plan.system.unknowns[n].thing for n in block.unknowns}
+    return {t for t in things if t is not None and t not in known}
 
 
 def _error(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> float:

@@ -171,16 +171,20 @@ class Piece:
         """The numbers of the blocks that block ``number`` depends on, in order."""
         found = self._upstream.get(number)
         if found is None:
-            owner = {n: block.number for block in self.plan.blocks for n in block.unknowns}
-            seen: set[int] = set()
-            stack = [owner[n] for n in self.plan.blocks[number].inputs if n in owner]
-            while stack:
-                other = stack.pop()
-                if other not in seen:
-                    seen.add(other)
-                    stack.extend(owner[n] for n in self.plan.blocks[other].inputs if n in owner)
-            found = self._upstream[number] = tuple(sorted(seen))
+            found = self._upstream[number] = self.finders(self.plan.blocks[number].inputs)
         return found
+
+    def finders(self, unknowns: Iterable[int]) -> tuple[int, ...]:
+        """The numbers of the blocks that ``unknowns`` depend on, in order: those that find them, and all before."""
+        owner = self.plan.owner
+        seen: set[int] = set()
+        stack = [owner[n] for n in unknowns if n in owner]
+        while stack:
+            other = stack.pop()
+            if other not in seen:
+                seen.add(other)
+                stack.extend(owner[n] for n in self.plan.blocks[other].inputs if n in owner)
+        return tuple(sorted(seen))
 
     def instants(self, tau: FloatArray) -> Instants:
         """Instants at offsets ``tau``."""
@@ -317,7 +321,8 @@ def solve_block(piece: Piece, block: Block, track: Track, state: State, instants
         converged = unrolled(block, state, k, x, scale, step) if step is not None else np.zeros(x.shape[1], np.bool_)
         if not converged.all():  # few frames, or a pivot that was good on the path's nodes and is not here
             left = np.nonzero(~converged)[0]
-            some, clocks = at(state, left, len(instants)), [at_places(clock, left, len(instants)) for clock in k]
+            some = at(state, left, len(instants), {*block.inputs, *block.unknowns})
+            clocks = [at_places(clock, left, len(instants)) for clock in k]
             outcome = newton(block, some, clocks, x[:, left].T, scale, limit=0.1)
             x[:, left] = outcome.x.T
             converged[left] = outcome.converged
@@ -332,9 +337,13 @@ def solve_block(piece: Piece, block: Block, track: Track, state: State, instants
     return None if failed is None else np.broadcast_to(failed, len(instants))
 
 
-def at(state: State, places: NDArray[np.int64], count: int) -> State:
-    """The state at some of its ``count`` instants."""
-    return [None if value is None else at_places(value, places, count) for value in state]
+def at(state: State, places: NDArray[np.int64], count: int, unknowns: Iterable[int]) -> State:
+    """The state of some ``unknowns`` (None for all others) at some of its ``count`` instants."""
+    result: State = [None] * len(state)
+    for n in unknowns:
+        if state[n] is not None:
+            result[n] = at_places(state[n], places, count)
+    return result
 
 
 def at_places(value: FloatArray, places: NDArray[np.int64], count: int) -> FloatArray:

@@ -37,11 +37,21 @@ MAX_ERRORS = 20
 
 _BRACKETS = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|/\*|[\[({]|[\])}]", re.DOTALL)
 _ITEM_END = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[;@]", re.DOTALL)
+_OPERATIONS = re.compile(
+    r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|(?P<part>[;@:=<>~])|(?P<op>[-+*/^,]|\.[A-Za-z])",
+    re.DOTALL | re.ASCII,
+)
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f\ufffe\uffff\ud800-\udfff]")
 
 
-def parse(source: SourceText, *, max_nesting: int = MAX_NESTING, max_characters: int = MAX_CHARACTERS) -> Script:
-    """The syntax tree of a script.
+def parse(
+    source: SourceText,
+    *,
+    max_nesting: int = MAX_NESTING,
+    max_characters: int = MAX_CHARACTERS,
+    max_operations: int | None = None,
+) -> Script:
+    """The syntax tree of a script. ``max_operations``: as many may be in one expression (None: any number).
 
     Raises ScriptError with all syntax errors that were found (``syntax/…``), or with the limit that the text is beyond
     (``limit/…``). Time and memory grow linearly with the text; nothing recurses.
@@ -49,6 +59,8 @@ def parse(source: SourceText, *, max_nesting: int = MAX_NESTING, max_characters:
     text = source.text
     _check_characters(text, max_characters)
     _check_brackets(text, max_nesting)
+    if max_operations is not None and len(text) > max_operations:  # an operation takes a character at least
+        _check_operations(text, max_operations)
     errors: list[Diagnostic] = []
     start = 0
     while True:
@@ -150,6 +162,32 @@ def _check_brackets(text: str, max_nesting: int) -> None:
             raise ScriptError(
                 [Diagnostic("syntax/comment", Severity.ERROR, "this comment never ends", place, helps=helps)]
             )
+
+
+def _check_operations(text: str, max_operations: int) -> None:
+    """Refuse what is longer than anybody waits for, before a tree of it is made."""
+    count = begin = 0
+    for match in _OPERATIONS.finditer(text):
+        if match.lastgroup == "op":
+            count += 1
+        elif match.lastgroup == "part":
+            if count > max_operations:
+                break
+            count, begin = 0, match.end()
+    if count > max_operations:
+        begin += len(text[begin:]) - len(text[begin:].lstrip())
+        raise ScriptError(
+            [
+                Diagnostic(
+                    "limit/operations",
+                    Severity.ERROR,
+                    f"this expression has {count:,} operations, more than the limit of {max_operations:,}",
+                    Span(begin, begin + 1),
+                    notes=("operators, commas, members and functions count",),
+                    helps=("give names to parts of it: `x = …;`", f"`--max-operations {count}` allows more"),
+                )
+            ]
+        )
 
 
 def _check_depth(script: Script, max_nesting: int) -> None:

@@ -33,6 +33,9 @@ class Case:
     said: str
 
 
+PARSER_LIMITS = ("max_nesting", "max_characters", "max_operations")
+
+
 def cases(path: Path) -> list[Case]:
     text = path.read_text(encoding="utf-8")
     found = []
@@ -54,7 +57,7 @@ def image_size(path: str) -> tuple[int, int] | Diagnostic:
 
 def diagnostics_of(case: Case) -> tuple[Diagnostic, ...]:
     source = SourceText("case.mov", case.script)
-    reading = {name: value for name, value in case.limits.items() if name in ("max_nesting", "max_characters")}
+    reading = {name: value for name, value in case.limits.items() if name in PARSER_LIMITS}
     building = {name: value for name, value in case.limits.items() if name == "max_pixels"}
     arranging = {name: value for name, value in case.limits.items() if name == "max_frames"}
     try:

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -63,6 +64,51 @@ def test_four_times_the_text_costs_hardly_more_than_four_times(
     assert seconds(family(4 * small), tmp_path) < most * max(seconds(family(small), tmp_path), 0.05)
 
 
+def drawn_bars(count: int) -> str:
+    """Bars that turn about their pins, each with a wish of its own."""
+    bars = range(count)
+    things = "".join(f"B{i} : .bar P = [{i},0] Q = [{i},10];\n" for i in bars)
+    stated = "".join(f"B{i}.P = [{i},0]; B{i}.Q ~ [{i + 20},5] .speed(10);\n" for i in bars)
+    return f".config(10, 60, 40);\n{things}@0 {stated}@1"
+
+
+def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from movimentum.solve import tracks
+
+    calls = 0
+    values = 0
+    plain = tracks.solve_block, tracks.at_places
+
+    def counted(*arguments: Any) -> Any:
+        nonlocal calls
+        calls += 1
+        return plain[0](*arguments)
+
+    def copied(*arguments: Any) -> Any:
+        nonlocal values
+        values += 1
+        return plain[1](*arguments)
+
+    monkeypatch.setattr(tracks, "solve_block", counted)
+    monkeypatch.setattr(tracks, "at_places", copied)
+
+    def cost(count: int) -> tuple[int, int]:
+        nonlocal calls, values
+        calls = values = 0
+        path = tmp_path / "a.mov"
+        path.write_text(drawn_bars(count))
+        report, _ = check(str(path), Choices())
+        assert report.exit_code == 0
+        return calls, values
+
+    few, many = cost(3), cost(12)
+    assert few[0] > 0
+    assert many[0] <= 5 * few[0]
+    assert many[1] <= 5 * few[1]
+
+
 @pytest.mark.parametrize("opening", ["-", "(", ".sin(", "1^", "[", "{1:", "-(", ".min(1,"])
 def test_deep_nesting_is_refused_before_it_is_collected(opening: str) -> None:
     text = HEAD + "@0 x = " + opening * (3_000_000 // len(opening)) + "1;"
@@ -89,6 +135,39 @@ def test_what_is_just_not_too_deep_is_read(nesting: int) -> None:
         # the parser's own stack is never the limit: the tree is as deep as is said
         assert told == {"limit/nesting"}
         assert (text.count("(") + text.count("-")) * 4 >= nesting, (opening, depth)
+
+
+@pytest.mark.parametrize(
+    ("term", "each"),
+    [("1.5*.t", 3), (".sin(3*y)", 3), ("-x", 2), ("A.P.x", 3), ("[1, 2].l", 3), ("1e-5 /* a + b */", 1)],
+)
+def test_long_expressions_are_refused_before_a_tree_is_made_of_them(term: str, each: int) -> None:
+    def text(terms: int) -> SourceText:
+        before = "x = 1 + 2; // 1 + 1\n.claim 'a+b' = 3;\n"
+        return SourceText("a.mov", f"{HEAD}@0 {before}y = {'+'.join([term] * terms)}; z = 1 + 1; @1")
+
+    terms = 300
+    operations = each * terms - 1
+    with pytest.raises(ScriptError) as caught:
+        parse(text(terms), max_operations=operations - 1)
+    (told,) = caught.value.diagnostics
+    assert told.code == "limit/operations"
+    assert f"{operations:,} operations" in told.message
+    assert any(f"`--max-operations {operations}`" in help_ for help_ in told.helps)
+    assert told.span is not None
+    assert text(terms).text[told.span.start :].startswith(term)
+    with pytest.raises(ScriptError) as other:  # one more is let through: the strange claim is what is left
+        parse(text(terms), max_operations=operations)
+    assert all(item.code.startswith("syntax/") for item in other.value.diagnostics)
+
+
+def test_the_command_refuses_long_expressions_and_lets_them_through_when_told(tmp_path: Path) -> None:
+    path = tmp_path / "a.mov"
+    path.write_text(HEAD + "@0 A.P = [0,0]; A.angle = 0; x = " + " + ".join(["1.5*.t"] * 7000) + "; @1")
+    refused = movimentum("check", path)
+    assert refused.returncode == 1
+    assert "limit/operations" in refused.stderr + refused.stdout
+    assert movimentum("check", path, "--max-operations", "20999").returncode == 0
 
 
 def test_equal_expressions_that_share_their_parts_are_compared_in_one_pass() -> None:
@@ -122,11 +201,49 @@ def test_ten_thousand_notes_are_told_as_a_few_and_a_number(tmp_path: Path) -> No
 def test_memory_has_a_limit_and_an_option_that_raises_it(tmp_path: Path) -> None:
     path = tmp_path / "a.mov"
     path.write_text(HEAD + "@0 A.P = [0,0]; A.angle = 0; x = " + " + ".join(["1.5*.t"] * 60_000) + "; @1")
-    refused = movimentum("check", path, "--max-memory", "110", cwd=tmp_path)
+    refused = movimentum("check", path, "--max-memory", "110", "--max-operations", "200000", cwd=tmp_path)
     assert refused.returncode == 1
     assert "limit/memory" in refused.stderr
     assert "--max-memory 220" in refused.stderr
     assert movimentum("check", path, "--max-memory", "99").returncode == 2
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what a process holds is told elsewhere otherwise")
+def test_what_workers_hold_counts() -> None:
+    from movimentum import budget
+
+    class Small:
+        megabytes = 10**6
+
+        def tick(self) -> None:
+            pass
+
+    program = (
+        "import sys; held = bytearray(120_000_000); held[::1024] = b'x' * len(held[::1024]);"
+        "print('here', flush=True); sys.stdin.read()"
+    )
+    before = budget.held_by_workers()
+    with subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as worker:
+        assert worker.stdout is not None
+        worker.stdout.readline()
+        assert 120_000_000 < budget.held_by_workers() - before < 180_000_000
+        small = Small()
+        with pytest.raises(budget.OverBudget), budget.watched(small):
+            small.megabytes = (budget.held() + before) // 1_000_000 + 60
+            for _ in range(100):
+                time.sleep(0.02)
+        worker.communicate()
+    assert budget.held_by_workers() <= before
+
+
+def test_no_more_workers_are_chosen_than_memory_is_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    from movimentum.encode import runs
+
+    monkeypatch.setattr(runs.os, "sched_getaffinity", lambda _: set(range(64)), raising=False)
+    assert runs.workers_that_pay(1.0, 10_000, 0) == 64
+    assert 10 <= runs.workers_that_pay(1.0, 10_000, 80_000_000) < 20
+    assert runs.workers_that_pay(1.0, 10_000, 300_000_000) == 1
+    assert runs.workers_that_pay(1.0, 10_000, 5_000_000_000) == 1
 
 
 @pytest.mark.slow
@@ -190,3 +307,48 @@ def test_on_a_terminal_the_seconds_are_shown_and_wiped() -> None:
             console.say("said")
     assert os.read(ours, 1000).decode() == "\rchecking: 3 s\x1b[K\r\x1b[Ksaid\r\n"
     os.close(ours)
+
+
+@pytest.mark.parametrize("digits", [1001, 10_000, 10**12])
+def test_more_digits_than_the_limit_are_refused_before_any_work(tmp_path: Path, digits: int) -> None:
+    path = tmp_path / "a.mov"
+    path.write_text(HEAD + "@0 A.P = [0,0]; A.angle = 0; x^2 + x = 1; @100")
+    exact = ["solve", path, "-o", "-", "--accuracy", "exact", "--digits", str(digits)]
+    refused = movimentum(*exact)
+    assert refused.returncode == 2
+    assert refused.stdout == ""
+    assert "limit/digits" in refused.stderr
+    assert f"`--max-digits {digits}`" in refused.stderr
+
+
+def test_a_raised_limit_lets_more_digits_through(tmp_path: Path) -> None:
+    path = tmp_path / "a.mov"
+    path.write_text(HEAD + "@0 A.P = [0,0]; A.angle = 0; x > 0; x^2 + x = 1;")
+    done = movimentum("solve", path, "-o", "-", "--accuracy", "exact", "--digits", "1100", "--max-digits", "1100")
+    assert done.returncode == 0
+    value = done.stdout.splitlines()[1].split(",")[-1]
+    assert len(value) == 1102  # 0.618…
+
+
+@pytest.mark.parametrize("stated", [None, "3"])
+def test_linear_algebra_has_one_thread_unless_the_surroundings_say_otherwise(
+    monkeypatch: pytest.MonkeyPatch, stated: str | None
+) -> None:
+    import os
+
+    names = [f"{library}_NUM_THREADS" for library in ("OPENBLAS", "MKL", "OMP")]
+    for name in names:
+        if stated is None:
+            monkeypatch.delenv(name, raising=False)
+        else:
+            monkeypatch.setenv(name, stated)
+    program = (
+        "import os, sys; from movimentum.cli import main\n"
+        "assert 'numpy' not in sys.modules  # which reads the surroundings when it is imported\n"
+        "try: main(['--version'])\n"
+        f"except SystemExit: print(*[os.environ[name] for name in {names!r}])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, env=dict(os.environ), check=False
+    )
+    assert done.stdout.split()[-3:] == [stated or "1"] * 3

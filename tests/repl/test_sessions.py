@@ -57,13 +57,14 @@ def talk(tmp_path):
 def test_moving(talk):
     say = talk()
     assert say("at 1.5").startswith("t = 1.5 (frame 30), in step @0 (line 4)")
+    assert say("at 15e-1").startswith("t = 1.5 ")
     assert "frame 31" in say("next")
     assert "frame 30" in say("back")
     assert say("at 4/3").startswith("t = 1.333333333 (between frames 26 and 27)")
     assert "frame 26" in say("back")
     assert say("frame -1").startswith("t = 4 (frame 80)")
     assert say.refuses("next") == "repl/frame"
-    assert say.refuses("at 9") == say.refuses("at x") == "repl/time"
+    assert say.refuses("at 9") == say.refuses("at x") == say.refuses("at 1e9999999999") == "repl/time"
     assert say.refuses("frame 81") == "repl/frame"
     assert [line.split()[0] for line in say("steps").splitlines()] == ["@0", "@2", "->"]
 
