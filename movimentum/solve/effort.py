@@ -21,13 +21,18 @@ _left: ContextVar[list[int] | None] = ContextVar("_left", default=None)
 
 @contextmanager
 def limited(count: int) -> Generator[list[int], None, None]:
-    """Raise `GivenUp` inside once ``count`` linearizations are done; yields a list with how many are left."""
-    left = [count]
+    """Raise `GivenUp` inside once ``count`` linearizations are done; yields a list with how many are left.
+
+    They count for a limit around this one too.
+    """
+    around, left = _left.get(), [count]
     token = _left.set(left)
     try:
         yield left
     finally:
         _left.reset(token)
+        if around is not None:
+            around[0] -= count - left[0]
 
 
 def charge(count: int = 1) -> None:

@@ -94,3 +94,10 @@ def test_work_is_counted_inside_only() -> None:
             charge()
     assert left == [-1]
     charge(10**9)
+    with limited(10) as around:
+        with limited(5):
+            charge(3)
+        assert around == [7]
+        with pytest.raises(GivenUp), limited(100):
+            charge(101)
+        assert around[0] < 0
