@@ -295,8 +295,20 @@ def _exit_code(work: Callable[[], int], console: Console, interruption: Interrup
             console.trace(error)
             console.show(unwritable("the output", (error.strerror or "the disk is full").lower()).diagnostics, None)
             return USAGE
+        if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
+            console.trace(error)
+            console.show([_OUT_OF_FILES], None)
+            return 1
         console.show_bug(error)
         return BUG
+
+
+_OUT_OF_FILES = Diagnostic(
+    "limit/files",
+    Severity.ERROR,
+    "this needs more open files than the system allows",
+    helps=("ulimit -n 256",),
+)
 
 
 def bug(error: BaseException) -> Diagnostic:

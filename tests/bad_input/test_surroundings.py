@@ -192,6 +192,47 @@ def test_any_amount_of_memory(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits work otherwise")
+def test_too_few_files_are_told(tmp_path: Path) -> None:
+    (tmp_path / "a.mov").write_text(CRANK)
+    codes: set[int] = set()
+    for amount in (4, 5, 6, 8):
+        done = subprocess.run(
+            command("run", "a.mov", "-o", "o.gif"),
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            env=environment({"OPENBLAS_NUM_THREADS": "1"}),
+            timeout=60,
+            check=False,
+            preexec_fn=_limited("RLIMIT_NOFILE", amount),
+        )
+        codes.add(done.returncode)
+        assert "internal/bug" not in done.stderr, (amount, done.stderr)
+        assert (done.returncode == 0) == (tmp_path / "o.gif").exists()
+        (tmp_path / "o.gif").unlink(missing_ok=True)
+    assert codes <= {0, 1, 2}
+
+
+@pytest.mark.parametrize("streams", [">&-", "<&-", ">&- 2>&-", ">&- <&-", "< .", "< bytes"])
+@pytest.mark.parametrize("arguments", ["", "-c 'show; plot Rod.B.x; nonsense'"])
+def test_the_debugger_without_its_streams(tmp_path: Path, script: Path, streams: str, arguments: str) -> None:
+    (tmp_path / "bytes").write_bytes(b"show \xff\n\xff\xfe\0\n")
+    line = " ".join(f"'{part}'" for part in command("repl", script))
+    done = subprocess.run(
+        ["sh", "-c", f"{line} {arguments} {streams}"],
+        cwd=tmp_path,
+        capture_output=True,
+        stdin=subprocess.DEVNULL,
+        env=environment(),
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode in (0, 1, 2), done
+    assert b"internal/bug" not in done.stderr + done.stdout
+    assert b"Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits work otherwise")
 @pytest.mark.parametrize(("kind", "amount"), [("RLIMIT_NOFILE", 10), ("RLIMIT_NOFILE", 12)])
 def test_where_workers_are_refused_one_process_draws(tmp_path: Path, kind: str, amount: int) -> None:
     (tmp_path / "a.mov").write_text(LITTLE)
