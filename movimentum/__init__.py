@@ -15,9 +15,7 @@ Names are imported when they are first used, so ``import movimentum`` costs noth
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
+TYPE_CHECKING = False  # `typing` would be the first import of every command, at which Ctrl-C is not yet dealt with
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination as Examination
     from movimentum.analysis.examine import examine as examine
@@ -68,6 +66,8 @@ def __getattr__(name: str) -> object:
     home = _HOME.get(name)
     if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
     module, _, inside = home.partition(":")
     return getattr(import_module(module), inside or name)
 

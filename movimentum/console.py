@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Protocol, TextIO
 from movimentum.budget import DEFAULT_MEGABYTES, OverBudget
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
-from movimentum.files import FULL, discard_parts, has_parts, unwritable
+from movimentum.files import FULL, unwritable
+from movimentum.parts import discard, has_parts
 from movimentum.signals import Interruption, Terminated, deaf, heeded
 from movimentum.source import SourceText
 from movimentum.terminal import visible_json, visible_lines
@@ -265,7 +266,7 @@ def guarded(work: Callable[[], int], console: Console) -> int:
         finally:
             if has_parts():  # memory was short, or one signal followed the other
                 with deaf():
-                    discard_parts()
+                    discard()
 
 
 def _exit_code(work: Callable[[], int], console: Console, interruption: Interruption) -> int:
@@ -294,8 +295,20 @@ def _exit_code(work: Callable[[], int], console: Console, interruption: Interrup
             console.trace(error)
             console.show(unwritable("the output", (error.strerror or "the disk is full").lower()).diagnostics, None)
             return USAGE
+        if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
+            console.trace(error)
+            console.show([_OUT_OF_FILES], None)
+            return 1
         console.show_bug(error)
         return BUG
+
+
+_OUT_OF_FILES = Diagnostic(
+    "limit/files",
+    Severity.ERROR,
+    "this needs more open files than the system allows",
+    helps=("ulimit -n 256",),
+)
 
 
 def bug(error: BaseException) -> Diagnostic:

@@ -13,6 +13,7 @@ from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from movimentum import parts
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError
 from movimentum.terminal import typed
@@ -39,15 +40,13 @@ def whole_file(path: Path) -> Generator[Path, None, None]:
         with _explained(path, target):
             yield target
         return
-    part = _beside(target)
+    part = _begun(path, target)
     with _explained(path, part):
-        _PARTS.add(str(part))
         try:
-            part.open("xb").close()
             yield part
             part.replace(target)
         finally:
-            discard_parts(str(part))
+            parts.discard(str(part))
 
 
 @contextmanager
@@ -57,11 +56,9 @@ def whole_folder(pattern: Path, inputs: Iterable[str | Path] = ()) -> Generator[
     Raises `UsageError` where one of them would be written over one of ``inputs``; then none moves.
     """
     target = _target(pattern)
-    part = _beside(target)
+    part = _begun(pattern, target, folder=True)
     with _explained(pattern, part):
-        _PARTS.add(str(part))
         try:
-            part.mkdir()
             yield part
             written = sorted(part.iterdir())
             for file in written:
@@ -69,30 +66,7 @@ def whole_folder(pattern: Path, inputs: Iterable[str | Path] = ()) -> Generator[
             for file in written:
                 file.replace(target.parent / file.name)
         finally:
-            discard_parts(str(part))
-
-
-_PARTS: set[str] = set()
-"""What is being written at this moment, in this process."""
-
-
-def has_parts() -> bool:
-    """Whether something half-written is left: by two signals in a row, or where memory did not reach for a removal."""
-    return bool(_PARTS)
-
-
-def discard_parts(*parts: str) -> None:
-    """Remove half-written files and folders, all there are if none is named."""
-    for part in parts or tuple(_PARTS):
-        try:
-            os.unlink(part)
-        except (IsADirectoryError, PermissionError):  # which of the two a folder gives depends on the system
-            import shutil  # here, for hardly any command comes here
-
-            shutil.rmtree(part, ignore_errors=True)
-        except OSError:  # it has got its name, or its folder is gone
-            pass
-        _PARTS.discard(part)
+            parts.discard(str(part))
 
 
 def refuse_unwritable(path: Path) -> None:
@@ -100,10 +74,7 @@ def refuse_unwritable(path: Path) -> None:
     target = _target(path)
     if target.exists() and not target.is_file():
         return
-    part = _beside(target)
-    with _explained(path, part):
-        part.open("xb").close()
-        part.unlink()
+    parts.discard(str(_begun(path, target)))
 
 
 def refuse_overwriting(path: Path, inputs: Iterable[str | Path], numbers: range = range(0)) -> None:
@@ -209,8 +180,12 @@ def _target(path: Path) -> Path:
     return target
 
 
-def _beside(target: Path) -> Path:
-    return target.with_name(f".{target.stem[:40]}.{os.urandom(4).hex()}.part{target.suffix}")
+def _begun(path: Path, target: Path, *, folder: bool = False) -> Path:
+    """The part that will become ``target``; `UsageError` where it cannot be created."""
+    try:
+        return parts.begin(target, folder=folder)
+    except OSError as problem:
+        raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
 
 
 @contextmanager

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from types import FrameType
+from typing import Any
 
 _ASK_TO_END = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name))
 
@@ -79,10 +80,12 @@ def at_once(number: int, frame: FrameType | None) -> None:
     os._exit(128 + number)
 
 
-def end_at_once() -> None:
-    """Use `at_once` from here on, unless Ctrl-C is ignored or somebody else's."""
+def end_at_once(*before: Callable[[int, Any], None]) -> None:
+    """Use `at_once` from here on instead of Python's handler or one of ``before``, unless Ctrl-C is ignored or somebody
+    else's.
+    """
     with suppress(ValueError):
-        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, *before):
             signal.signal(signal.SIGINT, at_once)
 
 

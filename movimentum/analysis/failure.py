@@ -183,12 +183,17 @@ def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float
         text = motion.timeline.scene.source.slice(turned_down.span).strip() if turned_down else "a length or an angle"
         notes.append(f"candidate {k + 1} misses `{' '.join(text.split())}` by {number(abs(rejection.amount))}")
     when = _at(stretch, tau)
+    if selection is None:
+        message = f"the motion leaves this inequality again and again from t = {when} on"
+        notes.append("every solution that satisfies it is drawn across it at once; the search for another was given up")
+    elif selector.constraint is not None:
+        message = f"no solution satisfies this inequality at t = {when}"
+    else:
+        message = f"at t = {when} this has no solution (a length cannot be negative, an angle has one side)"
     return Diagnostic(
         code="constraint/conflict" if trouble.kind == "start" else "solve/unreachable",
         severity=Severity.ERROR,
-        message=f"no solution satisfies this inequality at t = {when}"
-        if selector.constraint is not None
-        else f"at t = {when} this has no solution (a length cannot be negative, an angle has one side)",
+        message=message,
         span=constraint.span if constraint else None,
         notes=tuple(notes),
         helps=_ways_out(constraint) if selector.constraint is not None and constraint is not None else (),

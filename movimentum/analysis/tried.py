@@ -9,6 +9,7 @@ from movimentum.errors import MovimentumError
 from movimentum.plan.blocks import Kernel
 from movimentum.plan.compile import CyclicRateError
 from movimentum.scene.amended import Amender
+from movimentum.solve.effort import GivenUp, limited
 from movimentum.solve.motion import Motion
 from movimentum.solve.solver import solve
 from movimentum.solve.stretches import Stretch
@@ -23,6 +24,8 @@ COUPLED = 24
 """Unknowns solved together: with more, finding where the motion begins takes seconds, and help is shown untried."""
 MOST, MOST_UNKNOWNS = 12, 6000
 """Trials in all for one motion, and unknowns solved for in all of them; what would need more is shown untried."""
+EFFORT = 12_000
+"""Linearizations for all trials of one motion, some seconds; what would need more is shown untried."""
 
 
 class Trials:
@@ -36,6 +39,7 @@ class Trials:
         most = min(MOST, MOST_UNKNOWNS // max(unknowns, 1))
         self._left = most if max(coupled, default=0) <= COUPLED else 0
         self._whole = _values(motion) <= LARGEST
+        self._effort = EFFORT
         self._known: dict[tuple[int, str], Motion | None] = {}
 
     def able(self, index: int) -> bool:
@@ -49,10 +53,16 @@ class Trials:
         key = (step, text)
         if key not in self._known:
             self._left -= 1
+            left = [0]
             try:
-                self._known[key] = self._solved(step, text)
+                with limited(self._effort) as left:
+                    self._known[key] = self._solved(step, text)
+            except GivenUp:
+                self._known[key] = None
+                self._left = 0
             except (MovimentumError, CyclicRateError, ArithmeticError, ValueError):
                 self._known[key] = None
+            self._effort = max(left[0], 0)
         return self._known[key]
 
     def sound(self, index: int, text: str) -> Stretch | None:

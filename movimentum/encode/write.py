@@ -83,7 +83,7 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
     if suffix not in _STILLS:
         return suffix[1:]
     if transparent and suffix != ".png":
-        raise _usage("output/opaque", "a JPEG has no transparency", f"-o {path.with_suffix('.png')}")
+        raise _usage("output/opaque", "a JPEG has no transparency", f"-o {typed(path.with_suffix('.png'))}")
     if "%" not in name:
         if frames is not None and frames > 1:
             raise _usage(

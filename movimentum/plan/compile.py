@@ -94,6 +94,9 @@ def compile_structure(structure: Structure, size: float) -> Plan:
         if block.moving:
             moving |= set(block.unknowns)
     errors = [error for wish in system.wishes for error in wish.errors]
+    for node in walk(*(equation.residual for equation in system.equations)):
+        if node.op == "clock":  # also those that no block reads, for whoever looks at the equations as they were stated
+            clocks.number(node.start)
     return Plan(
         system=system,
         blocks=tuple(blocks),

@@ -4,15 +4,16 @@ a command.
 
 from __future__ import annotations
 
+import io
 import re
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from movimentum.console import wants_color
+from movimentum.console import is_terminal, wants_color
 from movimentum.diagnostics import Diagnostic, Severity, render_text
-from movimentum.errors import MovimentumError
+from movimentum.errors import MovimentumError, UsageError
 from movimentum.repl import asking, looking, moving, trying
 from movimentum.repl.command import Answer, Command, table
 from movimentum.repl.session import Refused, Session, refused
@@ -77,7 +78,7 @@ def say(text: str) -> None:
 
 def _put(text: str) -> None:
     """What is fit to be shown."""
-    if not text:
+    if not text or sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]
         return
     encoding = sys.stdout.encoding or "ascii"  # perhaps a terminal without Braille
     sys.stdout.write(text.encode(encoding, "replace").decode(encoding) + "\n")
@@ -130,7 +131,7 @@ def interact(session: Session, commands: str | None) -> int:
     """Run ``commands``, or lines from standard input until it ends; returns 0, or 1 if any line of ``commands`` (or of
     an input that is no terminal) could not be done.
     """
-    typed = commands is None and sys.stdin.isatty()
+    typed = commands is None and is_terminal(sys.stdin)
     lines: Iterator[str]
     if commands is not None:
         lines = iter(split(commands))
@@ -138,7 +139,7 @@ def interact(session: Session, commands: str | None) -> int:
         session = greet(session)
         return _typed(session)
     else:
-        lines = (line.rstrip("\r\n") for line in sys.stdin)
+        lines = _piped()
     failed = False
     for line in lines:
         try:
@@ -152,6 +153,23 @@ def interact(session: Session, commands: str | None) -> int:
         if session.ended:
             break
     return 1 if failed else 0
+
+
+def _piped() -> Iterator[str]:
+    """The lines of standard input, if there is one; bytes that are no text are shown as escapes. `UsageError` where it
+    cannot be read.
+    """
+    stream = sys.stdin
+    if stream is None:  # pyright: ignore[reportUnnecessaryComparison]
+        return
+    if isinstance(stream, io.TextIOWrapper):
+        stream.reconfigure(errors="backslashreplace")
+    try:
+        for line in stream:
+            yield line.rstrip("\r\n")
+    except OSError as problem:
+        message = f"cannot read commands from standard input: {(problem.strerror or str(problem)).lower()}"
+        raise UsageError([Diagnostic("usage/input", Severity.ERROR, message, helps=("-c 'help'",))]) from problem
 
 
 def _typed(session: Session) -> int:

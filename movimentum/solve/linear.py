@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.solve.effort import charge
+
 FloatArray = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-8
@@ -93,7 +95,11 @@ def damped(
 
 
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The Jacobian with unknowns in units of ``scale`` and rows of unit length, and those rows' lengths (F, m)."""
+    """The Jacobian with unknowns in units of ``scale`` and rows of unit length, and those rows' lengths (F, m).
+
+    Counted as one linearization (see `solve.effort`).
+    """
+    charge()
     wide = jacobian * scale
     lengths = np.sqrt(np.einsum("fmn,fmn->fm", wide, wide))
     lengths = np.where(lengths > 0.0, lengths, 1.0)

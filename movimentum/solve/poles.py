@@ -19,6 +19,10 @@ NEAR, FAR = 16.0, 256.0
 LEAST_POWER = 0.97
 MOST = 64
 """Places that are looked at."""
+STEPS = 17
+"""Places beside a pole at which its integrand only falls. Where something cancels, rounding grows as fast, but up and
+down.
+"""
 
 
 def first_pole(piece: Piece, block: Block, low: FloatArray, high: FloatArray) -> float | None:
@@ -33,9 +37,18 @@ def first_pole(piece: Piece, block: Block, low: FloatArray, high: FloatArray) ->
         at = place + side * width * np.array([NEAR, 2.0 * NEAR, FAR, 2.0 * FAR])
         one, two, three, four = _values(piece, block, at)
         near, far = abs(one - two), abs(three - four)  # differences know nothing of what is added to the pole
-        if near > 0.0 and far > 0.0 and np.isfinite(near) and np.log(near / far) / np.log(FAR / NEAR) > LEAST_POWER:
+        if not (near > 0.0 and far > 0.0 and np.isfinite(near)):
+            continue
+        grows = np.log(near / far) / np.log(FAR / NEAR) > LEAST_POWER
+        if grows and _steady(_values(piece, block, place + side * width * np.geomspace(NEAR, FAR, STEPS))):
             return place
     return None
+
+
+def _steady(values: FloatArray) -> bool:
+    """Whether values only grow, or only fall."""
+    steps = np.diff(values)
+    return bool(np.all(steps > 0.0) or np.all(steps < 0.0))
 
 
 def _steepest(piece: Piece, block: Block, low: float, high: float) -> float:

@@ -15,6 +15,7 @@ from movimentum.plan.model import Plan
 from movimentum.solve import kernels
 from movimentum.solve.candidates import Selection
 from movimentum.solve.change_points import ROUNDING
+from movimentum.solve.effort import GivenUp, limited
 from movimentum.solve.folds import CLOSED, fold_near
 from movimentum.solve.following import Choice, instant, probe_of
 from movimentum.solve.instants import Instants
@@ -217,6 +218,8 @@ LATE, LATE_NEWTON = 64, 16
 """Times of a segment at which a first solution is looked for, where there is none to begin with."""
 LARGEST_LATE = 16
 """Unknowns of a block that is solved by Newton's method; for larger ones every look costs too much."""
+LATE_EFFORT = 6_000
+"""Linearizations that looking for a first solution may take, some seconds; then none is found."""
 
 
 def first_beginning(
@@ -225,8 +228,18 @@ def first_beginning(
     """The first time of a segment at which there is a solution, where there is none to begin with, the time at or just
     after it from which a path can be followed, and what is ``chosen`` there.
 
-    None where none is found, or nothing that moves is in the way.
+    None where none is found, not with as much work as `LATE_EFFORT`, or nothing that moves is in the way.
     """
+    try:
+        with limited(LATE_EFFORT):
+            return _first_beginning(plan, start, length, refused, chosen)
+    except GivenUp:
+        return None
+
+
+def _first_beginning(
+    plan: Plan, start: Fraction, length: float, refused: Selection, chosen: Callable[[float], Selection]
+) -> tuple[float, float, Selection] | None:
     blocks = [plan.blocks[r.block] for r in refused.rejections if r.block is not None]
     if length <= 0.0 or not any(block.moving for block in blocks):
         return None

@@ -30,6 +30,12 @@ if TYPE_CHECKING:
 
 MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is without a solution."""
+CREEPING = 12
+"""So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, or there
+are solutions at single instants only.
+"""
+AT_ONCE = 1e-5
+"""Of a segment: a piece that is shorter ends where it begins."""
 
 
 def scene_size(scene: Scene) -> float:
@@ -252,16 +258,28 @@ def _continue(
     """
     gap = min(gaps, key=lambda item: item.begin, default=None)
     violated = first_violation(piece, piece.end if gap is None else gap.begin)
-    if len(stretch.pieces) >= MAXIMAL_PIECES:
-        if violated is not None or gap is not None:
-            end = violated[1] if violated is not None else gap.begin if gap is not None else length
+    if violated is not None or gap is not None:
+        end = violated[1] if violated is not None else gap.begin if gap is not None else length
+        if len(stretch.pieces) >= MAXIMAL_PIECES or _creeps(stretch, end, length):
+            trouble = Trouble("gap", end, until=length, block=None if gap is None else gap.block)
+            if violated is not None:
+                trouble = Trouble("selector", end, until=length, selector=violated[0])
+            stretch.troubles.append(trouble)
             _die(stretch, piece, end, length)
-        return None, length
+            return None, length
     if violated is not None:
         return _beyond_inequality(stretch, piece, violated, length, ahead)
     if gap is None:
         return None, length
     return _beyond_gap(stretch, piece, gap, length)
+
+
+def _creeps(stretch: Stretch, end: float, length: float) -> bool:
+    """Whether the last pieces, of which the last would end at ``end``, all end where they begin."""
+    recent = [piece for piece in stretch.pieces if isinstance(piece, Piece)][-CREEPING:]
+    ends = [*(piece.end for piece in recent[:-1]), end]
+    short = (stop - piece.begin < AT_ONCE * length for piece, stop in zip(recent, ends, strict=True))
+    return len(recent) == CREEPING and all(short)
 
 
 def _die(stretch: Stretch, piece: Piece, end: float, until: float) -> Carry:

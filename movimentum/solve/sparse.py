@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from movimentum.plan.blocks import Block
 from movimentum.plan.metric import Metric
+from movimentum.solve.effort import charge
 from movimentum.solve.kernels import State
 from movimentum.solve.linear import Damping, damped
 from movimentum.solve.rows import sparse_residual, sparse_slopes
@@ -198,6 +199,7 @@ class Quadratic:
         """The step (n,); nan where the system is singular."""
         from scipy.sparse import coo_matrix
 
+        charge()
         n, m = len(self.gradient), len(self.rows)
         row = np.repeat(n + np.arange(m), [len(places) for places, _ in self.rows])
         column = np.concatenate([places for places, _ in self.rows])

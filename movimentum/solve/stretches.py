@@ -39,7 +39,8 @@ class Trouble:
 
     ``kind`` "start": none to begin with (``selection`` has the reasons); "gap": block number ``block`` has none,
     after a path that ended at ``begin``;
-    "selector": inequality number ``selector`` is violated and no other solution satisfies it;
+    "selector": inequality number ``selector`` is violated and no other solution satisfies it (without a ``selection``:
+    what satisfies it violates it again at once, over and over);
     "check": equation number ``check``, which held so far although others say as much, no longer does.
     """
 

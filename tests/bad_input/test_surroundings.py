@@ -16,7 +16,8 @@ import pytest
 
 from movimentum.cli import run_command_line
 from movimentum.console import guarded
-from movimentum.files import has_parts, whole_file
+from movimentum.files import whole_file
+from movimentum.parts import has_parts
 from movimentum.signals import Terminated
 from tests.command import CRANK, LONG, command, environment, movimentum
 
@@ -74,7 +75,7 @@ def test_a_signal_ends_it_without_a_trace(tmp_path: Path, number: signal.Signals
 def test_a_signal_at_any_moment(tmp_path: Path, number: signal.Signals) -> None:
     chance = random.Random(int(number))
     # earlier, it is Python itself that starts, and no program can answer
-    _assert_ends_cleanly(tmp_path, number, [0.25 + 1.5 * chance.random() ** 2 for _ in range(15)])
+    _assert_ends_cleanly(tmp_path, number, [0.1 + 1.5 * chance.random() ** 2 for _ in range(15)])
 
 
 def test_an_ignored_hangup_stays_ignored(script: Path) -> None:
@@ -102,7 +103,7 @@ def test_handlers_come_back(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_two_signals_in_a_row_leave_no_half_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from movimentum import files
+    from movimentum import parts
     from movimentum.console import Console
 
     def short_of_memory(*_: str) -> None:
@@ -112,12 +113,42 @@ def test_two_signals_in_a_row_leave_no_half_file(tmp_path: Path, monkeypatch: py
     def work() -> int:
         with whole_file(tmp_path / "out.gif") as part:
             part.write_text("half")
-            monkeypatch.setattr(files, "discard_parts", short_of_memory)
+            monkeypatch.setattr(parts, "discard", short_of_memory)
             raise Terminated(15)
 
     assert guarded(work, Console(quiet=True)) in (1, 143)
     assert os.listdir(tmp_path) == []
     assert not has_parts()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="locks of files work otherwise")
+@pytest.mark.parametrize("name", ["out.gif", "out-%d.png"])
+def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path, name: str) -> None:
+    (tmp_path / "long.mov").write_text(LONG)
+    (tmp_path / "crank.mov").write_text(CRANK)
+    killed, going = (
+        subprocess.Popen(
+            command("run", "long.mov", "-o", name, "--workers", "1"),
+            cwd=tmp_path,
+            stderr=subprocess.DEVNULL,
+            env=environment(),
+        )
+        for _ in range(2)
+    )
+    deadline = time.monotonic() + 60
+    while len(left := sorted(tmp_path.glob(".out*.part*"))) < 2 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    killed.kill()
+    killed.wait()
+    foreign = tmp_path / ".mine.part.gif"
+    foreign.write_text("no part of ours")
+    assert movimentum("run", "crank.mov", "-o", "other.gif", cwd=tmp_path).returncode == 0
+    assert len(left) == 2
+    (kept,) = set(tmp_path.glob(".out*.part*"))  # that of the process that goes on
+    going.terminate()
+    going.wait()
+    assert kept in left
+    assert sorted(os.listdir(tmp_path)) == [".mine.part.gif", "crank.mov", "long.mov", "other.gif"]
 
 
 LITTLE = """\
@@ -158,6 +189,47 @@ def test_any_amount_of_memory(tmp_path: Path, name: str) -> None:
         _assert_short_memory_is_told(tmp_path, name, megabytes)
         for path in tmp_path.glob("o*"):
             path.unlink()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits work otherwise")
+def test_too_few_files_are_told(tmp_path: Path) -> None:
+    (tmp_path / "a.mov").write_text(CRANK)
+    codes: set[int] = set()
+    for amount in (4, 5, 6, 8):
+        done = subprocess.run(
+            command("run", "a.mov", "-o", "o.gif"),
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            env=environment({"OPENBLAS_NUM_THREADS": "1"}),
+            timeout=60,
+            check=False,
+            preexec_fn=_limited("RLIMIT_NOFILE", amount),
+        )
+        codes.add(done.returncode)
+        assert "internal/bug" not in done.stderr, (amount, done.stderr)
+        assert (done.returncode == 0) == (tmp_path / "o.gif").exists()
+        (tmp_path / "o.gif").unlink(missing_ok=True)
+    assert codes <= {0, 1, 2}
+
+
+@pytest.mark.parametrize("streams", [">&-", "<&-", ">&- 2>&-", ">&- <&-", "< .", "< bytes"])
+@pytest.mark.parametrize("arguments", ["", "-c 'show; plot Rod.B.x; nonsense'"])
+def test_the_debugger_without_its_streams(tmp_path: Path, script: Path, streams: str, arguments: str) -> None:
+    (tmp_path / "bytes").write_bytes(b"show \xff\n\xff\xfe\0\n")
+    line = " ".join(f"'{part}'" for part in command("repl", script))
+    done = subprocess.run(
+        ["sh", "-c", f"{line} {arguments} {streams}"],
+        cwd=tmp_path,
+        capture_output=True,
+        stdin=subprocess.DEVNULL,
+        env=environment(),
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode in (0, 1, 2), done
+    assert b"internal/bug" not in done.stderr + done.stdout
+    assert b"Traceback" not in done.stderr
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits work otherwise")

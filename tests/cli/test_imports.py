@@ -54,6 +54,14 @@ def test_what_a_command_imports(tmp_path: Path, arguments: list[str], allowed: s
     assert set(line.split()) & HEAVY <= allowed, done.stderr
 
 
+def test_nothing_is_imported_before_an_interrupt_is_dealt_with() -> None:
+    program = "import sys; before = set(sys.modules); import movimentum.__main__; print(set(sys.modules) - before)"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, env=environment(), timeout=60, check=True
+    )
+    assert ast.literal_eval(done.stdout) <= {"__future__", "movimentum", "movimentum.__main__"}
+
+
 def test_every_library_that_the_package_imports_is_declared() -> None:
     imported: set[str] = set()
     for file in (ROOT / "movimentum").rglob("*.py"):

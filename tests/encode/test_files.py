@@ -5,13 +5,14 @@ import os
 import struct
 import sys
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
 from movimentum.encode.palette import Mapper, choose_palette
-from movimentum.encode.write import write_animation
+from movimentum.encode.write import check_output, write_animation
 from movimentum.errors import UsageError
 from movimentum.render.options import PictureOptions
 from movimentum.render.painter import Session, make_painter
@@ -321,3 +322,12 @@ def test_without_pyav(tmp_path, monkeypatch):
     assert caught.value.diagnostics[0].code == "output/video"
     assert caught.value.diagnostics[0].helps == ("pip install 'movimentum[video]'",)
     assert os.listdir(tmp_path) == []
+
+
+def test_what_is_to_be_typed_names_the_file_that_was_asked_for() -> None:
+    with pytest.raises(UsageError) as caught:
+        check_output(Path("two words/$x.jpg"), transparent=True)
+    assert caught.value.diagnostics[0].helps == ("-o 'two words/$x.png'",)
+    with pytest.raises(UsageError) as caught:
+        check_output(Path("a%s%d.png"))
+    assert "`a%s%d.png` must have one %d" in caught.value.diagnostics[0].message

@@ -141,7 +141,16 @@ def _wished(chance: random.Random) -> str:
     )
 
 
-@pytest.mark.parametrize("family", [_cancelling, _enormous, _wished])
+def _clocks_apart(chance: random.Random) -> str:
+    """Equations with clocks that their blocks do not read, beside what has no value at first."""
+    name = chance.choice(("z", "_", "A.red"))
+    clock = chance.choice((".T", ".T - 1", "2*.T", ".iv"))
+    apart = chance.choice(("{0} + {1}^2 = .t;", "{0} + 2*{1}*{1} = .t;", "-{1}^2 = {0} - .t;")).format(clock, name)
+    without = chance.choice(("A.Q = x/_*_/x;", "C.P = y/_*_/y;", "B.Q = x/_*_/x;"))
+    return without + apart
+
+
+@pytest.mark.parametrize("family", [_cancelling, _enormous, _wished, _clocks_apart])
 def test_families_that_once_were_bugs(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], family: Callable[[random.Random], str]
 ) -> None:
@@ -157,7 +166,7 @@ def assert_no_bug(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family", [_cancelling, _enormous, _wished])
+@pytest.mark.parametrize("family", [_cancelling, _enormous, _wished, _clocks_apart])
 def test_many_of_those_families(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], family: Callable[[random.Random], str]
 ) -> None:

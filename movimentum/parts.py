@@ -1,0 +1,113 @@
+"""Half-written files and folders: they lie beside their target under a name of their own until they are whole.
+
+What is begun is locked by its process, so a part that nobody holds is a dead process's (``kill -9``, a power cut) and
+is removed by whoever writes next to it. A lock is known on one machine only; the name says on which.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import zlib
+from contextlib import suppress
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # no such locks on this system: nothing is removed that a dead process left
+    fcntl = None
+
+_PARTS: dict[str, int | None] = {}
+"""What is being written at this moment in this process, and the handle that holds its lock."""
+
+
+def beside(target: Path) -> Path:
+    """A new name for what will become ``target``, with its suffix."""
+    return target.with_name(f".{target.stem[:40]}.{_machine()}.{os.urandom(4).hex()}.part{target.suffix}")
+
+
+def begin(target: Path, *, folder: bool = False) -> Path:
+    """Create an empty file (or folder) beside ``target``, locked; `OSError` where that is refused."""
+    sweep(target.parent)
+    while True:
+        part = beside(target)
+        _PARTS[str(part)] = None
+        try:
+            if folder:
+                part.mkdir()
+            else:
+                part.open("xb").close()
+            _PARTS[str(part)] = _lock(part)
+            if part.exists():
+                return part
+        except BaseException:
+            discard(str(part))
+            raise
+        discard(str(part))  # somebody swept before it was locked
+
+
+def has_parts() -> bool:
+    """Whether something half-written is left: by two signals in a row, or where memory did not reach for a removal."""
+    return bool(_PARTS)
+
+
+def discard(*parts: str) -> None:
+    """Remove half-written files and folders, all there are if none is named."""
+    for part in parts or tuple(_PARTS):
+        _remove(part)
+        handle = _PARTS.pop(part, None)
+        if handle is not None:
+            with suppress(OSError):
+                os.close(handle)
+
+
+def sweep(folder: Path) -> None:
+    """Remove the parts in ``folder`` that processes of this machine began and did not live to end."""
+    if fcntl is None:
+        return
+    ours = re.compile(rf"\..*\.{_machine()}\.[0-9a-f]{{8}}\.part.*", re.DOTALL)
+    with suppress(OSError):
+        for name in os.listdir(folder):
+            path = str(folder / name)
+            if ours.fullmatch(name) and path not in _PARTS:
+                handle = _lock(path)
+                if handle is not None:
+                    _remove(path)
+                    os.close(handle)
+
+
+def _lock(path: Path | str) -> int | None:
+    """A handle that holds the lock of a file or folder; None where another process has it, or there are no locks."""
+    if fcntl is None:
+        return None
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:
+        return None
+    try:
+        mode = os.fstat(handle).st_mode
+        if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return handle
+    except OSError:
+        pass
+    os.close(handle)
+    return None
+
+
+def _remove(part: str) -> None:
+    try:
+        os.unlink(part)
+    except (IsADirectoryError, PermissionError):  # which of the two a folder gives depends on the system
+        import shutil  # here, for hardly any command comes here
+
+        shutil.rmtree(part, ignore_errors=True)
+    except OSError:  # it has got its name, or its folder is gone
+        pass
+
+
+def _machine() -> str:
+    """Eight letters for this machine, for names of files."""
+    name = os.uname().nodename if hasattr(os, "uname") else ""
+    return f"{zlib.crc32(os.fsencode(name)):08x}"

@@ -1,0 +1,44 @@
+"""Work that is counted, so that what is only tried out can be given up: the same on every machine, unlike time.
+
+The count is of linearizations: of every Newton step, every step toward a pose to begin with, and every step of a
+free motion. The limit is that of the calling thread's context, for it would otherwise be an argument of every function
+between a trial and the step that it costs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+
+class GivenUp(Exception):
+    """What was tried out takes more work than it may."""
+
+
+_left: ContextVar[list[int] | None] = ContextVar("_left", default=None)
+
+
+@contextmanager
+def limited(count: int) -> Generator[list[int], None, None]:
+    """Raise `GivenUp` inside once ``count`` linearizations are done; yields a list with how many are left.
+
+    They count for a limit around this one too.
+    """
+    around, left = _left.get(), [count]
+    token = _left.set(left)
+    try:
+        yield left
+    finally:
+        _left.reset(token)
+        if around is not None:
+            around[0] -= count - left[0]
+
+
+def charge(count: int = 1) -> None:
+    """Count linearizations; raises `GivenUp` where there are too many."""
+    left = _left.get()
+    if left is not None:
+        left[0] -= count
+        if left[0] < 0:
+            raise GivenUp

@@ -1,0 +1,103 @@
+"""A path that ends where it begins, over and over, is given up after a few beginnings, and that is told; so is help
+that would take long to try.
+"""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from movimentum.analysis import tried
+from movimentum.pipeline import Choices, arranged, examined, moved, understand
+from movimentum.solve.effort import GivenUp, charge, limited
+from movimentum.solve.motion import Motion
+from movimentum.solve.solver import CREEPING
+from movimentum.source import SourceText
+
+SCENE = """\
+.config(10, 60, 40);
+A : .bar P = [0,0] Q = [10,0];
+@0 A.P = [0,0]; A.angle = 0;
+@1 {}
+@+1
+"""
+
+
+def motion_of(text: str) -> Motion:
+    return moved(arranged(understand(SourceText("a.mov", text)), Choices()))
+
+
+def _drawn_across(seed: int) -> tuple[str, bool]:
+    """A wish for a number and an inequality, and whether the wish is on the inequality's side all along."""
+    chance = random.Random(seed)
+    name = chance.choice(("A.opacity", "A.red", "A.green"))
+    limit, wish = chance.uniform(1.1, 1.4), chance.uniform(1.5, 3.0)
+    good = chance.random() < 0.3
+    if good:
+        limit, wish = wish, limit
+    moving = chance.choice(("", " + 0.05*.t", " + .t - 1"))
+    relation = chance.choice((f"{name} < {limit}{moving}", f"{limit}{moving} > {name}"))
+    if moving == " + .t - 1" and good:
+        relation = f"{name} < {limit} + 0.01*.t"
+    return f"{relation}; {name} ~ {wish};", good
+
+
+def _at_single_instants(seed: int) -> str:
+    """What is asked for has a value at the beginning of each piece only: a wish for 0/0."""
+    chance = random.Random(seed)
+    name = chance.choice(("A.red", "A.opacity"))
+    return f"(-{name} - .t) ~ -.t/_; -{name} - .t = {chance.choice('xyz')};"
+
+
+def assert_soon_told(text: str, good: bool) -> None:
+    motion = motion_of(SCENE.format(text))
+    assert all(len(stretch.pieces) <= 2 * CREEPING + 4 for stretch in motion.stretches), text
+    found = examined(motion.timeline, Choices())
+    assert found.fault == (0 if good else 3), (text, found.diagnostics)
+    if not good:
+        assert any(item.code.startswith("solve/") for item in found.diagnostics), text
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_wish_across_an_inequality_is_soon_told(seed: int) -> None:
+    assert_soon_told(*_drawn_across(seed))
+
+
+@pytest.mark.slow
+def test_many_wishes_across_inequalities() -> None:
+    for seed in range(100, 112):
+        assert_soon_told(*_drawn_across(seed))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
+def test_solutions_at_single_instants_are_soon_told(seed: int) -> None:
+    assert_soon_told(_at_single_instants(seed), good=False)
+
+
+def test_help_is_given_up_after_counted_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = SCENE.format("") + "\n@4 A.P ~ [3,4]; A.red ~ 0.5; x*x = 2 + A.green;\n@5"
+    whole = tried.Trials(motion_of(text))
+    assert whole.with_statement(2, "A.blue = 0.5;") is not None
+    monkeypatch.setattr(tried, "EFFORT", 5)
+    short = tried.Trials(motion_of(text))
+    assert short.able(0)
+    assert short.with_statement(2, "A.blue = 0.5;") is None
+    assert not short.able(0)
+
+
+def test_work_is_counted_inside_only() -> None:
+    charge(10**9)
+    with pytest.raises(GivenUp), limited(3) as left:
+        for _ in range(4):
+            charge()
+    assert left == [-1]
+    charge(10**9)
+    with limited(10) as around:
+        with limited(5):
+            charge(3)
+        assert around == [7]
+        with pytest.raises(GivenUp), limited(100):
+            charge(101)
+        assert around[0] < 0
