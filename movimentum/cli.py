@@ -57,8 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     Planning makes hundreds of thousands of small objects and hardly a cycle; the collector's walks over them would take
     half the time of a large scene. Linear algebra has one thread, unless the surroundings say otherwise: matrices are
-    small, threads that wait for each other took five times as long, and sums in another order for another number of
-    processors would round otherwise.
+    small, and on busy processors threads wait for each other longer than they work.
     """
     for library in ("OPENBLAS", "MKL", "OMP"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
@@ -677,7 +676,7 @@ Examples:
     default=MAX_DIGITS,
     show_default=True,
     metavar="N",
-    help="Refuse more digits: ten times as many take forty times as long.",
+    help="Refuse more digits: three times as many take about nine times as long.",
 )
 @STRICT
 @ON_FAILURE
