@@ -32,10 +32,10 @@ MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is without a solution."""
 CREEPING = 12
 """So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, or there
-are solutions at single instants only.
+are solutions at single instants only, or Newton's method is at the end of its precision.
 """
-AT_ONCE = 1e-5
-"""Of a segment: a piece that is shorter ends where it begins."""
+SHORT = 3e-4
+"""Of a segment: a piece that is shorter ends where it begins. `MAXIMAL_PIECES` like that would not fill a segment."""
 
 
 def scene_size(scene: Scene) -> float:
@@ -278,7 +278,7 @@ def _creeps(stretch: Stretch, end: float, length: float) -> bool:
     """Whether the last pieces, of which the last would end at ``end``, all end where they begin."""
     recent = [piece for piece in stretch.pieces if isinstance(piece, Piece)][-CREEPING:]
     ends = [*(piece.end for piece in recent[:-1]), end]
-    short = (stop - piece.begin < AT_ONCE * length for piece, stop in zip(recent, ends, strict=True))
+    short = (stop - piece.begin < SHORT * length for piece, stop in zip(recent, ends, strict=True))
     return len(recent) == CREEPING and all(short)
 
 
