@@ -24,6 +24,8 @@ MOST = 60
 ones."""
 EFFORT = 2e9
 """Work for all amounts, see `Effort`; what it does not suffice for is not told."""
+SENSIBLE = 1e6
+"""Of the scene's size: an amount that says more than that the search went astray."""
 LIGHT = (0.1, 1e-2, 1e-3, 1e-4)
 """Weights of a constraint that is to be met only as well as the others allow, one after the other (or the valley is too
 narrow)."""
@@ -69,7 +71,9 @@ def told(found: Contradiction) -> Conflict:
             except OutOfEffortError:
                 break
             if kind == "constraint":
-                off[number] = _apart(demands, number, u)
+                amount = _apart(demands, number, u)
+                if amount <= SENSIBLE * demands.plan.size:
+                    off[number] = amount
             elif kind == "thing":
                 factor = _stretched(demands, number, u)
                 if factor is not None:

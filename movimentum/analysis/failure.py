@@ -35,8 +35,8 @@ def failure_diagnostic(motion: Motion, stretch: Stretch, trouble: Trouble) -> tu
     """
     if trouble.kind == "gap" and trouble.block is not None and _is_formula(stretch.plan.blocks[trouble.block]):
         return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
-    if trouble.kind == "gap":
-        return bind(motion, stretch, trouble), 3
+    if trouble.kind == "gap" and (bound := bind(motion, stretch, trouble)) is not None:
+        return bound, 3
     if trouble.kind == "selector":
         return _left_nothing(motion, stretch, trouble, trouble.begin), 3
     if trouble.kind == "check":
@@ -86,8 +86,9 @@ def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[D
     always = contradiction is not None and _holds_all_along(stretch, contradiction)
     # what a first step says of all its time is a contradiction; what is driven there, or stated there later, is a reach
     first = stretch.segment.step == 0 and trouble.until >= float(stretch.segment.end - stretch.segment.start)
-    if driven_past(stretch, selection) and not (first and always):
-        return bind(motion, stretch, trouble), 3
+    past = driven_past(stretch, selection) and not (first and always)
+    if past and (bound := bind(motion, stretch, trouble)) is not None:
+        return bound, 3
     if contradiction is None:
         for rejection in selection.rejections:
             if rejection.block is not None and _is_formula(stretch.plan.blocks[rejection.block]):

@@ -8,7 +8,7 @@ import numpy as np
 
 from movimentum.analysis.words import number, time_text
 from movimentum.diagnostics import Diagnostic, Label, Severity
-from movimentum.plan.blocks import Block
+from movimentum.plan.blocks import Block, Kernel
 from movimentum.scene.model import Constraint, Scene
 from movimentum.solve.candidates import Selection
 from movimentum.solve.carry import Carry
@@ -36,8 +36,11 @@ def driven_past(stretch: Stretch, selection: Selection) -> bool:
     return any(block.moving or (stretch.segment.step > 0 and not block.free) for block in blocks)
 
 
-def bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic:
-    """A path ended, or could not begin: which constraints bind, with what they are off by at the next frame."""
+def bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic | None:
+    """A path ended, or could not begin: which constraints bind, with what they are off by at the next frame.
+
+    None where it could not begin, and nothing shows that there is no solution: a search found none, that is all.
+    """
     plan = stretch.plan
     block = _block(stretch, trouble)
     length = float(stretch.segment.end - stretch.segment.start)
@@ -45,11 +48,14 @@ def bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic:
     carry = stretch.base if piece is None else carry_at(stretch, piece, trouble.begin, stretch.base)
     until = _until(motion, stretch, trouble)
     tau, conflict = _conflict(motion, stretch, trouble, block, carry)
+    if trouble.kind == "start" and block.kernel is Kernel.NEWTON and conflict is None:
+        return None
     where, label, labels = "", "binds", list[Label]()
     chosen: list[Constraint] = []
     if conflict is not None:
         chosen = [c for n in conflict.constraints if (c := constraint_of(stretch, n)) is not None]
-        where = f"; at t = {_at(stretch, tau, length)} {_amount(plan.system.scene, conflict)}"
+        amount = _amount(plan.system.scene, conflict)
+        where = f"; at t = {_at(stretch, tau, length)} {amount}" if amount else ""
         labels = [Label(c.span, off_text(conflict, c.number)) for c in chosen[:-1]]
         labels += [Label(plan.system.scene.things[t].span, "rigid") for t in conflict.things]
         label = off_text(conflict, conflict.constraints[-1]) if conflict.constraints else "binds"
@@ -135,11 +141,12 @@ def _conflict(
 
 
 def _amount(scene: Scene, conflict: Conflict) -> str:
-    """The thing that is too short or too long, and by how much; else what a constraint is off by."""
+    """The thing that is too short or too long, and by how much; else what a constraint is off by; "" if neither is
+    known.
+    """
     short = [(t, f) for t, f in conflict.stretch.items() if abs(f - 1.0) > 1e-12]
     if not short:
-        largest = max(conflict.off.values(), default=0.0)
-        return f"they are {number(largest)} out of reach"
+        return f"they are {number(max(conflict.off.values()))} out of reach" if conflict.off else ""
     t, factor = max(short, key=lambda item: abs(item[1] - 1.0))
     thing = scene.things[t]
     points = [anchor.local for anchor in thing.anchors]

@@ -136,6 +136,19 @@ def newton_starts(
         effort += NEWTON_EFFORT
     if not len(ends):
         return Starts([], True, effort)
+    found = _distinct(plan, block, state, k, ends, scale)
+    if not found and roots is None and (small := _of_any_size(plan, block, scale)) is not None:
+        one, clocks = _first_instant(plan, block, state, k, len(small))
+        outcome = newton(block, one, clocks, small, scale, iterations=60, limit=0.5)
+        found = _distinct(plan, block, state, k, outcome.x, scale)
+        effort += NEWTON_EFFORT
+    return Starts(found, roots is not None and roots.complete, effort)
+
+
+def _distinct(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], ends: FloatArray, scale: FloatArray
+) -> list[FloatArray]:
+    """The solutions among core vectors ``ends`` (F, n), each once and polished."""
     one, clocks = _first_instant(plan, block, state, k, len(ends))
     polished = newton(block, one, clocks, ends, scale, iterations=6)
     found: list[FloatArray] = []
@@ -143,7 +156,7 @@ def newton_starts(
     for x, good in zip(polished.x, polished.converged & (polished.error <= most), strict=True):
         if good and not any(np.max(np.abs(x - other) / scale) < SAME for other in found):
             found.append(x)
-    return Starts(found, roots is not None and roots.complete, effort)
+    return found
 
 
 def _seeds(first: FloatArray) -> int:
@@ -166,6 +179,24 @@ def _scattered(plan: Plan, block: Block, first: FloatArray, scale: FloatArray, s
         else:
             starts[1:, j] += scale[j] * generator.normal(0.0, 1.0, seeds - 1)
     return starts
+
+
+def _of_any_size(plan: Plan, block: Block, scale: FloatArray) -> FloatArray | None:
+    """(seeds, n) core vectors of a block of variables alone: their numbers need not be as large as the scene is, and
+    most are positive. None where the block has poses.
+    """
+    if any(plan.system.unknowns[n].thing is not None for n in block.core):
+        return None
+    generator = np.random.default_rng(20122)
+    seeds = _seeds(scale)
+    sizes = (
+        scale
+        * 10.0 ** generator.uniform(-3.0, 0.5, (seeds, 1))
+        * 10.0 ** generator.uniform(-0.3, 0.3, (seeds, len(scale)))
+    )
+    signs = np.where(generator.uniform(size=sizes.shape) < 0.5, -1.0, 1.0)
+    signs[: seeds // 2] = 1.0
+    return sizes * signs
 
 
 def all_of(plan: Plan, block: Block, scale: FloatArray) -> AllSolutions:

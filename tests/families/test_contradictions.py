@@ -179,8 +179,26 @@ def test_angles_agree_modulo_a_turn():
         assert error is None or error.code != "constraint/conflict"
 
 
+@pytest.mark.parametrize("count", [3, 8, 10, 25])
+@pytest.mark.parametrize("scale", [0.02, 1.0, 30.0])
+def test_products_of_variables_are_solved_whatever_their_size(count, scale):
+    # linear in the logarithms: the one solution with positive numbers is known
+    right = scale**3 * (np.arange(count) + 2.0)
+    matrix = 2.0 * np.eye(count) + np.roll(np.eye(count), 1, axis=1)
+    truth = np.exp(np.linalg.solve(matrix, np.log(right)))
+    equations = " ".join(f"x{i}^2*x{(i + 1) % count} = {float(right[i])!r};" for i in range(count))
+    error, _, _, _ = told(f".config(10,200,200);\nA : .bar a=[0,0] b=[50,0];\n@0 A.a=[0,0]; {equations}\n@1\n")
+    assert error is None
+    motion = motion_of(f".config(10,200,200);\nA : .bar a=[0,0] b=[50,0];\n@0 A.a=[0,0]; {equations}\n@1\n")
+    poses = motion.poses(0, 1)
+    found = np.array([poses.variables[f"x{i}"][0] for i in range(count)])
+    assert np.max(np.abs(found**2 * np.roll(found, -1) / right - 1.0)) < 1e-9
+    if count % 2 == 0:  # else a sign could not be told either
+        assert np.max(np.abs(np.abs(found) / truth - 1.0)) < 1e-9
+
+
 def test_a_search_without_a_find_does_not_say_that_there_is_none():
-    # seven equations with a solution near 1.8 that is hard to come by
-    equations = " ".join(f"x{i}^2*x{(i + 1) % 7} = {i + 2} + .t;" for i in range(7))
+    # more equations with the same factors, of which the last has no solution: nobody can tell from a search
+    equations = " ".join(f"x{i}^2*x{(i + 1) % 9} + .sin(40*x{(i + 4) % 9}) = {i + 2} + .t;" for i in range(9))
     error, _, fault, _ = told(f".config(10,200,200);\nA : .bar a=[0,0] b=[50,0];\n@0 A.a=[0,0]; {equations}\n@1\n")
     assert error is None or (error.code, fault) == ("solve/not-converged", 3)
