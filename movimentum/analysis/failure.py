@@ -94,7 +94,8 @@ def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[D
             if rejection.block is not None and _is_formula(stretch.plan.blocks[rejection.block]):
                 return _undefined(stretch, stretch.plan.blocks[rejection.block], 0.0), 3
         if selectors and all(part.complete for part in selection.parts):
-            return _left_nothing(motion, stretch, trouble, 0.0), 1
+            told = _left_nothing(motion, stretch, trouble, 0.0)
+            return told, 1 if told.code == "constraint/conflict" else 3
         return _not_found(stretch, selection), 3
     from movimentum.analysis.conflict import told
 
@@ -167,7 +168,11 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
 
 
 def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:
-    """Every solution violates some inequality."""
+    """Every solution violates some inequality.
+
+    Where a later step states something else that an inequality from before does not allow, or a length that no length
+    can have, that is a reach; what a step's own inequality leaves nothing of is a contradiction.
+    """
     plan = stretch.plan
     selection = trouble.selection
     rejections: list[Rejection] = [r for r in (selection.rejections if selection else ()) if r.selector is not None]
@@ -191,8 +196,10 @@ def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float
         message = f"no solution satisfies this inequality at t = {when}"
     else:
         message = f"at t = {when} this has no solution (a length cannot be negative, an angle has one side)"
+    step = stretch.segment.step
+    reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
-        code="constraint/conflict" if trouble.kind == "start" else "solve/unreachable",
+        code="constraint/conflict" if trouble.kind == "start" and not reached else "solve/unreachable",
         severity=Severity.ERROR,
         message=message,
         span=constraint.span if constraint else None,
