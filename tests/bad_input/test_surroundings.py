@@ -39,6 +39,12 @@ def _limited(kind: str, amount: int) -> Callable[[], None]:
     return lambda: resource.setrlimit(getattr(resource, kind), (amount, amount))
 
 
+def _as_in_a_terminal() -> None:
+    """What runs these tests may ignore signals (``nohup``, a job in the background), and its children would too."""
+    for number in ENDINGS:
+        signal.signal(number, signal.SIG_DFL)
+
+
 def _signalled(folder: Path, number: signal.Signals, delay: float) -> tuple[int, str]:
     process = subprocess.Popen(
         command("run", folder / "long.mov", "-o", folder / "out.gif"),
@@ -46,6 +52,7 @@ def _signalled(folder: Path, number: signal.Signals, delay: float) -> tuple[int,
         text=True,
         env=environment(),
         start_new_session=True,
+        preexec_fn=_as_in_a_terminal,
     )
     time.sleep(delay)
     if number == signal.SIGINT:
@@ -60,7 +67,9 @@ def _assert_ends_cleanly(folder: Path, number: signal.Signals, delays: list[floa
     (folder / "long.mov").write_text(LONG)
     for delay in delays:
         code, said = _signalled(folder, number, delay)
-        assert code == ENDINGS[number], (delay, code, said)
+        # a busy machine may need half a second to start Python: then the system ends it, and nothing was begun
+        starting = delay < 0.5 and number != signal.SIGINT
+        assert code == ENDINGS[number] or (starting and code == -number), (delay, code, said)
         assert "Traceback" not in said, (delay, said)
         assert os.listdir(folder) == ["long.mov"], delay
 
@@ -75,7 +84,8 @@ def test_a_signal_ends_it_without_a_trace(tmp_path: Path, number: signal.Signals
 def test_a_signal_at_any_moment(tmp_path: Path, number: signal.Signals) -> None:
     chance = random.Random(int(number))
     # earlier, it is Python itself that starts, and no program can answer
-    _assert_ends_cleanly(tmp_path, number, [0.1 + 1.5 * chance.random() ** 2 for _ in range(15)])
+    earliest = 0.4 if number == signal.SIGINT else 0.1
+    _assert_ends_cleanly(tmp_path, number, [earliest + 1.5 * chance.random() ** 2 for _ in range(15)])
 
 
 def test_an_ignored_hangup_stays_ignored(script: Path) -> None:
