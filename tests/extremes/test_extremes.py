@@ -101,7 +101,7 @@ def test_scales(scene):
     assert worst < (1e-8 if scene is trailing else 1e-12)
 
 
-@pytest.mark.parametrize("factor", [1e-320, 1e-200, 1e200, 1e306])
+@pytest.mark.parametrize("factor", [pytest.param(1e-320, marks=pytest.mark.slow), 1e-200, 1e200, 1e306])
 def test_beyond_all_scales_there_is_a_diagnostic_and_no_nan(factor):
     motion = motion_of(four_bar(factor))
     poses = motion.poses(0, motion.timeline.frame_count)

@@ -154,7 +154,7 @@ def _clocks_apart(chance: random.Random) -> str:
 def test_families_that_once_were_bugs(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], family: Callable[[random.Random], str]
 ) -> None:
-    assert_no_bug(family, 6, tmp_path, capfd)
+    assert_no_bug(family, 3, tmp_path, capfd)
 
 
 def assert_no_bug(

@@ -77,7 +77,7 @@ def check(seed: int) -> None:
 
 
 def test_random_wishes() -> None:
-    for seed in range(16):
+    for seed in range(6):
         check(seed)
 
 
