@@ -31,7 +31,7 @@ from movimentum import pipeline  # noqa: E402
 from movimentum.interop import snapping  # noqa: E402
 from movimentum.interop.linkages import Linkage, linkage_script, linkage_text, read_linkage  # noqa: E402
 from movimentum.pipeline import Choices  # noqa: E402
-from movimentum.solve import following  # noqa: E402
+from movimentum.solver.path import follow as following  # noqa: E402
 from movimentum.source import SourceText  # noqa: E402
 
 FloatArray = NDArray[np.float64]

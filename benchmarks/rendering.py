@@ -49,7 +49,7 @@ def scene_and_poses(folder, frames, sprites):
     import numpy as np
 
     from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Shape, Thing
-    from movimentum.solve.motion import Poses
+    from movimentum.solver.poses import Poses
     from movimentum.source import SourceText, Span
 
     nowhere = Span(0, 0)
@@ -99,8 +99,8 @@ def scene_and_poses(folder, frames, sprites):
 
 def render(out, frames, workers, sprites):
     """What the measured process does."""
-    from movimentum.encode.write import write_animation
-    from movimentum.render.painter import make_painter
+    from movimentum.encoding.write import write_animation
+    from movimentum.rendering.painter import make_painter
 
     scene, poses = scene_and_poses(Path(out).parent, frames, sprites)
     painter = make_painter(scene, poses)

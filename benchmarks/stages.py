@@ -19,15 +19,18 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # the checkout,
 from mechanisms import Array, Mechanism, anchors, program
 
 from movimentum.scene.build import build
-from movimentum.solve.motion import BATCH, Motion
-from movimentum.solve.solver import solve
-from movimentum.solve.stretches import Stretch
-from movimentum.solve.tracks import Piece
+from movimentum.solver.motion import BATCH, Motion
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.solver import solve
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
 from movimentum.timeline.arrange import arrange
 
-INSIDE = {"plan": "movimentum.plan.compile:compile_segment", "code": "movimentum.plan.codegen:compiled"}
+INSIDE = {
+    "plan": "movimentum.planning.planner:compile_segment",
+    "code": "movimentum.planning.codegen.generate:compiled",
+}
 """What is timed inside of solving: planning, and of that, generating code."""
 
 

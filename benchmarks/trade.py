@@ -17,9 +17,9 @@ from statistics import median
 from measure import ROOT, machine
 
 from movimentum import pipeline
-from movimentum.encode.plot import Panel, Point, write_plot
-from movimentum.interop.trade import INVISIBLE
+from movimentum.encoding.plot import Panel, Point, write_plot
 from movimentum.source import SourceText
+from movimentum.tradeoff.report import INVISIBLE
 
 TIERS = ("draft", "standard", "high", "exact")
 

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from movimentum.errors import NoSolutionError as NoSolutionError
     from movimentum.errors import ScriptError as ScriptError
     from movimentum.errors import UsageError as UsageError
-    from movimentum.render.images import image_size as image_size
+    from movimentum.rendering.images import image_size as image_size
     from movimentum.scene.build import build as build
     from movimentum.scene.model import Scene as Scene
-    from movimentum.solve.motion import Motion as Motion
-    from movimentum.solve.motion import Poses as Poses
-    from movimentum.solve.solver import solve as solve_timeline  # noqa: F401  # pyright: ignore[reportUnusedImport]
+    from movimentum.solver.motion import Motion as Motion
+    from movimentum.solver.poses import Poses as Poses
+    from movimentum.solver.solver import solve as solve_timeline  # noqa: F401  # pyright: ignore[reportUnusedImport]
     from movimentum.source import SourceText as SourceText
     from movimentum.syntax.parser import parse as parse
     from movimentum.timeline.arrange import arrange as arrange
@@ -41,10 +41,10 @@ __version__ = "0.1.0"
 _HOME = {
     "Diagnostic": "movimentum.diagnostics",
     "Examination": "movimentum.analysis.examine",
-    "Motion": "movimentum.solve.motion",
+    "Motion": "movimentum.solver.motion",
     "MovimentumError": "movimentum.errors",
     "NoSolutionError": "movimentum.errors",
-    "Poses": "movimentum.solve.motion",
+    "Poses": "movimentum.solver.poses",
     "Scene": "movimentum.scene.model",
     "ScriptError": "movimentum.errors",
     "Severity": "movimentum.diagnostics",
@@ -54,9 +54,9 @@ _HOME = {
     "arrange": "movimentum.timeline.arrange",
     "build": "movimentum.scene.build",
     "examine": "movimentum.analysis.examine",
-    "image_size": "movimentum.render.images",
+    "image_size": "movimentum.rendering.images",
     "parse": "movimentum.syntax.parser",
-    "solve_timeline": "movimentum.solve.solver:solve",
+    "solve_timeline": "movimentum.solver.solver:solve",
 }
 
 __all__ = ["__version__", *_HOME]  # pyright: ignore[reportUnsupportedDunderAll]

@@ -15,7 +15,7 @@ def main() -> None:
     from movimentum.signals import end_at_once
 
     end_at_once(_end)
-    from movimentum.cli import main as run
+    from movimentum.cli.app import main as run
 
     run()
 

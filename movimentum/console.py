@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Protocol, TextIO
 from movimentum.budget import DEFAULT_MEGABYTES, OverBudget
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
-from movimentum.files import FULL, unwritable
-from movimentum.parts import discard, has_parts
+from movimentum.output.files import FULL, unwritable
+from movimentum.output.parts import discard, has_parts
 from movimentum.signals import Interruption, Terminated, deaf, heeded
 from movimentum.source import SourceText
 from movimentum.terminal import visible_json, visible_lines

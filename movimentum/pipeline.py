@@ -24,15 +24,16 @@ from movimentum.terminal import visible
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
-    from movimentum.analysis.trade import SolverTrade
-    from movimentum.encode.trade import PictureTrade
-    from movimentum.render.options import FreeMark
-    from movimentum.render.stream import PoseSource
+    from movimentum.rendering.options import FreeMark
+    from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
-    from movimentum.solve.motion import Motion, Poses
-    from movimentum.solve.refinement import RefinedMotion
+    from movimentum.solver.accuracy.refinement import RefinedMotion
+    from movimentum.solver.motion import Motion
+    from movimentum.solver.poses import Poses
     from movimentum.syntax.tree import Script
     from movimentum.timeline.model import Timeline
+    from movimentum.tradeoff.pictures import PictureTrade
+    from movimentum.tradeoff.tiers import SolverTrade
 
 MAX_FRAMES = 1_000_000
 MAX_PIXELS = 64_000_000
@@ -155,13 +156,13 @@ class Solution:
 
 def moved(timeline: Timeline) -> Motion:
     """The motion, as far as there is one; `ScriptError` where a derivative depends on itself."""
-    from movimentum.plan.compile import CyclicRateError
-    from movimentum.solve.solver import solve
+    from movimentum.planning.planner import CyclicRateError
+    from movimentum.solver.solver import solve
 
     try:
         return solve(timeline)
     except CyclicRateError as error:
-        from movimentum.analysis.failure import cyclic_rate
+        from movimentum.analysis.diagnose.failure import cyclic_rate
 
         raise ScriptError([*timeline.scene.diagnostics, cyclic_rate(timeline.scene, error.constraint)]) from error
 
@@ -174,8 +175,8 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
     motion = moved(timeline)
     notes: tuple[Diagnostic, ...] = ()
     if choices.accuracy == "draft":
-        from movimentum.analysis.accuracy import draft_note
-        from movimentum.solve.draft import drafted
+        from movimentum.analysis.diagnose.accuracy import draft_note
+        from movimentum.solver.accuracy.draft import drafted
 
         motion, error = drafted(motion)
         notes = (draft_note(error),)
@@ -185,7 +186,7 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
     if examination.doubted:
         motion = replace(motion, doubted=True)
     if choices.accuracy in ("high", "exact"):
-        from movimentum.solve.refinement import refined
+        from movimentum.solver.accuracy.refinement import refined
 
         motion = refined(motion, choices.accuracy, choices.digits)
     return Solution(motion, found, examination.steps, fault, notes)
@@ -196,7 +197,7 @@ def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
     labels = [thing for thing in scene.things if thing.text is not None and not thing.text.isascii()]
     if not labels:
         return ()
-    from movimentum.render.text import lettering
+    from movimentum.rendering.text import lettering
 
     return tuple(lettering(labels))
 
@@ -205,11 +206,11 @@ def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, 
     """What is to be said when the frames have been computed: (diagnostics, notes); `ScriptError` for warnings with
     ``strict``.
     """
-    from movimentum.solve.motion import Motion
+    from movimentum.solver.motion import Motion
 
     if isinstance(solution.motion, Motion):
         return solution.diagnostics, solution.notes
-    from movimentum.analysis.accuracy import refinement_diagnostics
+    from movimentum.analysis.diagnose.accuracy import refinement_diagnostics
 
     warnings, notes = refinement_diagnostics(solution.motion)
     diagnostics, warned = judged((*solution.diagnostics, *warnings), choices)
@@ -240,7 +241,7 @@ def judged(diagnostics: Iterable[Diagnostic], choices: Choices) -> tuple[tuple[D
 
 
 def _image_size(path: str) -> tuple[int, int] | Diagnostic:
-    from movimentum.render.images import image_size
+    from movimentum.rendering.images import image_size
 
     return image_size(path)
 
@@ -283,7 +284,7 @@ def check(
     found, fault = solution.diagnostics, solution.fault
     if fault == 0:
         from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
-        from movimentum.solve.motion import Motion
+        from movimentum.solver.motion import Motion
 
         assert isinstance(solution.motion, Motion)
         more = [*frame_rate_diagnostics(solution.motion)] if fps_invariance else []
@@ -313,10 +314,10 @@ def tabulate(
 
     Raises `UsageError` for more digits than ``choices`` allow (``limit/digits``), before anything is read.
     """
-    from movimentum.analysis.valueless import CODE, never_valued
-    from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
+    from movimentum.analysis.diagnose.valueless import CODE, never_valued
     from movimentum.interop import tables
-    from movimentum.solve.motion import Motion
+    from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
+    from movimentum.solver.motion import Motion
 
     if choices.digits is not None and choices.digits > choices.max_digits:
         message = f"{choices.digits:,} digits are more than the limit of {choices.max_digits:,}"
@@ -403,7 +404,7 @@ def exported(source: SourceText, target: Path | None, form: str, at: Fraction | 
     """Write a script's scene as a linkage file, as it is at the time ``at``, or its plan as Pyslvs' formulas."""
     from movimentum.interop.linkage_export import linkage_of
     from movimentum.interop.linkages import linkage_text
-    from movimentum.solve.motion import Motion
+    from movimentum.solver.motion import Motion
 
     timeline = arranged(understand(source, choices), choices)
     solution = solved(timeline, choices)
@@ -435,7 +436,7 @@ def exported(source: SourceText, target: Path | None, form: str, at: Fraction | 
 
 def _written(text: str, target: Path | None, inputs: Iterable[str]) -> None:
     """Write a whole text file, which is none of ``inputs``, or to stdout."""
-    from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
+    from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
 
     if target is None:
         _stdout().write(text)
@@ -448,12 +449,12 @@ def _written(text: str, target: Path | None, inputs: Iterable[str]) -> None:
 
 def animate(source: SourceText, target: Path, choices: Choices, picture: Picture, progress: Report) -> Outcome:
     """Render the script to ``target``, whose suffix names the format; a picture without ``%d`` is the first frame."""
-    from movimentum.analysis.outside import OUTSIDE
-    from movimentum.encode.write import STILL_KINDS, check_output, write_animation
-    from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
-    from movimentum.render.options import PictureOptions, Quality, Show, trace_anchors
-    from movimentum.render.painter import make_painter
-    from movimentum.solve.motion import Motion
+    from movimentum.analysis.diagnose.off_canvas import OUTSIDE
+    from movimentum.encoding.write import STILL_KINDS, check_output, write_animation
+    from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
+    from movimentum.rendering.options import PictureOptions, Quality, Show, trace_anchors
+    from movimentum.rendering.painter import make_painter
+    from movimentum.solver.motion import Motion
 
     kind = check_output(target, transparent=picture.transparent)
     background = None if picture.background is None else _color(picture.background)
@@ -524,8 +525,8 @@ FREE_MOMENTS = 24
 
 def _free_marks(motion: Motion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
     """Arrows for all free motions at ``times`` (ascending): one for each moving anchor, numbered by motion."""
-    from movimentum.analysis.motions import free_motions_at
-    from movimentum.render.options import FreeMark
+    from movimentum.analysis.freedom.motions import free_motions_at
+    from movimentum.rendering.options import FreeMark
 
     if len(times) > FREE_MOMENTS:
         times = [times[round(k * (len(times) - 1) / (FREE_MOMENTS - 1))] for k in range(FREE_MOMENTS)]
@@ -565,10 +566,10 @@ def trade(
 
     Raises as `solved` does: only what has a solution can be measured.
     """
-    from movimentum.analysis.trade import measure_rate, measure_tiers
-    from movimentum.encode.trade import measure_pictures
-    from movimentum.files import refuse_overwriting, refuse_unwritable, whole_file
-    from movimentum.solve.refinement import DEFAULT_DIGITS
+    from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
+    from movimentum.solver.accuracy.refinement import DEFAULT_DIGITS
+    from movimentum.tradeoff.pictures import measure_pictures
+    from movimentum.tradeoff.tiers import measure_rate, measure_tiers
 
     if target is not None:
         refuse_unwritable(target)
@@ -585,8 +586,8 @@ def trade(
     rates = tuple((timeline.fps * k / 2, measure_rate(solution.motion, timeline.fps * k / 2)) for k in (1, 2, 4))
     report = TradeReport(tiers, pictures, rates)
     if target is not None:
-        from movimentum.encode.plot import write_plot
-        from movimentum.interop.trade import panels
+        from movimentum.encoding.plot import write_plot
+        from movimentum.tradeoff.report import panels
 
         with whole_file(target) as part:
             write_plot(panels(visible(source.path), report.solver, report.pictures), part, target.suffix)

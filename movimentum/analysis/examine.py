@@ -7,25 +7,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from movimentum.analysis.ambiguity import ambiguities
-from movimentum.analysis.claims import claim_diagnostics
-from movimentum.analysis.forgotten import forgotten
-from movimentum.analysis.freedom import BlockRank, block_ranks, parts_of
-from movimentum.analysis.jumps import jumps
-from movimentum.analysis.outside import leaving
-from movimentum.analysis.places import span_of_blocks, things_of
+from movimentum.analysis.diagnose.ambiguity import ambiguities
+from movimentum.analysis.diagnose.claims import claim_diagnostics
+from movimentum.analysis.diagnose.forgotten import forgotten
+from movimentum.analysis.diagnose.jumps import jumps
+from movimentum.analysis.diagnose.off_canvas import leaving
+from movimentum.analysis.diagnose.places import span_of_blocks, things_of
+from movimentum.analysis.diagnose.trials import Trials
+from movimentum.analysis.diagnose.undetermined import free_motions, unstated_clocks
+from movimentum.analysis.diagnose.valueless import valueless
+from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
+from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
-from movimentum.analysis.tried import Trials
-from movimentum.analysis.undetermined import free_motions, unstated_clocks
-from movimentum.analysis.valueless import valueless
-from movimentum.analysis.verify import Shortfall, first_shortfall
-from movimentum.analysis.words import counted, listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.solve.drift import LARGE_TOLERANCE, TOLERANCE
-from movimentum.solve.motion import Motion
-from movimentum.solve.stretches import Dead, Stretch
-from movimentum.solve.tracks import NodeTrack
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.free_motion import LARGE_TOLERANCE, TOLERANCE
+from movimentum.solver.path.piece import NodeTrack
+from movimentum.solver.segment_motion import Dead, Stretch
 from movimentum.source import Span
+from movimentum.text import counted, listed, number, time_text
 
 MOST_NOTES = 8
 """So many things may each have a note of their own; more are told together."""
@@ -61,7 +61,7 @@ def _examined(motion: Motion) -> Examination:
         ranks = block_ranks(stretch)
         steps.append(step_report(stretch, ranks, parts_of(stretch, ranks)))
         if fault == 0 and stretch.troubles:
-            from movimentum.analysis.failure import failure_diagnostic
+            from movimentum.analysis.diagnose.failure import failure_diagnostic
 
             trouble = min(stretch.troubles, key=lambda item: item.begin)
             diagnostic, fault = failure_diagnostic(motion, stretch, trouble)
@@ -87,7 +87,7 @@ def _examined(motion: Motion) -> Examination:
     if fault or any(item.code == "constraint/free-motion" and item.severity is Severity.WARNING for item in found):
         found.extend(unstated_clocks(motion.timeline.scene, found))
     if fault == 0 and any(stretch.plan.wishes for stretch in motion.stretches):
-        from movimentum.analysis.wishes import wish_diagnostics
+        from movimentum.analysis.diagnose.wishes import wish_diagnostics
 
         found.extend(wish_diagnostics(motion))
     missing = None if motion.accuracy == "draft" else first_shortfall(motion)  # it says what it is off by
@@ -155,7 +155,7 @@ def _ill_conditioned(motion: Motion, index: int) -> Iterator[Diagnostic]:
     span = motion.span(index, 0, motion.timeline.frame_count)
     if span is None or any(t.kind == "start" for t in stretch.troubles):
         return
-    from movimentum.analysis.conditioning import nearly_singular
+    from movimentum.analysis.diagnose.conditioning import nearly_singular
 
     scene = stretch.plan.system.scene
     for found in nearly_singular(motion, stretch, *span):

@@ -8,15 +8,15 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.analysis.words import number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import Expr, clock, ratio, sub, substitute, walk
 from movimentum.scene.model import Constraint, Relation
-from movimentum.solve.carry import Carry
-from movimentum.solve.moments import carry_at
-from movimentum.solve.motion import Motion
-from movimentum.solve.solver import solve
-from movimentum.solve.stretches import Dead
+from movimentum.solver.assembly import carry_at
+from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.motion import Motion
+from movimentum.solver.segment_motion import Dead
+from movimentum.solver.solver import solve
+from movimentum.text import number, time_text
 from movimentum.timeline.arrange import arrange
 from movimentum.timeline.model import Timeline
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from movimentum.analysis.freedom import BlockRank, Part
-from movimentum.analysis.motions import FreeMotion, in_order
-from movimentum.plan.blocks import Kernel
-from movimentum.plan.equations import Form
+from movimentum.analysis.freedom.degrees import BlockRank, Part
+from movimentum.analysis.freedom.motions import FreeMotion, in_order
+from movimentum.planning.blocks.build import Kernel
+from movimentum.planning.lowering.equations import Form
 from movimentum.scene.model import Scene
-from movimentum.solve.stretches import Stretch
+from movimentum.solver.segment_motion import Stretch
 
 
 @dataclass(frozen=True, slots=True)
 class PartReport:
-    """Things that constraints connect, by name, as `analysis.freedom.Part` has them; ``superfluous``: names of things,
-    and constraints as the script has them, of which ``redundant`` can be left out.
+    """Things that constraints connect, by name, as `analysis.freedom.degrees.Part` has them; ``superfluous``: names of
+    things, and constraints as the script has them, of which ``redundant`` can be left out.
     """
 
     things: tuple[str, ...]
@@ -45,7 +45,7 @@ class StepReport:
     """One segment. ``unknowns`` and ``equations`` count what is left to solve after reduction (assignments are part of
     the reduction); ``rank`` and ``freedom`` are numeric, at a generic pose; ``redundant`` counts equations that follow
     from others. ``blocks``: (names of unknowns, kernel), in the order of solving. ``parts`` and ``motions``: see
-    `analysis.freedom`.
+    `analysis.freedom.degrees`.
     """
 
     time: float
@@ -61,7 +61,7 @@ class StepReport:
 
 
 def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Part]) -> StepReport:
-    """The report of one stretch; ``ranks`` and ``parts`` as `analysis.freedom` finds them."""
+    """The report of one stretch; ``ranks`` and ``parts`` as `analysis.freedom.degrees` finds them."""
     plan = stretch.plan
     of_block = {rank.block: rank for rank in ranks}
     unknowns = equations = rank = freedom = 0

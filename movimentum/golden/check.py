@@ -11,20 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from movimentum.analysis.words import counted, listed, number, time_text
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
-from movimentum.files import read_limited
 from movimentum.golden import pictures
 from movimentum.golden.manifest import Manifest, picture_name, read_manifest
 from movimentum.golden.record import Golden, Rendition, renderer, rendition
 from movimentum.interop.tables import columns
+from movimentum.output.files import read_limited
 from movimentum.pipeline import reads
-from movimentum.render.images import picture_file
-from movimentum.solve.motion import Motion
-from movimentum.solve.refinement import RefinedMotion
+from movimentum.rendering.images import picture_file
+from movimentum.solver.accuracy.refinement import RefinedMotion
+from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
 from movimentum.terminal import typed
+from movimentum.text import counted, listed, number, time_text
 
 FloatArray = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
-from movimentum.files import read_limited
+from movimentum.output.files import read_limited
 
 FORMAT = 1
 

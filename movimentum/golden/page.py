@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import cast
 
 from movimentum.diagnostics import render_text
-from movimentum.files import make_folder, read_limited, remove_own, whole_folder
 from movimentum.golden import pictures
 from movimentum.golden.check import Outcome
 from movimentum.golden.manifest import MANIFEST_BYTES
+from movimentum.output.files import make_folder, read_limited, remove_own, whole_folder
 from movimentum.source import SourceText
 from movimentum.terminal import visible
 

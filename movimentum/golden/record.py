@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from movimentum import pipeline
-from movimentum.files import make_folder, remove_own, whole_folder
 from movimentum.golden.manifest import FORMAT, picture_name, read_manifest
+from movimentum.output.files import make_folder, remove_own, whole_folder
 from movimentum.pipeline import Choices, Solution
 from movimentum.scene.model import Scene
-from movimentum.solve.motion import Poses
+from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
 
 MOST_FRAMES = 2000
@@ -65,8 +65,8 @@ class Rendition:
 
     def images(self) -> Iterator[tuple[int, Any]]:
         """The frames of `pictures` as Pillow images."""
-        from movimentum.render.options import PictureOptions
-        from movimentum.render.painter import make_painter
+        from movimentum.rendering.options import PictureOptions
+        from movimentum.rendering.painter import make_painter
 
         motion = self.solution.motion
         count = motion.timeline.frame_count

@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import ScriptError
-from movimentum.plan.numeric import sincosd
+from movimentum.planning.codegen.numeric import sincosd
 from movimentum.source import SourceText, Span
 
 FloatArray = NDArray[np.float64]

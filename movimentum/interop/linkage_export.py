@@ -12,7 +12,7 @@ from movimentum.expressions import Expr, const, substitute, symbols
 from movimentum.interop.joints import Joint, scene_joints
 from movimentum.interop.linkages import Linkage, turn
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Anonymous, Constraint, Relation, Scene
-from movimentum.solve.motion import Poses
+from movimentum.solver.poses import Poses
 
 
 def linkage_of(

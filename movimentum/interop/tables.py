@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, TextIO
 from movimentum.scene.model import Scene
 
 if TYPE_CHECKING:
-    from movimentum.solve.motion import FloatArray, Poses
-    from movimentum.solve.wide_poses import RefinedPoses
+    from movimentum.solver.accuracy.wide_poses import RefinedPoses
+    from movimentum.solver.poses import FloatArray, Poses
 
 SUFFIXES = (".csv", ".json", ".npz")
 
@@ -166,8 +166,8 @@ def _texts(chosen: tuple[Column, ...], poses: Poses) -> Iterator[tuple[str, ...]
     """The rows of a chunk with the digits asked for; None where those are a float's."""
     if not hasattr(poses, "scalars"):
         return None
-    from movimentum.solve.digits import DigitsArithmetic
-    from movimentum.solve.wide_poses import RefinedPoses
+    from movimentum.solver.accuracy.wide_poses import RefinedPoses
+    from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 
     if not isinstance(poses, RefinedPoses) or not isinstance(poses.evaluator.arithmetic, DigitsArithmetic):
         return None

@@ -10,15 +10,16 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.analysis.words import listed
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formula, Formulas, evaluate
 from movimentum.interop.joints import Joint, scene_joints
-from movimentum.plan.blocks import Block, Kernel
-from movimentum.plan.model import Plan
+from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.plan import Plan
 from movimentum.scene.model import Scene
-from movimentum.solve.motion import Motion, Poses
+from movimentum.solver.motion import Motion
+from movimentum.solver.poses import Poses
+from movimentum.text import listed
 
 FloatArray = NDArray[np.float64]
 

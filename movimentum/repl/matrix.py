@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.analysis.matrix import PartMatrix, Row
-from movimentum.analysis.words import counted, listed, number
+from movimentum.analysis.interactive.matrix import PartMatrix, Row
 from movimentum.repl.command import table
 from movimentum.repl.session import Session
+from movimentum.text import counted, listed, number
 
 FloatArray = NDArray[np.float64]
 

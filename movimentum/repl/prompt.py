@@ -12,9 +12,9 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.lexers import Lexer
 
-from movimentum.analysis.words import time_text
 from movimentum.repl import shell
 from movimentum.repl.session import Refused, Session
+from movimentum.text import time_text
 
 _WORD = re.compile(r"[A-Za-z_.][A-Za-z0-9_.]*$")
 

@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING
 from movimentum import pipeline
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
-from movimentum.files import refuse_overwriting
+from movimentum.output.files import refuse_overwriting
 from movimentum.pipeline import Choices
 from movimentum.source import SourceText
 
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
-    from movimentum.repl.reading import Reading
+    from movimentum.repl.expressions import Reading
     from movimentum.scene.model import Scene
-    from movimentum.solve.motion import Motion, Poses
-    from movimentum.solve.stretches import Stretch
+    from movimentum.solver.motion import Motion
+    from movimentum.solver.poses import Poses
+    from movimentum.solver.segment_motion import Stretch
     from movimentum.timeline.model import Timeline
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from movimentum.repl.session import Session
-from movimentum.solve.carry import Snapshot
-from movimentum.solve.motion import Poses
+from movimentum.solver.basis.pose_state import Snapshot
+from movimentum.solver.poses import Poses
 
 
 def poses_of(session: Session, moments: Sequence[Snapshot]) -> Poses:
@@ -39,15 +39,15 @@ def poses_of(session: Session, moments: Sequence[Snapshot]) -> Poses:
 
 def write_sheet(session: Session, moments: Sequence[Snapshot], path: Path) -> None:
     """A PNG of the scene in each of ``moments``, as many in a row as make the sheet about square."""
-    from movimentum.render.sheet import write_thumbnails
+    from movimentum.rendering.sheet import write_thumbnails
 
     write_thumbnails(session.work.scene, poses_of(session, moments), path)
 
 
 def write_film(session: Session, moments: Sequence[Snapshot], path: Path) -> None:
     """The scene in one of ``moments`` after the other, as an animation in the format that the suffix names."""
-    from movimentum.encode.write import write_animation
-    from movimentum.render.painter import make_painter
+    from movimentum.encoding.write import write_animation
+    from movimentum.rendering.painter import make_painter
 
     poses = poses_of(session, moments)
     painter = make_painter(session.work.scene, (poses,))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from movimentum.console import is_terminal, wants_color
 from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.errors import MovimentumError, UsageError
-from movimentum.repl import asking, looking, moving, trying
+from movimentum.repl import edit, explain, inspect, navigate
 from movimentum.repl.command import Answer, Command, table
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.source import SourceText
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from prompt_toolkit import PromptSession
 
 COMMANDS: dict[str, Command] = {
-    command.name: command for module in (moving, looking, asking, trying) for command in module.COMMANDS
+    command.name: command for module in (navigate, inspect, explain, edit) for command in module.COMMANDS
 }
 QUIT = ("quit", "exit")
 INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")
@@ -45,7 +45,7 @@ def answer(session: Session, line: str) -> Answer:
     # `free = 3` is about a variable of that name, `free` is the command
     if word in COMMANDS and not _RELATION.match(rest) and (not rest or rest[0] in " \t;"):
         return COMMANDS[word].run(session, rest.strip().removesuffix(";").rstrip())
-    return trying.try_statement(session, text, _words())
+    return edit.try_statement(session, text, _words())
 
 
 def _words() -> list[str]:
@@ -67,7 +67,7 @@ def _help(name: str) -> str:
 
 
 def _unknown(name: str) -> Refused:
-    near = [f"did you mean `{other}`?" for other in trying.near_commands(name, _words())]
+    near = [f"did you mean `{other}`?" for other in edit.near_commands(name, _words())]
     return refused("unknown-command", f"there is no command `{name}`", *near, "help")
 
 
@@ -113,10 +113,10 @@ def greet(session: Session) -> Session:
     """What is wrong with the script, if anything, and where the session begins."""
     diagnostics = [d for d in session.work.diagnostics if d.severity is not Severity.NOTE]
     if diagnostics:
-        session, text = trying.told(session, diagnostics)
+        session, text = edit.told(session, diagnostics)
         say(text)
     try:
-        say(moving.where(session))
+        say(navigate.where(session))
     except Refused:
         say("the script has to be mended before there is a motion to look at; `help` lists the commands")
     return session

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from movimentum.analysis.examine import Examination, examine
 from movimentum.analysis.report import StepReport
 from movimentum.pipeline import Choices, arranged, moved, understand
-from movimentum.solve.motion import Motion
+from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
 
 Points = Sequence[tuple[float, float]]

@@ -5,10 +5,10 @@ from fractions import Fraction
 
 import pytest
 
-from movimentum.analysis.claims import broken_claims
+from movimentum.analysis.diagnose.claims import broken_claims
 from movimentum.analysis.examine import examine
 from movimentum.errors import ScriptError
-from tests.solve.scenes import motion_of, poses_of, scene_of
+from tests.solver.scenes import motion_of, poses_of, scene_of
 
 CRANK = """.config(10, 300, 300);
 Crank : .bar O=[100,100] P=[140,100];

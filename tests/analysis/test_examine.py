@@ -7,7 +7,7 @@ import pytest
 
 from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
-from tests.solve.scenes import motion_of
+from tests.solver.scenes import motion_of
 
 
 def examined(text):

@@ -7,10 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from movimentum.analysis.wishes import wish_diagnostics
+from movimentum.analysis.diagnose.wishes import wish_diagnostics
 from movimentum.diagnostics import Diagnostic
 from movimentum.pipeline import Choices, arranged, examined, moved, understand
-from movimentum.solve.motion import Motion, Poses
+from movimentum.solver.motion import Motion
+from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
 from tests.understand import codes_of
 

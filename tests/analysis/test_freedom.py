@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from movimentum.analysis.freedom import BlockRank, Part, block_ranks, parts_of
+from movimentum.analysis.freedom.degrees import BlockRank, Part, block_ranks, parts_of
 from movimentum.interop.linkages import Linkage, linkage_script, turn
 from movimentum.pipeline import Choices, arranged, moved, understand
-from movimentum.solve.motion import Motion
+from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
 from tests.command import movimentum
 

@@ -6,7 +6,7 @@ import pytest
 
 from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
 from movimentum.diagnostics import Severity
-from tests.solve.scenes import motion_of
+from tests.solver.scenes import motion_of
 
 PARALLELOGRAM = """.config(7);
 A : .bar O=[0,0] P=[50,0]; B : .bar O=[120,0] P=[170,0]; C : .bar P=[50,0] Q=[170,0];

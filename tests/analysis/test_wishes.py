@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import ScriptError
 from movimentum.pipeline import Choices, arranged, moved, understand
-from movimentum.solve.motion import Motion
+from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
 from tests.analysis.rods import examined_script, rod_script
 from tests.command import movimentum

@@ -103,7 +103,7 @@ SMALL_DISK = """
 import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))  # every file ends after 2000 bytes, as on a disk that fills up
-from movimentum.cli import main
+from movimentum.cli.app import main
 main()
 """
 
@@ -258,7 +258,7 @@ import movimentum.pipeline, sys
 def read(path):
     raise RuntimeError("the sky is falling")
 movimentum.pipeline.read = read
-from movimentum.cli import main
+from movimentum.cli.app import main
 main()
 """
 

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.cli import run_command_line
+from movimentum.cli.app import run_command_line
 from movimentum.console import guarded
-from movimentum.files import whole_file
-from movimentum.parts import has_parts
+from movimentum.output.files import whole_file
+from movimentum.output.parts import has_parts
 from movimentum.signals import Terminated
 from tests.command import CRANK, LONG, command, environment, movimentum
 
@@ -113,8 +113,8 @@ def test_handlers_come_back(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_two_signals_in_a_row_leave_no_half_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from movimentum import parts
     from movimentum.console import Console
+    from movimentum.output import parts
 
     def short_of_memory(*_: str) -> None:
         monkeypatch.undo()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from movimentum.errors import UsageError
-from movimentum.files import whole_file, whole_folder
+from movimentum.output.files import whole_file, whole_folder
 
 
 def test_the_file_appears_when_it_is_whole(tmp_path: Path) -> None:

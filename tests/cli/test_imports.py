@@ -15,7 +15,7 @@ from tests.command import CRANK, ROOT, environment
 
 PROBE = """
 import sys
-from movimentum.cli import run_command_line
+from movimentum.cli.app import run_command_line
 code = run_command_line(sys.argv[1:])
 print("modules:", " ".join(sorted({name.partition(".")[0] for name in sys.modules})))
 print("details:", " ".join(sorted(sys.modules)))

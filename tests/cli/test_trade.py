@@ -179,7 +179,7 @@ def test_what_cannot_be_solved_cannot_be_traded(tmp_path: Path) -> None:
     ("tier", "expected"), [("draft", False), ("standard", False), ("high", False), ("exact", True)]
 )
 def test_only_exact_pays_for_mpmath(script: Path, tier: str, expected: bool) -> None:
-    probe = "import sys; from movimentum.cli import run_command_line as run; code = run(sys.argv[1:]);"
+    probe = "import sys; from movimentum.cli.app import run_command_line as run; code = run(sys.argv[1:]);"
     probe += "print('mpmath' in sys.modules, 'sympy' in sys.modules, 'rich' in sys.modules, code)"
     done = subprocess.run(
         [sys.executable, "-c", probe, "solve", "crank.mov", "-o", "poses.csv", "--accuracy", tier],

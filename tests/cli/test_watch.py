@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.watch import watch
+from movimentum.cli.watch import watch
 
 
 class Enough(Exception):

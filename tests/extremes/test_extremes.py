@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from movimentum.analysis.examine import examine
-from tests.solve.scenes import anchor, motion_of, residuals, rigidity
+from tests.solver.scenes import anchor, motion_of, residuals, rigidity
 
 
 def p(x, y, factor=1.0, offset=(0.0, 0.0)):

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import click
 
-from movimentum.cli import commands, run_command_line
+from movimentum.cli.app import commands, run_command_line
 from movimentum.repl.shell import COMMANDS
 from tests.command import CRANK, ROOT
 from tests.families.grammar_scripts import NUMBERS, Speller, mutated, script

@@ -27,7 +27,7 @@ from pathlib import Path
 from PIL import Image
 
 import movimentum
-from movimentum.cli import run_command_line
+from movimentum.cli.app import run_command_line
 from tests.command import CRANK, ROOT
 from tests.families.anything import KINDS, kind_of, made
 

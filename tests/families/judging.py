@@ -7,7 +7,7 @@ import numpy as np
 from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
 from movimentum.scene.model import Relation
-from tests.solve.scenes import motion_of, residuals, rigidity, value
+from tests.solver.scenes import motion_of, residuals, rigidity, value
 
 
 def solved_as_written(text, rate):

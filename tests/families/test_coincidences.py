@@ -5,7 +5,7 @@ import pytest
 
 from tests.families.coincidences import cases
 from tests.families.judging import broken_promises, errors_of, solved_as_written
-from tests.solve.scenes import anchor
+from tests.solver.scenes import anchor
 
 OFF = 3e-8
 """Of the scene's size: where a rhombus is folded flat half of all digits are lost."""

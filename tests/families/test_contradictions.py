@@ -18,7 +18,7 @@ from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
 from movimentum.scene.model import Shape
 from tests.families.contradictions import Scene, broken_scene
-from tests.solve.scenes import motion_of
+from tests.solver.scenes import motion_of
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 

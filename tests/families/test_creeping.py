@@ -8,11 +8,11 @@ import random
 
 import pytest
 
-from movimentum.analysis import tried
+from movimentum.analysis.diagnose import trials
 from movimentum.pipeline import Choices, arranged, examined, moved, understand
-from movimentum.solve.effort import GivenUp, charge, limited
-from movimentum.solve.motion import Motion
-from movimentum.solve.solver import CREEPING
+from movimentum.solver.basis.effort import GivenUp, charge, limited
+from movimentum.solver.motion import Motion
+from movimentum.solver.solver import CREEPING
 from movimentum.source import SourceText
 
 SCENE = """\
@@ -78,10 +78,10 @@ def test_solutions_at_single_instants_are_soon_told(seed: int) -> None:
 
 def test_help_is_given_up_after_counted_work(monkeypatch: pytest.MonkeyPatch) -> None:
     text = SCENE.format("") + "\n@4 A.P ~ [3,4]; A.red ~ 0.5; x*x = 2 + A.green;\n@5"
-    whole = tried.Trials(motion_of(text))
+    whole = trials.Trials(motion_of(text))
     assert whole.with_statement(2, "A.blue = 0.5;") is not None
-    monkeypatch.setattr(tried, "EFFORT", 5)
-    short = tried.Trials(motion_of(text))
+    monkeypatch.setattr(trials, "EFFORT", 5)
+    short = trials.Trials(motion_of(text))
     assert short.able(0)
     assert short.with_statement(2, "A.blue = 0.5;") is None
     assert not short.able(0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from movimentum.pipeline import Choices, arranged, understand
-from movimentum.solve.motion import Poses
-from movimentum.solve.solver import solve
+from movimentum.solver.poses import Poses
+from movimentum.solver.solver import solve
 from movimentum.source import SourceText
 from tests.families.drives import WAYS, split_and_whole
 

@@ -11,8 +11,8 @@ import pytest
 
 from movimentum.pipeline import Choices, arranged, understand
 from movimentum.scene.model import Relation
-from movimentum.solve.motion import Poses
-from movimentum.solve.solver import scene_size, solve
+from movimentum.solver.poses import Poses
+from movimentum.solver.solver import scene_size, solve
 from movimentum.source import SourceText
 
 SCRIPTS = sorted((Path(__file__).resolve().parents[2] / "scripts").glob("*.mov"))

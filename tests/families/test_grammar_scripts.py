@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from movimentum.cli import run_command_line
+from movimentum.cli.app import run_command_line
 from movimentum.syntax.grammar import load_tables
 from tests.command import ROOT, command, environment
 from tests.families.grammar_scripts import Speller, grammar, mutated, script, scripts

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.cli import run_command_line
-from movimentum.render.images import image_size, load_premultiplied
+from movimentum.cli.app import run_command_line
+from movimentum.rendering.images import image_size, load_premultiplied
 from movimentum.terminal import typed, visible, visible_json, visible_lines
 from tests.command import CRANK, command, environment, movimentum
 from tests.families.hostile_inputs import CONTROLS, SPRITE, bomb, png, postscript, saved, tampered

@@ -78,11 +78,11 @@ def drawn_bars(count: int) -> str:
 def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from movimentum.solve import tracks
+    from movimentum.solver.path import piece
 
     calls = 0
     values = 0
-    plain = tracks.solve_block, tracks.at_places
+    plain = piece.solve_block, piece.at_places
 
     def counted(*arguments: Any) -> Any:
         nonlocal calls
@@ -94,8 +94,8 @@ def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
         values += 1
         return plain[1](*arguments)
 
-    monkeypatch.setattr(tracks, "solve_block", counted)
-    monkeypatch.setattr(tracks, "at_places", copied)
+    monkeypatch.setattr(piece, "solve_block", counted)
+    monkeypatch.setattr(piece, "at_places", copied)
 
     def cost(count: int) -> tuple[int, int]:
         nonlocal calls, values
@@ -244,7 +244,7 @@ def test_what_workers_hold_counts() -> None:
 
 
 def test_no_more_workers_are_chosen_than_memory_is_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    from movimentum.encode import runs
+    from movimentum.encoding import runs
 
     monkeypatch.setattr(runs.os, "sched_getaffinity", lambda _: set(range(64)), raising=False)
     assert runs.workers_that_pay(1.0, 10_000, 0) == 64
@@ -350,7 +350,7 @@ def test_linear_algebra_has_one_thread_unless_the_surroundings_say_otherwise(
         else:
             monkeypatch.setenv(name, stated)
     program = (
-        "import os, sys; from movimentum.cli import main\n"
+        "import os, sys; from movimentum.cli.app import main\n"
         "assert 'numpy' not in sys.modules  # which reads the surroundings when it is imported\n"
         "try: main(['--version'])\n"
         f"except SystemExit: print(*[os.environ[name] for name in {names!r}])"

@@ -11,7 +11,7 @@ import pytest
 from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
 from tests.families.said_scenes import cylinder, linkage, loose, tied, turning
-from tests.solve.scenes import motion_of, residuals
+from tests.solver.scenes import motion_of, residuals
 
 
 def said(text):

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from movimentum.pipeline import Choices, arranged, understand
-from movimentum.solve.motion import Motion
-from movimentum.solve.solver import solve
+from movimentum.solver.motion import Motion
+from movimentum.solver.solver import solve
 from movimentum.source import SourceText
 from tests.families.scattered import Places, Scattered, scattered, script
 from tests.families.tilings import at_another_place, tiling_script

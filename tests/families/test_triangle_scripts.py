@@ -12,7 +12,7 @@ from movimentum.interop.formula_script import formula_script
 from movimentum.interop.formulas import Formulas, evaluate, formulas_text, read_formulas
 from movimentum.interop.triangles import triangles_of
 from movimentum.pipeline import Choices, arranged, examined, moved, read, understand
-from movimentum.solve.motion import Motion
+from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
 from tests.command import ROOT
 from tests.families.triangle_chains import Chain, Complexes, chain

@@ -13,7 +13,7 @@ from movimentum.interop.linkage_export import linkage_of
 from movimentum.interop.linkages import Linkage, linkage_script, linkage_text, read_linkage
 from movimentum.interop.snapping import equalised, snapped
 from movimentum.pipeline import Choices, arranged, moved, understand
-from movimentum.solve.motion import Motion
+from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
 from tests.command import movimentum
 

@@ -14,7 +14,7 @@ import pytest
 from movimentum.errors import ScriptError, UsageError
 from movimentum.interop.mechanisms import mechanism_script, read_mechanism
 from movimentum.pipeline import Choices, arranged, moved, understand
-from movimentum.solve.motion import Motion
+from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
 from tests.command import movimentum
 

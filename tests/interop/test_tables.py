@@ -14,7 +14,7 @@ import pytest
 
 from movimentum.interop import tables
 from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Shape, Thing, Variable
-from movimentum.solve.motion import Poses
+from movimentum.solver.poses import Poses
 from movimentum.source import SourceText, Span
 
 NOWHERE = Span(0, 0)

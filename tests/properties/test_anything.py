@@ -7,9 +7,9 @@ import pytest
 
 from movimentum.analysis.examine import examine
 from movimentum.errors import MovimentumError
-from movimentum.plan.compile import CyclicRateError
+from movimentum.planning.planner import CyclicRateError
 from tests.properties.scenes import Anything
-from tests.solve.scenes import motion_of, residuals
+from tests.solver.scenes import motion_of, residuals
 
 
 def outcome(seed):

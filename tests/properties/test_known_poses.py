@@ -10,7 +10,7 @@ from movimentum.analysis.examine import examine
 from movimentum.expressions import walk
 from movimentum.scene.model import AnchorCoordinate, Relation, ThingAngle, VariableComponent
 from tests.properties.scenes import grown, known_poses
-from tests.solve.scenes import motion_of, residuals, rigidity, value
+from tests.solver.scenes import motion_of, residuals, rigidity, value
 
 STEADY = settings(derandomize=True, deadline=None, max_examples=40)
 

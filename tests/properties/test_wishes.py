@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from movimentum.analysis.examine import examine
-from tests.solve.scenes import anchor, motion_of
+from tests.solver.scenes import anchor, motion_of
 
 FAULTS = {"solve/not-converged", "solve/unreachable", "solve/too-fast", "solve/jump", "constraint/conflict"}
 

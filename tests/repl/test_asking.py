@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.analysis.deadline import within
+from movimentum.analysis.interactive.deadline import within
 from movimentum.pipeline import Choices
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import COMMANDS, answer

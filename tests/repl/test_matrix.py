@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from movimentum.analysis.matrix import part_matrices
+from movimentum.analysis.interactive.matrix import part_matrices
 from movimentum.interop.linkages import linkage_script, read_linkage
 from movimentum.pipeline import Choices
 from movimentum.repl.session import Refused, opened

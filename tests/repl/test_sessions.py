@@ -16,7 +16,7 @@ from prompt_toolkit.document import Document
 from movimentum.pipeline import Choices
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import COMMANDS, answer, split, step
-from tests.solve.scenes import motion_of
+from tests.solver.scenes import motion_of
 
 SLIDER = """.config(20, 300, 300);
 Crank : .bar O=[100,100] P=[140,100];   // the crank
@@ -174,7 +174,7 @@ def test_free_motion_is_told_and_stopped(talk):
 
 
 def test_wiggling_keeps_everything_else_true(talk, tmp_path):
-    from movimentum.analysis.wiggle import wiggles
+    from movimentum.analysis.interactive.wiggle import wiggles
 
     say = talk(SLIDER.replace("   Rod.B=[x,100];  x > 100;\n", ""))
     said = say(f"wiggle {tmp_path / 'a.gif'}")

@@ -8,7 +8,7 @@ import pytest
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
-from tests.solve.scenes import scene_of
+from tests.solver.scenes import scene_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "coming-from-2012.md"
 ROWS = re.findall(r"^\| `([^`]+;)` \| `([^`]+;)` \|", PAGE.read_text("utf-8"), re.MULTILINE)

@@ -1,0 +1,198 @@
+"""Where a path begins and the drawing alone chose among several solutions: told where the choice is a real one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from movimentum.analysis.diagnose.equal_solutions import ONE, loose_variables, solutions_of
+from movimentum.analysis.diagnose.places import span_of_blocks, things_of
+from movimentum.analysis.diagnose.trials import Trials
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.planning.blocks.build import Kernel
+from movimentum.scene.model import VariableComponent
+from movimentum.solver.assembly import snapshot
+from movimentum.solver.basis.pose_state import Snapshot, ThingPose, as_drawn
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.segment_motion import Beginning, Stretch
+from movimentum.solver.start.candidates import Part
+from movimentum.text import listed, time_text
+
+CLOSED = 1e-6
+"""Of the scene's size: what is drawn so near to a solution is drawn in it."""
+
+
+def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
+    """A warning for each choice that fell to "as drawn" with more than one solution left; a note where the drawing says
+    which one is meant, because it is one of them. What is offered to select one has been tried.
+    """
+    stretch = trials.motion.stretches[index]
+    for beginning in stretch.beginnings:
+        if beginning.reason != "step" or beginning.selection.choices is None:
+            continue
+        for part in beginning.selection.parts:
+            if part.decided_by in ("drawn", "closed"):
+                yield from _told(trials, index, beginning, part)
+
+
+def _told(trials: Trials, index: int, beginning: Beginning, part: Part) -> Iterator[Diagnostic]:
+    stretch = trials.motion.stretches[index]
+    plan = stretch.plan
+    blocks = plan.blocks
+    choosing = tuple(n for n in part.blocks if blocks[n].margin is not None or blocks[n].kernel is Kernel.NEWTON)
+    bodies = [plan.system.scene.things[t] for t in things_of(stretch, part.blocks)]
+    span = span_of_blocks(stretch, choosing) or span_of_blocks(stretch, part.blocks)
+    if span is None and bodies:  # nothing is stated there but that a thing is rigid
+        span = bodies[0].name_span
+    unknowns = [plan.system.unknowns[n] for n in sorted(part.candidates[0].values)]
+    about = [f"`{u.name}`" for u in unknowns if isinstance(u.payload, VariableComponent)]
+    about = [f"`{body.name}`" for body in bodies] or about or ["what is not drawn"]
+    where = f"at t = {time_text(float(stretch.segment.start) + beginning.time)} for {listed(about)}"
+    groups = solutions_of(plan, part)
+    loose = loose_variables(plan, groups)
+    if len(groups) == 1:
+        if loose:
+            names = listed([f"`{name}`" for name in loose])
+            message = f"{len(part.candidates)} solutions {where} differ in {names} only, and look the same"
+            yield Diagnostic("constraint/same-picture", Severity.NOTE, message, span)
+        return
+    part = replace(part, candidates=tuple(group[0] for group in groups))
+    states = _states(stretch, beginning, part)
+    if not states:
+        return
+    if part.decided_by == "closed" or _drawn_closed(stretch, choosing, part, states):
+        message = f"{len(groups)} solutions {where}; the one that is drawn was taken"
+        yield Diagnostic("constraint/as-drawn", Severity.NOTE, message, span)
+        return
+    notes, helps = _choice(trials, index, beginning, part, states, loose)
+    taken = "the one turned least from how it is drawn" if bodies else "one of them"
+    yield Diagnostic(
+        code="constraint/ambiguous",
+        severity=Severity.WARNING,
+        message=f"{len(groups)} solutions {where}; {taken} was taken",
+        span=span,
+        notes=tuple(notes),
+        helps=tuple(helps),
+    )
+
+
+# --- what there is to choose from
+
+
+def _choice(
+    trials: Trials, index: int, beginning: Beginning, part: Part, states: Sequence[State], loose: Sequence[str]
+) -> tuple[list[str], list[str]]:
+    """Notes that say what differs between the solutions, and help that selects each of them and has been tried."""
+    from movimentum.analysis.diagnose.inequalities import (
+        described,
+        follow_candidates,
+        followed_at,
+        selecting_inequalities,
+        selecting_wish,
+    )
+
+    stretch = trials.motion.stretches[index]
+    plan = stretch.plan
+    followed = [item.without(loose) for item in follow_candidates(stretch, beginning, part)]
+    texts = selecting_inequalities(plan, followed)
+    poses = [followed_at(plan, stretch, part, state) for state in states[: len(followed)]]
+    words = described(plan, part.candidates[: len(followed)], poses, loose)
+    notes: list[str] = []
+    helps: list[str] = []
+    for k, (what, inequality) in enumerate(zip(words, texts, strict=True)):
+        notes.append(f"{'chosen' if k == 0 else f'solution {k + 1}'}: {what}")
+        offered = [text for text in (inequality, selecting_wish(plan, part, k, loose)) if text is not None]
+        wanted = snapshot(plan, states[k], stretch.base.now, 0)
+        text = next((text for text in offered if _selects(trials, index, text, wanted, loose)), None)
+        if text is not None:
+            helps.append(f"`{text}` selects {'the one chosen' if k == 0 else f'solution {k + 1}'}")
+    if len(part.candidates) > len(followed):
+        notes.append(f"{len(part.candidates) - len(followed)} more are not shown")
+    if not part.complete:
+        notes.append("there may be more: not all combinations were tried")
+    return notes, helps
+
+
+def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Sequence[str]) -> bool:
+    """Whether the statements ``text`` in the step of stretch number ``index`` make it begin in the pose ``wanted`` (but
+    for ``loose`` variables), and nothing comes to grief by them. True where that cannot be tried.
+    """
+    if not trials.able(index):
+        return True
+    stretch = trials.sound(index, text)
+    piece = None if stretch is None else stretch.pieces[0]
+    if stretch is None or not isinstance(piece, Piece):
+        return False
+    with np.errstate(all="ignore"):
+        state, _ = piece.evaluate(piece.instants(np.array([piece.begin])))
+    begun, size = snapshot(stretch.plan, state, stretch.base.now, 0), stretch.plan.size
+    near = (_same(a, b, size, 10.0 * ONE) for a, b in zip(begun.things, wanted.things, strict=True))
+    names = {u.payload: u.name for u in stretch.plan.system.unknowns if isinstance(u.payload, VariableComponent)}
+    return all(near) and all(
+        abs(begun.others[payload] - wanted.others.get(payload, begun.others[payload])) <= 10.0 * ONE * size
+        for payload, name in names.items()
+        if payload in begun.others and name not in loose
+    )
+
+
+# --- the drawing as a selection
+
+
+def _states(stretch: Stretch, beginning: Beginning, part: Part) -> list[State]:
+    """The whole state (one instant) at the beginning with each candidate of the part in turn; none where there is no
+    path.
+    """
+    piece = next(
+        (p for p in stretch.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
+        None,
+    )
+    if piece is None:
+        return []
+    with np.errstate(all="ignore"):
+        now, _ = piece.evaluate(piece.instants(np.array([beginning.time])))
+    states: list[State] = []
+    for candidate in part.candidates:
+        state = list(now)
+        for n, value in candidate.values.items():
+            state[n] = np.array([value])
+        states.append(state)
+    return states
+
+
+def _drawn_closed(stretch: Stretch, choosing: Sequence[int], part: Part, states: Sequence[State]) -> bool:
+    """Whether the solution taken, and no other, is how things are drawn: in place, or all moved and turned as one.
+
+    A thing alone always is, wherever it lies; then it must be in place.
+    """
+    plan = stretch.plan
+    system = plan.system
+    near = {n for b in choosing for n in (*plan.blocks[b].unknowns, *plan.blocks[b].inputs)}
+    near |= {n for b in choosing for e in plan.blocks[b].equations for n in system.equations[e].unknowns}
+    things = sorted({t for n in near if (t := system.unknowns[n].thing) is not None})
+    if not things:
+        return False
+    before = as_drawn(system.scene).now
+    poses = [snapshot(plan, state, stretch.base.now, 0) for state in states]
+    size = plan.size
+    drawn = [_in_place(pose, before, things, size) for pose in poses]
+    if any(drawn):
+        return drawn[0] and sum(drawn) == 1
+    moved = [_moved_as_one(pose, things, size) for pose in poses]
+    return len(things) > 1 and moved[0] and sum(moved) == 1
+
+
+def _in_place(pose: Snapshot, drawn: Snapshot, things: Sequence[int], size: float) -> bool:
+    return all(_same(pose.things[t], drawn.things[t], size) for t in things)
+
+
+def _moved_as_one(pose: Snapshot, things: Sequence[int], size: float) -> bool:
+    """Whether all things have one and the same displacement and turn (poses are relative to as drawn)."""
+    return all(_same(pose.things[t], pose.things[things[0]], size) for t in things)
+
+
+def _same(a: ThingPose, b: ThingPose, size: float, tolerance: float = CLOSED) -> bool:
+    apart = max(abs(a.x - b.x) / size, abs(a.y - b.y) / size, abs(a.c - b.c), abs(a.s - b.s))
+    return apart <= tolerance

@@ -1,0 +1,230 @@
+"""Claims: whether what should come out does, in every frame and on the solver's own grid between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.analysis.evaluate import Reader, reader
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.scene.model import Claim, Relation
+from movimentum.solver.motion import Motion
+from movimentum.solver.poses import Poses
+from movimentum.solver.segment_motion import Dead
+from movimentum.text import counted, number, time_text
+from movimentum.timeline.model import HeldClaim
+
+FloatArray = NDArray[np.float64]
+
+TOLERANCE = 1e-9
+"""Of the scene's size (its largest extent, in pixels), where a claim does not say ``.within``."""
+NEARLY = 1e-3
+"""Of the scene's size: what misses by more is not meant to be accepted by a tolerance."""
+CHUNK = 8192
+HALVINGS = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """A claim that does not hold: from ``time`` on it is more than ``tolerance`` off; it is worst at ``worst_time``.
+
+    ``left`` and ``right`` are the two sides' components where it first fails (at the first instant looked at that
+    fails), ``amount`` and ``worst`` how far they are from what is claimed, there and at the worst.
+    """
+
+    claim: Claim
+    time: float
+    frame: int
+    left: tuple[float, ...]
+    right: tuple[float, ...]
+    amount: float
+    worst: float
+    worst_time: float
+    tolerance: float
+    instants: int
+
+
+def broken_claims(motion: Motion) -> Iterator[Broken]:
+    """The claims of the timeline that do not hold, in the order written. What has no solution is not judged."""
+    timeline = motion.timeline
+    judges = [_Judge(motion, held) for held in timeline.claims]
+    if not judges:
+        return
+    for first in range(0, timeline.frame_count, CHUNK):
+        stop = min(first + CHUNK, timeline.frame_count)
+        times = [timeline.frame_time(frame) for frame in range(first, stop)]
+        poses = motion.poses(first, stop)
+        for judge in judges:
+            judge.look(poses, times)
+    grid = _grid(motion)
+    for first in range(0, len(grid), CHUNK):
+        times = grid[first : first + CHUNK]
+        poses = motion.poses_at(times)
+        for judge in judges:
+            judge.look(poses, times)
+    yield from (found for judge in judges if (found := judge.verdict()) is not None)
+
+
+def _grid(motion: Motion) -> list[Fraction]:
+    """The instants at which the solver followed its paths."""
+    times: set[Fraction] = set()
+    for stretch in motion.stretches:
+        for piece in stretch.pieces:
+            if not isinstance(piece, Dead):
+                times |= {stretch.segment.start + Fraction(float(tau)) for tau in piece.nodes}
+    end = motion.timeline.end
+    return sorted(time for time in times if time <= end)
+
+
+def _off(claim: Claim, values: Sequence[FloatArray]) -> FloatArray:
+    """(F,) how far the two sides are from what is claimed; 0 or less where an inequality holds."""
+    count = len(claim.left)
+    left, right = values[:count], values[count:]
+    match claim.relation:
+        case Relation.BELOW:
+            return left[0] - right[0]
+        case Relation.ABOVE:
+            return right[0] - left[0]
+        case _:
+            apart = [np.abs(a - b) for a, b in zip(left, right, strict=True)]
+            if claim.left[0].op == "atan2d":  # an angle between vectors is one modulo a turn
+                apart = [np.minimum(apart[0], np.abs(apart[0] - 360.0))]
+            return np.asarray(np.hypot.reduce(apart), dtype=np.float64)
+
+
+class _Judge:
+    """Looks at poses, and remembers where its claim fails."""
+
+    def __init__(self, motion: Motion, held: HeldClaim) -> None:
+        claim = held.claim
+        self.motion, self.held = motion, held
+        self.read: Reader = reader(motion.timeline.scene, (*claim.left, *claim.right))
+        given = claim.tolerance
+        self.tolerance = TOLERANCE * motion.size if given is None else float(given)
+        self.fails: tuple[Fraction, tuple[float, ...], float] | None = None
+        self.worst, self.worst_time = 0.0, held.start
+        self.good: list[Fraction] = []
+        self.looked = 0
+
+    def failing(self, off: FloatArray) -> NDArray[np.bool_]:
+        strict = self.held.claim.strict and self.held.claim.tolerance is None
+        return ~(off < 0.0) if strict else ~(off <= self.tolerance)
+
+    def look(self, poses: Poses, times: Sequence[Fraction]) -> None:
+        inside = np.array([self.held.covers(time) for time in times]) & poses.solved
+        places = np.nonzero(inside)[0]
+        if len(places) == 0:
+            return
+        values = self.read(poses)
+        off = _off(self.held.claim, values)
+        fails = self.failing(off)
+        self.looked += len(places)
+        bad = places[fails[places]]
+        good = places[~fails[places]]
+        self.good += [times[int(good[0])], times[int(good[-1])]] if len(good) else []
+        if len(bad) == 0:
+            return
+        before = good[good < bad[0]]
+        self.good += [times[int(before[-1])]] if len(before) else []
+        first = int(bad[0])
+        if self.fails is None or times[first] < self.fails[0]:
+            self.fails = times[first], tuple(float(v[first]) for v in values), float(off[first])
+        top = int(bad[np.argmax(np.where(np.isfinite(off[bad]), off[bad], np.inf))])
+        if not off[top] <= self.worst:
+            self.worst, self.worst_time = float(off[top]), times[top]
+
+    def verdict(self) -> Broken | None:
+        if self.fails is None:
+            return None
+        time, values, amount = self.fails
+        count = len(self.held.claim.left)
+        before = max((t for t in self.good if t < time), default=None)
+        return Broken(
+            claim=self.held.claim,
+            time=float(time if before is None else self._edge(before, time)),
+            frame=-int((self.motion.timeline.start - time) * self.motion.timeline.fps // 1),
+            left=values[:count],
+            right=values[count:],
+            amount=amount,
+            worst=self.worst,
+            worst_time=float(self.worst_time),
+            tolerance=self.tolerance,
+            instants=self.looked,
+        )
+
+    def _edge(self, good: Fraction, bad: Fraction) -> Fraction:
+        """Where between two instants the claim begins to fail, by bisection on the solved path."""
+        for _ in range(HALVINGS):
+            middle = Fraction(float(good + bad) / 2.0)
+            if not good < middle < bad:
+                break
+            poses = self.motion.poses_at([middle])
+            if poses.solved[0] and self.failing(_off(self.held.claim, self.read(poses)))[0]:
+                bad = middle
+            else:
+                good = middle
+        return bad
+
+
+def claim_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
+    """An error for each claim that does not hold."""
+    for broken in broken_claims(motion):
+        yield _told(broken, motion.size)
+
+
+def _told(broken: Broken, size: float) -> Diagnostic:
+    claim = broken.claim
+    left, right = claim.told
+    word = {Relation.EQUAL: "", Relation.BELOW: "below ", Relation.ABOVE: "above "}[claim.relation]
+    digits = _digits(broken)
+    found, wanted = (_vector(side, digits) for side in (broken.left, broken.right))
+    asked = wanted if right == wanted else f"`{right}`, which is {wanted}"
+    finite = np.isfinite(broken.worst)
+    helps = ["what is claimed or what is constrained is wrong: the claim itself moves nothing"]
+    if finite and broken.worst <= max(NEARLY * size, 10.0 * broken.tolerance):
+        enough = _rounded_up(broken.worst)
+        helps.append(f"`.within({enough})` behind it accepts what comes out")
+    off = f"it is {number(broken.amount)} off there" if finite else "it has no value there"
+    if finite and broken.worst > 1.001 * broken.amount:
+        off += f", {number(broken.worst)} at t = {time_text(broken.worst_time)} at the most"
+    what = f"`{left}` is {found}, not {word}{asked}"
+    for text, values in ((right, broken.right), (left, broken.left)):
+        if not np.isfinite(values).all():
+            what = f"`{text}` has no value"
+    return Diagnostic(
+        code="claim/broken",
+        severity=Severity.ERROR,
+        message=f"{what}: the claim fails from t = {time_text(broken.time)} (frame {broken.frame})",
+        span=claim.span,
+        notes=(
+            f"{off}; it may be {number(broken.tolerance)} off"
+            + (" (1e-9 of the scene's size)" if claim.tolerance is None else ""),
+            f"looked at in {counted(broken.instants, 'instant')}: every frame, and the solver's own grid",
+        ),
+        helps=tuple(helps),
+    )
+
+
+def _digits(broken: Broken) -> int:
+    """So many digits that the two sides look different."""
+    size = max(map(abs, (*broken.left, *broken.right)), default=0.0)
+    if not (np.isfinite(size) and broken.amount > 0.0 and np.isfinite(broken.amount)):
+        return 6
+    return int(np.clip(np.ceil(np.log10(max(size / broken.amount, 1.0))) + 2, 4, 17))
+
+
+def _vector(values: tuple[float, ...], digits: int) -> str:
+    shown: Callable[[float], str] = lambda value: number(value, digits)  # noqa: E731
+    return shown(values[0]) if len(values) == 1 else f"[{', '.join(map(shown, values))}]"
+
+
+def _rounded_up(value: float) -> str:
+    """The next number of two digits."""
+    if value <= 0.0:
+        return "0"
+    unit = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return number(float(np.ceil(value / unit * (1.0 + 1e-9)) * unit), 2)

@@ -1,0 +1,107 @@
+"""Frames near a singular position, where the last digits of a solution are lost, with their condition numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.lowering.equations import Form
+from movimentum.solver.block import closed_form
+from movimentum.solver.block.rows import jacobian_of
+from movimentum.solver.block.scaling import scaled
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.piece import NodeTrack, Piece, SignTrack, track_scale
+from movimentum.solver.segment_motion import Dead, Stretch
+
+FloatArray = NDArray[np.float64]
+
+WORTH_TELLING = 1e6
+"""From this condition on, half of float64's digits are lost at worst."""
+LARGEST = 1e-8
+"""Where two solutions meet, rounding parts them by its own root: no condition is told as worse than the inverse."""
+NEAR = 0.02
+"""Relative discriminant below which a minimum between nodes is looked at frame by frame."""
+MOST_FRAMES = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Singular:
+    """Block ``block`` is nearly singular in ``frames`` frames; most at offset ``time``, with ``condition``."""
+
+    block: int
+    time: float
+    condition: float
+    frames: int
+
+
+def nearly_singular(motion: Motion, stretch: Stretch, low: int, high: int) -> Iterator[Singular]:
+    """The blocks of a stretch that come near to a singular position in one of the frames ``low`` … ``high - 1``."""
+    for piece in stretch.pieces:
+        if isinstance(piece, Dead) or len(piece.nodes) < 3:
+            continue
+        frames = motion.instants(stretch, low, high).tau
+        frames = frames[(frames >= piece.begin) & (frames <= piece.end)]
+        instants = piece.instants(piece.nodes)
+        at_nodes, _ = piece.solve(instants, windings=False)  # once for all blocks, not once for each
+        for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
+            if not block.moving or block.form is not Form.PLAIN:
+                continue
+            found: FloatArray | None = None
+            chosen = frames
+            if isinstance(track, SignTrack) and block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
+                margins = np.broadcast_to(
+                    closed_form.quadratic(block, at_nodes, instants.clocks).margin, len(piece.nodes)
+                )
+                chosen = frames[_near_minima(piece, margins, frames)][:MOST_FRAMES]
+                if len(chosen) == 0:
+                    continue
+                found = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), LARGEST**2))
+            elif isinstance(track, NodeTrack) and not block.free and block.rows == len(block.core):
+                if not (conditions(piece, block, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
+                    continue
+                chosen = frames[:MOST_FRAMES]
+                found = conditions(piece, block, chosen, None)
+            if found is None:
+                continue
+            bad = found > WORTH_TELLING
+            if bad.any():
+                worst = int(np.argmax(found))
+                yield Singular(block.number, float(chosen[worst]), float(found[worst]), int(bad.sum()))
+
+
+def _margins(piece: Piece, block: Block, tau: FloatArray) -> FloatArray:
+    instants = piece.instants(tau)
+    state = piece.before(block.number, instants)
+    return np.broadcast_to(closed_form.quadratic(block, state, instants.clocks).margin, len(tau))
+
+
+def _near_minima(piece: Piece, v: FloatArray, frames: FloatArray) -> NDArray[np.bool_]:
+    """Which frames lie between the neighbours of a node at which the margin ``v`` (one for each node) is least and
+    small.
+    """
+    least = np.nonzero((v[1:-1] <= v[:-2]) & (v[1:-1] <= v[2:]) & (v[1:-1] < NEAR))[0]
+    ends = [(0, 1)] if v[0] < NEAR else []
+    ends += [(len(v) - 2, len(v) - 1)] if v[-1] < NEAR else []
+    near = np.zeros(len(frames), dtype=np.bool_)
+    for first, last in [*ends, *((int(i), int(i) + 2) for i in least[:MOST_FRAMES])]:
+        near[np.searchsorted(frames, piece.nodes[first]) : np.searchsorted(frames, piece.nodes[last], "right")] = True
+    return near
+
+
+def conditions(piece: Piece, block: Block, tau: FloatArray, values: FloatArray | None) -> FloatArray:
+    """Largest over smallest singular value of the scaled Jacobian at each instant."""
+    if len(tau) == 0:
+        return np.zeros(0)
+    instants = piece.instants(tau)
+    if values is None:
+        state, _ = piece.evaluate(instants, (*piece.upstream(block.number), block.number))
+        values = np.stack([np.broadcast_to(state[n], len(tau)) for n in block.core], axis=-1)
+    else:
+        state = piece.before(block.number, instants)
+    rows, _ = scaled(jacobian_of(block, state, instants.clocks, values), track_scale(piece.plan, block))
+    singular = np.linalg.svd(np.nan_to_num(rows, posinf=0.0, neginf=0.0), compute_uv=False)
+    return singular[:, 0] / np.maximum(singular[:, -1], LARGEST * singular[:, 0])

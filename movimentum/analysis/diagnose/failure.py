@@ -1,0 +1,275 @@
+"""Why there is no solution, told once: contradictions, binds, inequalities that leave nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
+from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.lowering.equations import Form
+from movimentum.scene.model import Constraint, Scene
+from movimentum.solver.motion import Motion
+from movimentum.solver.segment_motion import Stretch, Trouble
+from movimentum.solver.start.candidates import Rejection, Selection
+from movimentum.text import counted, number, time_text
+
+if TYPE_CHECKING:
+    from movimentum.analysis.diagnose.conflict import Conflict
+    from movimentum.solver.start.contradictions import Contradiction
+
+AT_ONCE = 2e-3
+"""Of a step: constraints that agree for less than that contradict each other, and only meet where it begins."""
+SAMPLES = 5
+"""Moments of a segment at which a contradiction must hold to count as the script's own."""
+STEADY = 1e-4
+"""By what part of itself the amount of such a contradiction may vary."""
+
+
+def failure_diagnostic(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+    """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
+    time).
+    """
+    if trouble.kind == "gap" and trouble.block is not None and _is_formula(stretch.plan.blocks[trouble.block]):
+        return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
+    if trouble.kind == "gap" and (bound := bind(motion, stretch, trouble)) is not None:
+        return bound, 3
+    if trouble.kind == "selector":
+        return _left_nothing(motion, stretch, trouble, trouble.begin), 3
+    if trouble.kind == "check":
+        return _no_longer(motion, stretch, trouble)
+    return _no_beginning(motion, stretch, trouble)
+
+
+def _no_longer(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+    """Constraints that agreed where the path began, and contradict each other from some time on."""
+    from movimentum.analysis.diagnose.conflict import find_conflict
+
+    plan = stretch.plan
+    assert trouble.check is not None
+    around = set(plan.system.equations[trouble.check].unknowns)
+    length = float(stretch.segment.end - stretch.segment.start)
+    tau = min(trouble.begin + 1.0 / float(motion.timeline.fps), 0.5 * (trouble.begin + length))
+    conflict = find_conflict(plan, around, tau, stretch.base)
+    constraint = constraint_of(stretch, plan.system.equations[trouble.check].constraint)
+    at_once = trouble.begin <= AT_ONCE * length
+    if conflict is not None:
+        code = "constraint/conflict" if at_once else "solve/unreachable"
+        told = _contradiction(stretch, conflict, tau, code)
+    else:
+        told = Diagnostic(
+            code="solve/unreachable",
+            severity=Severity.ERROR,
+            message="",
+            span=None if constraint is None else constraint.span,
+        )
+    some = "these constraints" if conflict is None else counted(len(conflict.constraints), "constraint")
+    return replace(
+        told,
+        message=f"{some} agree at first, and contradict each other from t = {_at(stretch, trouble.begin)} on",
+        notes=(f"the amounts are those at t = {_at(stretch, tau)}", *told.notes),
+    ), 1 if at_once and conflict is not None else 3
+
+
+def _at(stretch: Stretch, tau: float) -> str:
+    return time_text(float(stretch.segment.start) + tau)
+
+
+def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+    selection = trouble.selection
+    assert selection is not None
+    selectors = [r for r in selection.rejections if r.selector is not None]
+    contradiction = selection.contradiction
+    always = contradiction is not None and _holds_all_along(stretch, contradiction)
+    # what a first step says of all its time is a contradiction; what is driven there, or stated there later, is a reach
+    first = stretch.segment.step == 0 and trouble.until >= float(stretch.segment.end - stretch.segment.start)
+    past = driven_past(stretch, selection) and not (first and always)
+    if past and (bound := bind(motion, stretch, trouble)) is not None:
+        return bound, 3
+    if contradiction is None:
+        for rejection in selection.rejections:
+            if rejection.block is not None and _is_formula(stretch.plan.blocks[rejection.block]):
+                return _undefined(stretch, stretch.plan.blocks[rejection.block], 0.0), 3
+        if selectors and all(part.complete for part in selection.parts):
+            told = _left_nothing(motion, stretch, trouble, 0.0)
+            return told, 1 if told.code == "constraint/conflict" else 3
+        return _not_found(stretch, selection), 3
+    from movimentum.analysis.diagnose.conflict import told
+
+    code = "constraint/conflict" if always else "solve/unreachable"
+    return _contradiction(stretch, told(contradiction), 0.0, code), 1 if always else 3
+
+
+def _holds_all_along(stretch: Stretch, contradiction: Contradiction) -> bool:
+    """Whether a contradiction at a segment's beginning is the same at some other moments of it.
+
+    One that grows or shrinks is that of a drive, which is beyond its reach all the time.
+    """
+    from movimentum.solver.start.contradictions import apart, later
+
+    length = float(stretch.segment.end - stretch.segment.start)
+    samples = [length * (k / SAMPLES) for k in range(1, SAMPLES)] if length > 0.0 else []
+    amount = apart(contradiction)
+    for tau in samples:
+        there = later(contradiction, stretch.plan, tau, stretch.base)
+        if there is None or abs(apart(there) - amount) > STEADY * amount:
+            return False
+    return True
+
+
+def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) -> Diagnostic:
+    scene = stretch.plan.system.scene
+    chosen = [c for c in (constraint_of(stretch, n) for n in conflict.constraints) if c is not None]
+    when = _at(stretch, tau)
+    labels = [Label(constraint.span, off_text(conflict, constraint.number)) for constraint in chosen[:-1]]
+    helps: list[str] = []
+    for t in conflict.things:
+        thing = scene.things[t]
+        text = "rigid"
+        factor = conflict.stretch.get(t)
+        if factor is not None and abs(factor - 1.0) > 1e-9:
+            change = (factor - 1.0) * 100.0
+            text = f"rigid: would have to be {number(abs(change), 3)} % {'longer' if change > 0 else 'shorter'}"
+            if len(thing.anchors) == 2:
+                a, b = (np.array(anchor.local) for anchor in thing.anchors)
+                now = float(np.hypot(*(b - a)))
+                first, second = (f"{thing.name}.{anchor.name}" for anchor in thing.anchors)
+                text = f"rigid: |{second} - {first}| = {number(now, 6)},"
+                text += f" would have to be {number(factor * now, 6)}"
+                helps.append(f"make `{thing.name}` {number(factor * now, 6)} long (it is {number(now, 6)})")
+        labels.append(Label(thing.span, text))
+    last = chosen[-1] if chosen else None
+    if last is not None:
+        helps.append("change or drop one of these constraints")
+    involved = len(chosen)
+    headline = (
+        f"{counted(involved, 'constraint')} contradict{'s' if involved == 1 else ''}"
+        + (" each other" if involved > 1 else " what is rigid")
+        + (
+            f" in step @{_at(stretch, 0.0)}"
+            if code == "constraint/conflict"
+            else f" at t = {when}: there is no solution"
+        )
+    )
+    others = f"{counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
+    return Diagnostic(
+        code=code,
+        severity=Severity.ERROR,
+        message=headline,
+        span=last.span if last is not None else (labels[0].span if labels else None),
+        label=off_text(conflict, last.number) if last is not None else "",
+        labels=tuple(labels),
+        notes=(f"smallest conflicting set; {others}",),
+        helps=tuple(helps),
+    )
+
+
+def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:
+    """Every solution violates some inequality.
+
+    Where a later step states something else that an inequality from before does not allow, or a length that no length
+    can have, that is a reach; what a step's own inequality leaves nothing of is a contradiction.
+    """
+    plan = stretch.plan
+    selection = trouble.selection
+    rejections: list[Rejection] = [r for r in (selection.rejections if selection else ()) if r.selector is not None]
+    number_ = trouble.selector if trouble.selector is not None else (rejections[0].selector if rejections else None)
+    assert number_ is not None
+    selector = plan.system.selectors[number_]
+    constraint = constraint_of(
+        stretch, selector.constraint if selector.constraint is not None else selector.equation_of
+    )
+    notes: list[str] = []
+    for k, rejection in enumerate(rejections[:6]):
+        other = plan.system.selectors[rejection.selector or 0]
+        turned_down = constraint_of(stretch, other.constraint if other.constraint is not None else other.equation_of)
+        text = motion.timeline.scene.source.slice(turned_down.span).strip() if turned_down else "a length or an angle"
+        notes.append(f"candidate {k + 1} misses `{' '.join(text.split())}` by {number(abs(rejection.amount))}")
+    when = _at(stretch, tau)
+    if selection is None:
+        message = f"the motion leaves this inequality again and again from t = {when} on"
+        notes.append("every solution that satisfies it is drawn across it at once; the search for another was given up")
+    elif selector.constraint is not None:
+        message = f"no solution satisfies this inequality at t = {when}"
+    else:
+        message = f"at t = {when} this has no solution (a length cannot be negative, an angle has one side)"
+    step = stretch.segment.step
+    reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
+    return Diagnostic(
+        code="constraint/conflict" if trouble.kind == "start" and not reached else "solve/unreachable",
+        severity=Severity.ERROR,
+        message=message,
+        span=constraint.span if constraint else None,
+        notes=tuple(notes),
+        helps=_ways_out(constraint) if selector.constraint is not None and constraint is not None else (),
+    )
+
+
+def _ways_out(constraint: Constraint) -> tuple[str, ...]:
+    other = {"<": ">", ">": "<"}.get(str(constraint.relation), "=")
+    return (
+        f"`{constraint.key} {other} …` takes the other side",
+        f"`{constraint.key} {constraint.relation} _;` in an earlier step ends it",
+    )
+
+
+def _is_formula(block: Block) -> bool:
+    """Whether a block only computes: it has no solution where its formula has no finite value."""
+    return block.kernel in (Kernel.ASSIGN, Kernel.LINEAR)
+
+
+def _undefined(stretch: Stretch, block: Block, tau: float) -> Diagnostic:
+    """A formula without a finite value."""
+    plan = stretch.plan
+    numbers = [plan.system.equations[e].constraint for e in block.equations]
+    spans = [c.span for n in numbers if (c := constraint_of(stretch, n)) is not None]
+    name, note = f"`{plan.system.unknowns[block.unknowns[0]].name}`", "the root of a negative number, or an overflow"
+    if block.form is Form.INTEGRAL:
+        name, note = "the integral in this statement", "a pole of what is integrated, " + note
+    return Diagnostic(
+        code="solve/not-converged",
+        severity=Severity.ERROR,
+        message=f"{name} has no finite value from t = {_at(stretch, tau)} on",
+        span=spans[-1] if spans else None,
+        notes=(f"a division by zero, {note}",),
+        helps=(
+            "`.max(…, 0)` keeps a root's argument from going below zero; `--on-failure skip` leaves such frames out",
+        ),
+    )
+
+
+def _not_found(stretch: Stretch, selection: Selection) -> Diagnostic:
+    """No candidate, and no contradiction found either: the search found nothing."""
+    plan = stretch.plan
+    block = next((plan.blocks[r.block] for r in selection.rejections if r.block is not None), None)
+    span = None
+    if block is not None:
+        numbers = [plan.system.equations[e].constraint for e in block.equations]
+        spans = [c.span for n in numbers if (c := constraint_of(stretch, n)) is not None]
+        span = spans[-1] if spans else None
+    return Diagnostic(
+        code="solve/not-converged",
+        severity=Severity.ERROR,
+        message=f"no solution was found at t = {_at(stretch, 0.0)}",
+        span=span,
+        notes=(
+            "nothing proves that there is none: the search may not have found what exists",
+            f"{counted(selection.tried, 'block')} of equations were tried, and no constraints are shown to contradict",
+        ),
+        helps=("give the things coordinates near the solution, so that the search begins there",),
+    )
+
+
+def cyclic_rate(scene: Scene, number_: int | None) -> Diagnostic:
+    """A derivative that depends on itself: a differential equation, which is stated with an integral."""
+    constraint = next((c for c in scene.constraints() if c.number == number_), None)
+    return Diagnostic(
+        code="constraint/cyclic-derivative",
+        severity=Severity.ERROR,
+        message="this derivative depends on itself",
+        span=constraint.span if constraint else None,
+        helps=("state the equation with `.i(…)` instead: `x = 5 - .i(x)`",),
+    )

@@ -1,0 +1,147 @@
+"""Jumps: what stands elsewhere all at once, where a step begins or an inequality makes the motion go over to another
+solution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.scene.model import Scene
+from movimentum.solver.basis.pose_state import Carry, Snapshot
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.segment_motion import Beginning, Stretch
+from movimentum.source import Span
+from movimentum.text import number, time_text
+
+FRAMES = 1.5
+"""So many frames' way, as things moved before, are no jump."""
+LEAST = 1e-6
+"""Of the scene's size, or in radians: what is no jump in any case."""
+
+
+def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
+    """A warning for each beginning of a path in stretch number ``index`` where something jumps: the anchor that goes
+    farthest, and the thing of one anchor that turns most (no anchor shows that).
+    """
+    stretch = motion.stretches[index]
+    scene = motion.timeline.scene
+    for beginning in stretch.beginnings:
+        if beginning.reason == "reach":
+            continue  # where a solution comes back is told with the time at which there was none
+        if beginning.reason == "step" and (index == 0 or stretch.segment.step == 0):
+            continue
+        after = _after(stretch, beginning)
+        if after is None:
+            continue
+        carry = beginning.carry
+        over = beginning.reason == "inequality"
+        seen = stretch.segment.visible if over else motion.stretches[index - 1].segment.visible
+        least = LEAST * motion.size
+        far, thing = _farthest(scene, carry.now, after, seen)
+        travel = _travel_per_frame(motion, beginning)
+        jumped: int | None = None
+        if thing is not None and far > (least if over else max(FRAMES * travel, least)):
+            jumped = thing
+            yield _told(stretch, beginning, thing, number(far), f"it moves {number(travel)} a frame there")
+        turned, thing = _most_turned(scene, carry.now, after, seen)
+        if thing is None or thing == jumped:
+            continue
+        before = carry.before
+        turning = 0.0 if before is None else _turn(before, carry.now, thing) * _frames(motion, carry)
+        if turned > (LEAST if over else max(FRAMES * turning, LEAST)):
+            degrees = f"{number(float(np.degrees(turned)))} degrees"
+            slow = number(float(np.degrees(turning)))
+            yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees a frame there")
+
+
+def _after(stretch: Stretch, beginning: Beginning) -> Snapshot | None:
+    """The pose in which a path begins; None where none does."""
+    if beginning.selection.choices is None:
+        return None
+    piece = next(
+        (p for p in stretch.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
+        None,
+    )
+    if piece is None:
+        return None
+    from movimentum.solver.assembly import snapshot
+
+    with np.errstate(all="ignore"):
+        state, _ = piece.evaluate(piece.instants(np.array([beginning.time])))
+    return snapshot(stretch.plan, state, stretch.base.now, 0)
+
+
+def _told(stretch: Stretch, beginning: Beginning, thing: int, amount: str, note: str) -> Diagnostic:
+    scene = stretch.plan.system.scene
+    name = scene.things[thing].name
+    when = time_text(float(stretch.segment.start) + beginning.time)
+    span: Span | None
+    if beginning.reason == "inequality":
+        selector = stretch.plan.system.selectors[beginning.selector or 0]
+        constraint = selector.constraint if selector.constraint is not None else selector.equation_of
+        span = next((c.span for c in stretch.segment.active if c.number == constraint), None)
+        how = "the motion comes to violate this and goes over to another solution"
+        notes = ()
+    else:
+        span, how, notes = scene.steps[stretch.segment.step].span, "this step begins", (note,)
+    return Diagnostic(
+        code="solve/jump",
+        severity=Severity.WARNING,
+        message=f"`{name}` jumps {amount} at t = {when}, where {how}",
+        span=span,
+        notes=notes,
+    )
+
+
+def _most_turned(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset[int]) -> tuple[float, int | None]:
+    """The largest turn (radians, at most half a turn) of a thing that has one anchor or none, and that thing."""
+    turns = [(_turn(before, after, t), t) for t in sorted(things) if _one_point(scene, t)]
+    turned, thing = max(turns, key=lambda item: item[0], default=(0.0, None))
+    return turned, thing
+
+
+def _one_point(scene: Scene, thing: int) -> bool:
+    body = scene.things[thing]
+    return body.is_body and len({anchor.local for anchor in body.anchors}) < 2
+
+
+def _turn(before: Snapshot, after: Snapshot, thing: int) -> float:
+    """How far a thing turns between two moments, in radians from 0 to pi."""
+    a, b = before.things[thing], after.things[thing]
+    return abs(float(np.arctan2(a.c * b.s - a.s * b.c, a.c * b.c + a.s * b.s)))
+
+
+def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset[int]) -> tuple[float, int | None]:
+    """The longest way that an anchor goes between two moments, and its thing."""
+    best, owner = 0.0, None
+    for t in sorted(things):
+        a, b = before.things[t], after.things[t]
+        for anchor in scene.things[t].anchors:
+            x, y = anchor.local
+            way = float(
+                np.hypot(
+                    (b.x + b.c * x - b.s * y) - (a.x + a.c * x - a.s * y),
+                    (b.y + b.s * x + b.c * y) - (a.y + a.s * x + a.c * y),
+                )
+            )
+            if way > best:
+                best, owner = way, t
+    return best, owner
+
+
+def _travel_per_frame(motion: Motion, beginning: Beginning) -> float:
+    """How far the fastest anchor moves in a frame just before."""
+    carry = beginning.carry
+    if carry.before is None:
+        return 0.0
+    everything = frozenset(range(len(motion.timeline.scene.things)))
+    return _farthest(motion.timeline.scene, carry.before, carry.now, everything)[0] * _frames(motion, carry)
+
+
+def _frames(motion: Motion, carry: Carry) -> float:
+    """How many times as long as the time between what is carried a frame takes."""
+    return 1.0 / carry.span / float(motion.timeline.fps) if carry.span > 0.0 else 0.0

@@ -1,0 +1,161 @@
+"""Things that leave the canvas that the script gives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.scene.looks import DISC_RADIUS, LABEL_HEIGHT, width_of
+from movimentum.scene.model import Scene, Shape, Thing
+from movimentum.solver.motion import Motion
+from movimentum.solver.poses import Poses
+from movimentum.text import listed, number, time_text
+
+FloatArray = NDArray[np.float64]
+
+OUTSIDE, CUT_OFF = "canvas/outside", "canvas/cut-off"
+CHUNK = 2048
+MOST = 200_000
+"""Poses of things that are looked at: of a longer animation, frames that are evenly spread."""
+SLACK = 1.0
+"""World pixels that may stick out: round ends and what was drawn to the edge."""
+LETTERS = (0.3, 0.8)
+"""Of a font's size: the width of narrow and of wide letters."""
+Points = list[tuple[float, float]]
+
+
+def leaving(motion: Motion) -> Iterator[Diagnostic]:
+    """A note for things of which nothing is left to see at some time, and one for moving things that are cut off.
+
+    A thing may well be meant to leave: that is no warning. Only where the script gives the canvas a size. Lines go
+    where other things go, hidden and faded-out things are not seen anyway, and a backdrop may be larger than the
+    picture.
+    """
+    scene = motion.timeline.scene
+    if scene.config.size is None:
+        return
+    things = [t for t in scene.things if t.is_body and not t.hidden and (t.anchors or t.shape is Shape.SPRITE)]
+    if not things:
+        return
+    outlines = [_outlines(thing) for thing in things]
+    gone: dict[int, float] = {}
+    cut: dict[int, float] = {}
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for poses in _looked_at(motion, len(things)):
+        for thing, (sure, whole) in zip(things, outlines, strict=True):
+            box, seen = _box(thing, poses, whole), _box(thing, poses, sure)
+            shown = poses.visible[thing.number] & poses.solved & _opaque(thing, poses)
+            if not shown.any():
+                continue
+            low = np.minimum(low, box[shown, :2].min(axis=0))
+            high = np.maximum(high, box[shown, 2:].max(axis=0))
+            size = np.array(scene.config.size, dtype=np.float64)
+            over = np.maximum(-seen[:, :2], seen[:, 2:] - size) >= SLACK
+            over &= seen[:, 2:] - seen[:, :2] <= size  # what is larger than the picture is not meant to be in it
+            away = np.maximum(box[:, :2] - size, -box[:, 2:]) >= _half_width(thing)
+            for found, bad in ((cut, over.any(axis=1) & shown), (gone, away.any(axis=1) & shown)):
+                if bad.any() and thing.number not in found:
+                    found[thing.number] = float(poses.times[int(np.argmax(bad))])
+    cut = {t: time for t, time in cut.items() if t in scene.mentioned and t not in gone}
+    if gone:
+        yield _told(motion, gone, OUTSIDE, "outside the canvas", low, high)
+    if cut:
+        yield _told(motion, cut, CUT_OFF, "cut off by the edge of the canvas", low, high)
+
+
+def _looked_at(motion: Motion, things: int) -> Iterator[Poses]:
+    count = motion.timeline.frame_count
+    every = -(-count * things // MOST)
+    if every <= 1:
+        for first in range(0, count, CHUNK):
+            yield motion.poses(first, min(first + CHUNK, count), angles=False)
+        return
+    times: list[Fraction] = [motion.timeline.frame_time(frame) for frame in range(0, count, every)]
+    for first in range(0, len(times), CHUNK):
+        yield motion.poses_at(times[first : first + CHUNK])
+
+
+def _box(thing: Thing, poses: Poses, outline: Points) -> FloatArray:
+    """(F, 4) left, bottom, right, top of a thing's local points and what lies around them."""
+    reach = (DISC_RADIUS if thing.radius is None else thing.radius) if thing.shape is Shape.DISC else 0.0
+    places = np.stack([poses.world(thing.number, point) for point in outline], axis=1)
+    return np.concatenate([places.min(axis=1) - reach, places.max(axis=1) + reach], axis=1)
+
+
+def _outlines(thing: Thing) -> tuple[Points, Points]:
+    """Local points that are sure to be drawn, and points around all that may be (lines without their width).
+
+    A picture is taken to fill the ellipse in its frame at least: wheels have clear corners.
+    """
+    anchors = [anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]
+    match thing.shape:
+        case Shape.SPRITE if thing.image_size is not None:
+            width, height = (side * thing.scale for side in thing.image_size)
+            turns = np.arange(24) * (np.pi / 12.0)
+            x, y = 0.5 * width * (1.0 + np.cos(turns)), 0.5 * height * (1.0 + np.sin(turns))
+            inside = list(zip(x.tolist(), y.tolist(), strict=True))
+            return inside, [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]
+        case Shape.LABEL:
+            size = LABEL_HEIGHT * thing.scale
+            x, y = anchors[0]
+            least, most = (letter * size * len(thing.text or "") for letter in LETTERS)
+            return [(x, y), (x + least, y + 0.5 * size)], [(x, y - 0.3 * size), (x + most, y + size)]
+        case Shape.DISC:
+            return anchors[:1], anchors[:1]
+        case _:
+            return anchors, anchors
+
+
+def _half_width(thing: Thing) -> float:
+    """How far the line of a thing reaches around its points."""
+    if thing.shape is Shape.ARROW:
+        return 2.0 * width_of(thing)
+    return 0.5 * width_of(thing) if thing.shape is Shape.BAR else 0.5 * (thing.width or 0.0)
+
+
+def _opaque(thing: Thing, poses: Poses) -> NDArray[np.bool_]:
+    opacity = poses.properties.get((thing.number, "opacity"))
+    return np.ones(len(poses.frames), dtype=np.bool_) if opacity is None else opacity > 0.0
+
+
+def _told(
+    motion: Motion, when: dict[int, float], code: str, where: str, low: FloatArray, high: FloatArray
+) -> Diagnostic:
+    scene = motion.timeline.scene
+    assert scene.config.size is not None
+    first = min(when, key=lambda t: (when[t], t))
+    others = [f"`{scene.things[t].name}` from t = {time_text(when[t])} on" for t in sorted(when) if t != first]
+    width, height = scene.config.size
+    margin = max((width_of(t) for t in scene.things if t.shape in (Shape.BAR, Shape.ARROW)), default=0.0)
+    left, bottom = (float(np.floor(value - margin)) for value in low)
+    right, top = (float(np.ceil(value + margin)) for value in high)
+    notes = [
+        f"what is drawn reaches from [{number(left, 6)}, {number(bottom, 6)}] to [{number(right, 6)}, {number(top, 6)}]"
+    ]
+    if others:
+        notes.insert(0, f"so is {listed(others, 4)}")
+    return Diagnostic(
+        code=code,
+        severity=Severity.NOTE,
+        message=f"`{scene.things[first].name}` is {where} ({width} x {height}) at t = {time_text(when[first])}",
+        span=scene.things[first].name_span,
+        notes=tuple(notes),
+        helps=(_remedy(scene, (left, bottom), (right, top)),),
+    )
+
+
+def _remedy(scene: Scene, low: tuple[float, float], high: tuple[float, float]) -> str:
+    assert scene.config.size is not None
+    fps = str(scene.config.fps)
+    if min(low) >= 0.0:
+        width, height = (max(side, round(value)) for side, value in zip(scene.config.size, high, strict=True))
+        return f"`.config({fps}, {width}, {height})` holds everything"
+    return (
+        f"`.config({fps})` without a size fits the canvas to everything; one of"
+        f" {round(high[0] - min(low[0], 0.0))} x {round(high[1] - min(low[1], 0.0))} does, if everything is moved by"
+        f" [{number(max(0.0, -low[0]), 6)}, {number(max(0.0, -low[1]), 6)}]"
+    )

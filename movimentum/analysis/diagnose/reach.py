@@ -1,0 +1,165 @@
+"""A mechanism driven past its reach: when it binds, which things, by how much at the next frame, and until when."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.scene.model import Constraint, Scene
+from movimentum.solver.assembly import carry_at
+from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.segment_motion import Stretch, Trouble
+from movimentum.solver.start.candidates import Selection
+from movimentum.text import number, time_text
+
+if TYPE_CHECKING:
+    from movimentum.analysis.diagnose.conflict import Conflict
+
+DECIMALS = 11
+"""A time is told to so many decimals of the step's length, at most."""
+
+
+def driven_past(stretch: Stretch, selection: Selection) -> bool:
+    """Whether there is no solution to begin with because a reach is exceeded: something has as many equations as
+    unknowns and no real solution, and it is driven there, by what changes with time or by what a later step states.
+
+    Equations that say something twice and disagree, and a first step's constants, are contradictions.
+    """
+    if any(rejection.check is not None for rejection in selection.rejections):
+        return False
+    blocks = [stretch.plan.blocks[r.block] for r in selection.rejections if r.block is not None]
+    return any(block.moving or (stretch.segment.step > 0 and not block.free) for block in blocks)
+
+
+def bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic | None:
+    """A path ended, or could not begin: which constraints bind, with what they are off by at the next frame.
+
+    None where it could not begin, and nothing shows that there is no solution: a search found none, that is all.
+    """
+    plan = stretch.plan
+    block = _block(stretch, trouble)
+    length = float(stretch.segment.end - stretch.segment.start)
+    piece = next((p for p in stretch.pieces if isinstance(p, Piece) and p.begin <= trouble.begin <= p.end), None)
+    carry = stretch.base if piece is None else carry_at(stretch, piece, trouble.begin, stretch.base)
+    until = _until(motion, stretch, trouble)
+    tau, conflict = _conflict(motion, stretch, trouble, block, carry)
+    if trouble.kind == "start" and block.kernel is Kernel.NEWTON and conflict is None:
+        return None
+    where, label, labels = "", "binds", list[Label]()
+    chosen: list[Constraint] = []
+    if conflict is not None:
+        chosen = [c for n in conflict.constraints if (c := constraint_of(stretch, n)) is not None]
+        amount = _amount(plan.system.scene, conflict)
+        where = f"; at t = {_at(stretch, tau, length)} {amount}" if amount else ""
+        labels = [Label(c.span, off_text(conflict, c.number)) for c in chosen[:-1]]
+        labels += [Label(plan.system.scene.things[t].span, "rigid") for t in conflict.things]
+        label = off_text(conflict, conflict.constraints[-1]) if conflict.constraints else "binds"
+    if not chosen:
+        numbers = [plan.system.equations[e].constraint for e in block.equations]
+        chosen = [c for n in numbers if (c := constraint_of(stretch, n)) is not None]
+    things = {t for n in block.unknowns if (t := plan.system.unknowns[n].thing) is not None}
+    names = ", ".join(f"`{plan.system.scene.things[t].name}`" for t in sorted(things))
+    return Diagnostic(
+        code="solve/unreachable",
+        severity=Severity.ERROR,
+        message=f"{names or 'the scene'} bind{'s' if ',' not in names else ''} at"
+        f" t = {_at(stretch, trouble.begin, length)}: there is no solution from then on{until}{where}",
+        span=chosen[-1].span if chosen else None,
+        label=label,
+        labels=tuple(labels),
+        notes=(_last_good(motion, stretch, trouble),),
+        helps=("`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out",),
+    )
+
+
+def constraint_of(stretch: Stretch, number_: int | None) -> Constraint | None:
+    """The active constraint of that number."""
+    return next((c for c in stretch.segment.active if c.number == number_), None)
+
+
+def off_text(conflict: Conflict, constraint: int) -> str:
+    """What a constraint of a contradicting set is off by."""
+    off = conflict.off.get(constraint)
+    return "" if off is None else f"off by {number(off)} where the others hold"
+
+
+def _block(stretch: Stretch, trouble: Trouble) -> Block:
+    """The block that has no solution: the one that comes nearest to having one, where there are several."""
+    if trouble.block is not None:
+        return stretch.plan.blocks[trouble.block]
+    assert trouble.selection is not None
+    refused = [r for r in trouble.selection.rejections if r.block is not None]
+    nearest = max(refused, key=lambda r: r.amount)
+    return stretch.plan.blocks[nearest.block or 0]
+
+
+def _at(stretch: Stretch, tau: float, length: float) -> str:
+    """A time, to a small part of the step's length."""
+    places = DECIMALS - int(np.floor(np.log10(length))) - 1 if length > 0.0 else DECIMALS
+    return number(round(float(stretch.segment.start) + tau, places), 15)
+
+
+def _until(motion: Motion, stretch: Stretch, trouble: Trouble) -> str:
+    """When there is a solution again, perhaps because a later step states something else."""
+    length = float(stretch.segment.end - stretch.segment.start)
+    end = trouble.until
+    if end >= length:
+        following = motion.stretches[motion.stretches.index(stretch) + 1 :]
+        if not following or any(t.kind == "start" and t.begin == 0.0 for t in following[0].troubles):
+            return ""
+        end = length
+    return f" until t = {_at(stretch, end, length)}"
+
+
+def _conflict(
+    motion: Motion, stretch: Stretch, trouble: Trouble, block: Block, carry: Carry
+) -> tuple[float, Conflict | None]:
+    """What contradicts at the next frame (or in the middle, if there is none before there is a solution again), and
+    when that is, as an offset.
+    """
+    from movimentum.analysis.diagnose.conflict import find_conflict
+
+    timeline = motion.timeline
+    start, length = float(stretch.segment.start), float(stretch.segment.end - stretch.segment.start)
+    end = min(trouble.until, length)
+    first = float(timeline.start)
+    frame = int(np.floor((start + trouble.begin - first) * float(timeline.fps) + 1e-9)) + 1
+    following = first + frame / float(timeline.fps) - start
+    if trouble.kind == "start":
+        following = trouble.begin
+    places = [tau for tau in (following,) if trouble.begin <= tau <= end] + [0.5 * (trouble.begin + end)]
+    for tau in places:
+        conflict = find_conflict(stretch.plan, set(block.unknowns), tau, carry)
+        if conflict is not None:
+            return tau, conflict
+    return places[0], None
+
+
+def _amount(scene: Scene, conflict: Conflict) -> str:
+    """The thing that is too short or too long, and by how much; else what a constraint is off by; "" if neither is
+    known.
+    """
+    short = [(t, f) for t, f in conflict.stretch.items() if abs(f - 1.0) > 1e-12]
+    if not short:
+        return f"they are {number(max(conflict.off.values()))} out of reach" if conflict.off else ""
+    t, factor = max(short, key=lambda item: abs(item[1] - 1.0))
+    thing = scene.things[t]
+    points = [anchor.local for anchor in thing.anchors]
+    reach = max(float(np.hypot(a[0] - b[0], a[1] - b[1])) for a in points for b in points)
+    gap = (factor - 1.0) * reach
+    return f"`{thing.name}` is {number(abs(gap))} too {'short' if gap > 0 else 'long'}"
+
+
+def _last_good(motion: Motion, stretch: Stretch, trouble: Trouble) -> str:
+    """The last frame strictly before the end of the path, and its time."""
+    timeline = motion.timeline
+    begin = float(stretch.segment.start) + trouble.begin
+    last = int(np.ceil((begin - float(timeline.start)) * float(timeline.fps) - 1e-9)) - 1
+    if last < 0:
+        return "there is no good frame before"
+    return f"the last good frame is {last}, at t = {time_text(float(timeline.frame_time(last)))}"

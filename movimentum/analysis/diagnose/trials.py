@@ -1,0 +1,109 @@
+"""Help that is tried before it is shown: what a script comes to with another statement in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from movimentum.errors import MovimentumError
+from movimentum.planning.blocks.build import Kernel
+from movimentum.planning.planner import CyclicRateError
+from movimentum.scene.amended import Amender
+from movimentum.solver.basis.effort import GivenUp, limited
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.piece import NodeTrack, Piece
+from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.solver import solve
+from movimentum.timeline.arrange import arrange
+
+LARGEST = 8000
+"""Values that a motion keeps on its grid: with more, solving it once more takes long, and help is tried at the first
+moment only (and shown untried where it is for a later step).
+"""
+COUPLED = 24
+"""Unknowns solved together: with more, finding where the motion begins takes seconds, and help is shown untried."""
+MOST, MOST_UNKNOWNS = 12, 6000
+"""Trials in all for one motion, and unknowns solved for in all of them; what would need more is shown untried."""
+EFFORT = 12_000
+"""Linearizations for all trials of one motion, some seconds; what would need more is shown untried."""
+
+
+class Trials:
+    """Tries statements out on one motion; counts how often, so that a script full of faults is told soon too."""
+
+    def __init__(self, motion: Motion) -> None:
+        self.motion = motion
+        self._script = Amender(motion.timeline.scene)
+        coupled = [len(b.core) for s in motion.stretches for b in s.plan.blocks if b.kernel is Kernel.NEWTON]
+        unknowns = sum(len(stretch.plan.system.unknowns) for stretch in motion.stretches)
+        most = min(MOST, MOST_UNKNOWNS // max(unknowns, 1))
+        self._left = most if max(coupled, default=0) <= COUPLED else 0
+        self._whole = _values(motion) <= LARGEST
+        self._effort = EFFORT
+        self._known: dict[tuple[int, str], Motion | None] = {}
+
+    def able(self, index: int) -> bool:
+        """Whether anything more can be tried for stretch number ``index``."""
+        return self._left > 0 and (self._whole or index == 0)
+
+    def with_statement(self, step: int, text: str) -> Motion | None:
+        """The motion of the script with the statements ``text`` at the end of step number ``step``; None where it is
+        no script any more.
+        """
+        key = (step, text)
+        if key not in self._known:
+            self._left -= 1
+            left = [0]
+            try:
+                with limited(self._effort) as left:
+                    self._known[key] = self._solved(step, text)
+            except GivenUp:
+                self._known[key] = None
+                self._left = 0
+            except (MovimentumError, CyclicRateError, ArithmeticError, ValueError):
+                self._known[key] = None
+            self._effort = max(left[0], 0)
+        return self._known[key]
+
+    def sound(self, index: int, text: str) -> Stretch | None:
+        """Stretch number ``index`` with the statements ``text`` in its step, where nothing comes to grief by them."""
+        before = self.motion.stretches
+        tried = self.with_statement(before[index].segment.step, text)
+        if tried is None:
+            return None
+        for old, new in zip(before, tried.stretches, strict=self._whole):
+            if len(new.troubles) > len(old.troubles):
+                return None
+        return tried.stretches[index]
+
+    def _solved(self, step: int, text: str) -> Motion:
+        timeline = self.motion.timeline
+        scene = self._script.amended(step, text)
+        found = arrange(scene, fps=timeline.fps, max_frames=timeline.frame_count + 1)
+        if not self._whole:
+            first = found.segments[0]
+            found = replace(found, segments=(replace(first, end=first.start),))
+        return solve(found)
+
+
+def _values(motion: Motion) -> int:
+    """How many values a motion keeps: those on its grid, and those at the steps of what is followed in steps."""
+    pieces = [(s.plan, p) for s in motion.stretches for p in s.pieces if isinstance(p, Piece)]
+    on_grid = sum(len(piece.nodes) * len(plan.system.unknowns) for plan, piece in pieces)
+    tracks = [track for _, piece in pieces for track in piece.tracks if isinstance(track, NodeTrack)]
+    return on_grid + sum(track.values.size for track in tracks)
+
+
+def first_that_works(trials: Trials, index: int, texts: Sequence[str], freedom: int) -> str | None:
+    """The first of ``texts`` that leaves less than ``freedom`` in stretch ``index`` and hurts nothing; None where none
+    does. Where nothing can be tried any more, the first.
+    """
+    from movimentum.analysis.freedom.degrees import block_ranks
+
+    for text in texts:
+        if not trials.able(index):
+            return text
+        stretch = trials.sound(index, text)
+        if stretch is not None and sum(rank.freedom for rank in block_ranks(stretch)) < freedom:
+            return text
+    return None

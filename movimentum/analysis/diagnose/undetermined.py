@@ -1,0 +1,73 @@
+"""Free motion and variables that nothing determines, told with a statement that would determine them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from movimentum.analysis.diagnose.places import span_of_blocks
+from movimentum.analysis.diagnose.trials import Trials, first_that_works
+from movimentum.analysis.freedom.degrees import BlockRank
+from movimentum.analysis.freedom.motions import FreeMotion, remedy
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.scene.clocks import clock_meant
+from movimentum.scene.model import Relation, Scene
+from movimentum.solver.segment_motion import Stretch
+from movimentum.source import Span
+from movimentum.text import time_text
+
+
+def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iterator[Diagnostic]:
+    """A warning for each free motion of stretch number ``index`` that no wish draws."""
+    stretch = trials.motion.stretches[index]
+    freedom = sum(rank.freedom for rank in ranks)
+    for rank in ranks:
+        for motion in rank.motions:
+            if motion.drawn:
+                continue
+            meant = meant_clocks(motion)
+            statement = None if meant else first_that_works(trials, index, motion.holds, freedom)
+            yield Diagnostic(
+                code="constraint/free-motion",
+                severity=Severity.WARNING,
+                message=f"{motion.words}; it moves as little as it can",
+                span=_where(stretch, rank, motion),
+                notes=(f"from t = {time_text(float(stretch.segment.start))} on",) if stretch.segment.number else (),
+                helps=meant or (remedy(motion, statement),),
+            )
+
+
+def meant_clocks(motion: FreeMotion) -> tuple[str, ...]:
+    """Help for variables that are named like the language's own clocks and constants, where nothing determines them."""
+    names = [(name, clock) for name in motion.variables if (clock := clock_meant(name)) is not None]
+    return tuple(
+        f"`{name}` is a variable like any other, and nothing determines it: did you mean `.{clock}`?"
+        for name, clock in names
+    )
+
+
+def unstated_clocks(scene: Scene, found: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """A warning for each variable that is named like a clock, that no statement is about, and that what is ``found`` to
+    be wrong does not ask about yet: likely its cause.
+    """
+    asked = "\n".join(text for item in found for text in item.helps)
+    stated = {item.key for item in scene.constraints() if item.relation is Relation.EQUAL}
+    for name, variable in scene.variables.items():
+        clock = clock_meant(name)
+        if clock is None or name in stated or f"`{name}` is a variable like" in asked:
+            continue
+        yield Diagnostic(
+            code="name/clock",
+            severity=Severity.WARNING,
+            message=f"`{name}` is a variable like any other, and no statement says what it is",
+            span=variable.span,
+            helps=(f"did you mean `.{clock}`?",),
+        )
+
+
+def _where(stretch: Stretch, rank: BlockRank, motion: FreeMotion) -> Span | None:
+    """Where a thing is defined, or else a variable last stated, or else first used."""
+    scene = stretch.plan.system.scene
+    if motion.things:
+        return scene.things[motion.things[0]].name_span
+    used = scene.variables.get(motion.variables[0].split(".")[0]) if motion.variables else None
+    return span_of_blocks(stretch, (rank.block,)) or (used.span if used is not None else None)

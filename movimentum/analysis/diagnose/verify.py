@@ -1,0 +1,76 @@
+"""The last word: every frame's solution against the constraints as the script states them, not as compiled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.judge import TOLERANCE, Judge
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.removable import evaluated
+from movimentum.solver.segment_motion import Dead, Stretch
+
+CHUNK = 8192
+
+
+@dataclass(frozen=True, slots=True)
+class Shortfall:
+    """The first frame that is not solved: ``unknown`` has no finite value there, or ``constraint`` (an equation or an
+    inequality) is off by ``amount``.
+    """
+
+    frame: int
+    stretch: Stretch
+    unknown: int | None = None
+    constraint: int | None = None
+    amount: float = 0.0
+
+
+def first_shortfall(motion: Motion) -> Shortfall | None:
+    """Evaluate every frame; None where all is well. Frames for which a path already has no solution are not counted."""
+    count = motion.timeline.frame_count
+    judges: dict[int, Judge] = {}
+    for first in range(0, count, CHUNK):
+        for stretch, low, high in motion.spans(first, min(first + CHUNK, count)):
+            judge = judges.get(id(stretch))
+            if judge is None:
+                judge = judges[id(stretch)] = Judge(stretch.plan, motion.size)
+            found = _of_stretch(motion, judge, stretch, low, high)
+            if found is not None:
+                return found
+    return None
+
+
+def _of_stretch(motion: Motion, judge: Judge, stretch: Stretch, low: int, high: int) -> Shortfall | None:
+    instants = motion.instants(stretch, low, high)
+    begins = np.array([piece.begin for piece in stretch.pieces[1:]])
+    of_piece = np.searchsorted(begins, instants.tau, side="right")
+    for number in np.unique(of_piece):
+        piece = stretch.pieces[int(number)]
+        if isinstance(piece, Dead):
+            continue
+        places = np.nonzero(of_piece == number)[0]
+        part = Instants(instants.tau[places], tuple(clock[places] for clock in instants.clocks))
+        with np.errstate(all="ignore"):
+            state, bad = evaluated(piece, part)
+            worst = np.where(bad, np.inf, judge.worst(state, part))
+        if not (worst > TOLERANCE).any():
+            continue
+        place = int(np.argmax(worst > TOLERANCE))
+        frame = low + int(places[place])
+        for block in stretch.plan.blocks:
+            for n in block.unknowns:
+                if not np.isfinite(np.broadcast_to(state[n], len(part))[place]):
+                    return Shortfall(frame, stretch, unknown=n)
+        rows, beyond = judge.amounts(state, part)
+        amounts = [(float(off[place]), row.constraint) for off, row in zip(rows, judge.rows, strict=True)]
+        selectors = stretch.plan.system.selectors
+        amounts += [
+            (float(off[place]), selector.constraint if selector.constraint is not None else selector.equation_of)
+            for off, selector in zip(beyond, selectors, strict=True)
+        ]
+        amount, constraint = max(amounts, key=lambda item: item[0], default=(0.0, None))
+        return Shortfall(frame, stretch, constraint=constraint, amount=amount)
+    return None

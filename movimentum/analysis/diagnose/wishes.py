@@ -1,0 +1,190 @@
+"""What becomes of the wishes that draw free motion: reached, blocked, or stuck where no velocity leads nearer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.planning.lowering.equations import Wish
+from movimentum.planning.lowering.unknowns import symbol_numbers
+from movimentum.scene.model import Constraint
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.free.velocity import FOLLOWING
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.text import listed, number, time_text
+
+FloatArray = NDArray[np.float64]
+
+REACHED = 1e-3
+"""Of the scene's size: what a wish may be off by and be reached."""
+STILL = 1e-3
+"""Of the speed with which a wish is followed that nothing holds back: slower than that, it comes no nearer."""
+SAMPLES = 200
+ASIDE = 1e-3
+"""Of the scene's size: how far a pose is pushed to see whether it is stuck or blocked."""
+
+
+MOST = 50
+"""Wishes that are looked at one by one."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Life:
+    """Where a wish draws free motion: stretches with the numbers of its errors in `Plan.wishes`."""
+
+    constraint: Constraint
+    stretches: list[tuple[Stretch, list[int]]]
+
+
+def wish_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
+    """A note (a warning where it is stuck) for each wish that draws free motion, the first `MOST` of them."""
+    lives = _lives(motion)
+    evaluated = _Evaluated()
+    for life in lives[:MOST]:
+        found = _told(motion, life, evaluated)
+        if found is not None:
+            yield found
+    if len(lives) > MOST:
+        message = f"of {len(lives):,} wishes, only what became of the first {MOST} is told"
+        yield Diagnostic("limit/messages", Severity.NOTE, message)
+
+
+def _lives(motion: Motion) -> list[_Life]:
+    lives: dict[int, _Life] = {}
+    for stretch in motion.stretches:
+        plan = stretch.plan
+        for i, wish in enumerate(plan.system.wishes):
+            if not any(i in block.drawn_by for block in plan.blocks):
+                continue
+            constraint = next(c for c in stretch.segment.active if c.number == wish.constraint)
+            errors = [place for place, owner in enumerate(plan.wish_of) if owner == i]
+            life = lives.setdefault(wish.constraint, _Life(constraint, []))
+            life.stretches.append((stretch, errors))
+    return list(lives.values())
+
+
+class _Evaluated:
+    """Pieces evaluated at evenly spread moments: wishes that draw one part of a scene share what was found last."""
+
+    def __init__(self) -> None:
+        self._of: tuple[Piece, tuple[int, ...]] | None = None
+        self._found: tuple[State, NDArray[np.bool_]] = [], np.zeros(0, dtype=np.bool_)
+
+    def at(self, piece: Piece, instants: Instants, unknowns: Iterable[int]) -> tuple[State, NDArray[np.bool_]]:
+        """The state as far as ``unknowns`` ask for it, and where there is none; ``instants`` are the piece's own."""
+        blocks = piece.finders(unknowns)
+        if self._of is None or self._of[0] is not piece or self._of[1] != blocks:
+            self._of, self._found = (piece, blocks), piece.evaluate(instants, blocks)
+        return self._found
+
+
+def _told(motion: Motion, life: _Life, evaluated: _Evaluated) -> Diagnostic | None:
+    times: list[FloatArray] = []
+    offs: list[FloatArray] = []
+    for stretch, errors in life.stretches:
+        for piece in stretch.pieces:
+            if isinstance(piece, Dead):
+                return None  # where there is no solution, that is told
+            tau = np.linspace(piece.begin, piece.end, SAMPLES if piece.end > piece.begin else 1)
+            off, bad = _off(piece, errors, tau, evaluated)
+            if bad.any():
+                return None
+            times.append(tau + float(stretch.segment.start))
+            offs.append(off)
+    time, off = np.concatenate(times), np.concatenate(offs)
+    last = float(off[-1])
+    left = life.constraint.left_span
+    name = motion.timeline.scene.source.slice(left)
+    tolerance = REACHED * motion.size
+    if last <= tolerance:
+        late = np.nonzero(off > tolerance)[0]
+        begin = int(late[-1]) + 1 if len(late) else 0
+        worst = float(np.max(off[begin:]))
+        when = f"at t = {time_text(round(float(time[begin]), 4))}" if begin else "from the beginning on"
+        return Diagnostic(
+            "wish/reached",
+            Severity.NOTE,
+            f"`{name}` has what is wished for it {when}, to within {number(worst, 2)}",
+            life.constraint.span,
+        )
+    return _missed(motion, life, last, name)
+
+
+def _off(
+    piece: Piece, errors: list[int], tau: FloatArray, evaluated: _Evaluated
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """(F,) what a wish is off by, and where there is no telling."""
+    instants = piece.instants(tau)
+    plan = piece.plan
+    wish = plan.system.wishes[plan.wish_of[errors[0]]]  # evaluating all else for each wish would be quadratic
+    with np.errstate(all="ignore"):
+        state, bad = evaluated.at(piece, instants, symbol_numbers(*wish.errors))
+        values = [np.broadcast_to(plan.wishes[i](state, instants.clocks)[0], len(tau)) for i in errors]
+    off = np.sqrt(np.sum(np.square(values), axis=0))
+    return off, bad | ~np.isfinite(off)
+
+
+def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
+    """Why a wish is not met in the end: it is on its way, blocked, or stuck."""
+    stretch, errors = life.stretches[-1]
+    plan = stretch.plan
+    piece = stretch.pieces[-1]
+    assert isinstance(piece, Piece)
+    number_of_wish = plan.wish_of[errors[0]]
+    wish = plan.system.wishes[number_of_wish]
+    block = next(b for b in plan.blocks if number_of_wish in b.drawn_by)
+    watched, reads = [piece.plan.wishes[i] for i in errors], symbol_numbers(*wish.errors)
+    held = HeldBlock(piece, block, piece.end, watched, reads)
+    speed = held.approach(held.x)
+    wanted = min(FOLLOWING * last, wish.speed or np.inf)
+    if speed > STILL * wanted:
+        return Diagnostic(
+            "wish/under-way",
+            Severity.NOTE,
+            f"`{name}` is {number(last)} from what is wished for it when that ends, and coming nearer",
+            life.constraint.span,
+            helps=("a later end or a greater `.speed(…)` lets it arrive",),
+        )
+    if len(block.drawn_by) > 1:
+        held = HeldBlock(piece, drawn_by(plan, block, wish), piece.end, watched, reads)
+        if held.approach(held.x) > STILL * wanted:
+            return _opposed(motion, life, last, name, [plan.system.wishes[i] for i in block.drawn_by])
+    if held.stuck(held.x, ASIDE * motion.size):
+        return Diagnostic(
+            "wish/singular",
+            Severity.WARNING,
+            f"`{name}` is stuck {number(last)} from what is wished for it: in this pose no velocity brings it nearer,"
+            " beside it one does",
+            life.constraint.span,
+            notes=("a dead centre, or a straight chain that is pushed along its line",),
+            helps=("a wish a little to one side, or another pose to begin with, gets it going",),
+        )
+    return Diagnostic(
+        "wish/blocked",
+        Severity.NOTE,
+        f"`{name}` is blocked {number(last)} from what is wished for it: what else is stated lets it come no nearer",
+        life.constraint.span,
+    )
+
+
+def _opposed(motion: Motion, life: _Life, last: float, name: str, wishes: Sequence[Wish]) -> Diagnostic:
+    """Other wishes of the same part hold it off."""
+    scene = motion.timeline.scene
+    others = {wish.constraint for wish in wishes} - {life.constraint.number}
+    keys = [scene.source.slice(c.left_span) for c in scene.constraints() if c.number in others]
+    quoted = [f"`{key}`" for key in keys]
+    return Diagnostic(
+        "wish/blocked",
+        Severity.NOTE,
+        f"`{name}` is held {number(last)} from what is wished for it by other wishes: for {listed(quoted)}",
+        life.constraint.span,
+        helps=(f"`{keys[0]} ~ _;` ends {'that' if len(keys) == 1 else 'one'}",),
+    )

@@ -1,0 +1,245 @@
+"""Degrees of freedom: those of a scene's parts from the rank of their equations, which things are rigid together, and
+what is said more often than it need be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.analysis.freedom.motions import FreeMotion, motions_of, told_by
+from movimentum.analysis.freedom.rank import at_one, beside, rank_at, values_of
+from movimentum.expressions import symbol
+from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.lowering.equations import System
+from movimentum.planning.lowering.unknowns import PosePart
+from movimentum.planning.structure.graph import groups
+from movimentum.scene.model import ThingAngle
+from movimentum.solver.assembly import snapshot
+from movimentum.solver.path.piece import Piece, scale_of
+from movimentum.solver.segment_motion import Dead, Stretch
+
+FloatArray = NDArray[np.float64]
+
+STRESSED = 1e-6
+"""Of the largest: a row that takes part in a dependence among rows."""
+TOGETHER = 1e-6
+"""Of the fastest: velocities that are the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockRank:
+    """Rank and freedom of one block at a generic pose (a dead centre makes no freedom), its free motions there and at
+    another pose ``nearby``; ``free`` (n, freedom): an orthonormal basis of its core's null space there;
+    ``dependent``: the equations that take part in a dependence, of which ``rows - rank`` say nothing new.
+    """
+
+    block: int
+    rows: int
+    rank: int
+    freedom: int
+    motions: tuple[FreeMotion, ...]
+    nearby: tuple[FreeMotion, ...] = ()
+    dependent: tuple[int, ...] = ()
+    free: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def shared(self, block: Block, system: System, members: set[int]) -> tuple[int, int, list[int]]:
+        """The freedom, the number of redundant rows, and the dependent equations of those of the block's unknowns that
+        are ``members`` of a connected part: parts that a wish draws together are one block.
+        """
+        dependent = [e for e in self.dependent if system.equations[e].unknowns & members]
+        columns = [j for j, n in enumerate(block.core) if n in members]
+        if not block.free or len(columns) == len(block.core):
+            return self.freedom, self.rows - self.rank, dependent
+        # the null space is the direct sum of the parts' own: on a part's columns, singular values are 0 or 1
+        freedom = int(np.sum(np.linalg.svd(self.free[columns], compute_uv=False) > 0.5)) if columns else 0
+        rows = sum(1 for e in block.row_equations if system.equations[e].unknowns & members)
+        return freedom, rows - (len(columns) - freedom), dependent
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Things that constraints connect, and what is known of them together.
+
+    ``rigid``: groups of things that do not move against each other; ``fixed``: those that do not move at all (both in
+    the free motions, and in the motion that there is). ``redundant`` equations follow from the others; any of the
+    ``superfluous`` (things by number, constraints by number) is one.
+    """
+
+    things: tuple[int, ...]
+    freedom: int
+    redundant: int
+    rigid: tuple[tuple[int, ...], ...]
+    fixed: tuple[int, ...]
+    superfluous_things: tuple[int, ...]
+    superfluous_constraints: tuple[int, ...]
+
+
+def generic_moment(stretch: Stretch) -> tuple[Piece, float] | None:
+    """A moment of the stretch in general position: somewhere in the middle, at no round fraction."""
+    for piece in stretch.pieces:
+        if not isinstance(piece, Dead):
+            gap = min((t.begin for t in stretch.troubles if t.kind == "gap"), default=piece.end)
+            end = min(piece.end, gap)
+            return piece, piece.begin + 0.37931 * (end - piece.begin)
+    return None
+
+
+def block_ranks(stretch: Stretch) -> list[BlockRank]:
+    """Rank and freedom of each Newton block of a stretch; the closed-form kernels have full rank by construction.
+
+    Counting equations would be wrong for every braced structure: the rank is that of the Jacobian in numbers, rows
+    scaled to unit gradients, relative to its largest singular value.
+    """
+    moment = generic_moment(stretch)
+    if moment is None:
+        return []
+    piece, tau = moment
+    result: list[BlockRank] = []
+    instants = piece.instants(np.array([tau]))
+    with np.errstate(all="ignore"):
+        state, _ = piece.evaluate(instants)
+        for block in stretch.plan.blocks:
+            if block.kernel is not Kernel.NEWTON:
+                continue
+            x = values_of(block, state)
+            one = at_one(state, told_by(stretch.plan, block))
+            scale = scale_of(stretch.plan, block.core)
+            rows, rank, free = rank_at(block, one, instants.clocks, x, scale)
+            nearby: tuple[FreeMotion, ...] = ()
+            if block.free and rank < len(x):
+                # at a dead centre the rank drops, and nothing is free for that: look beside it too
+                y, there = beside(stretch.plan, block, one, instants.clocks, x, free)
+                more, higher, other = rank_at(block, there, instants.clocks, y, scale)
+                nearby = motions_of(stretch.plan, block, there, instants.clocks, y, other, scale)
+                if higher > rank:
+                    rows, rank, free, one, x = more, higher, other, there, y
+            freedom = len(block.core) - rank if block.free else 0
+            motions = motions_of(stretch.plan, block, one, instants.clocks, x, free, scale) if block.free else ()
+            if not block.free:  # singular for another reason: checks tell what is left
+                rank = min(len(x), block.rows)
+            dependent = _dependent(rows, rank) if rank < block.rows else ()
+            equations = tuple(sorted({block.row_equations[i] for i in dependent}))
+            result.append(BlockRank(block.number, block.rows, rank, freedom, motions, nearby, equations, free))
+    return result
+
+
+def _dependent(rows: FloatArray, rank: int) -> tuple[int, ...]:
+    """The rows that take part in a dependence: those of which the left null space has anything."""
+    left = np.linalg.svd(np.nan_to_num(rows))[0][:, rank:]
+    size = np.sqrt(np.sum(left**2, axis=1))
+    return tuple(np.nonzero(size > STRESSED * np.max(size, initial=0.0))[0].tolist())
+
+
+def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
+    """The connected parts of a stretch's scene, in order of definition; ``ranks`` as `block_ranks` finds them."""
+    plan = stretch.plan
+    system = plan.system
+    # a colour or an opacity is no degree of freedom
+    payloads = [unknown.payload for unknown in system.unknowns]
+    of_thing = [p.thing if isinstance(p, PosePart | ThingAngle) else None for p in payloads]
+    first_of: dict[int, int] = {}
+    links = [(first_of.setdefault(t, n), n) for n, t in enumerate(of_thing) if t is not None]
+    hanging = {e for b in plan.blocks if not {*map(symbol, b.unknowns)}.isdisjoint(plan.measured) for e in b.equations}
+    for equation in system.equations:
+        if equation.number in hanging:  # what is measured between things does not connect them
+            continue
+        members = sorted(equation.unknowns)
+        links += [(members[0], other) for other in members[1:]]
+    owner = {n: block.number for block in plan.blocks for n in block.unknowns}
+    of_block = {rank.block: rank for rank in ranks}
+    twists = _twists(stretch, ranks)
+    parts: list[Part] = []
+    for component in groups(len(system.unknowns), links):
+        things = sorted({t for n in component if (t := of_thing[n]) is not None})
+        if not things:
+            continue
+        members = set(component)
+        touched = sorted({owner[n] for n in component if n in owner})
+        shares = [of_block[b].shared(plan.blocks[b], system, members) for b in touched if b in of_block]
+        checks = [e for e in plan.checks if system.equations[e].unknowns & members]
+        dependent = [*(e for _, _, equations in shares for e in equations), *checks]
+        rods = {t for e in dependent if (t := system.equations[e].thing) is not None}
+        stated = {c for e in dependent if (c := system.equations[e].constraint) is not None}
+        rigid, fixed = _together({t: twists.get(t, np.zeros(0)) for t in things})
+        parts.append(
+            Part(
+                tuple(things),
+                sum(freedom for freedom, _, _ in shares),
+                len(checks) + sum(redundant for _, redundant, _ in shares),
+                rigid,
+                fixed,
+                tuple(sorted(rods)),
+                tuple(sorted(stated)),
+            )
+        )
+    return sorted(parts, key=lambda part: part.things)
+
+
+def _twists(stretch: Stretch, ranks: Sequence[BlockRank]) -> dict[int, FloatArray]:
+    """How every thing moves in each free motion and, at two moments, in the motion that there is: (motions * 3,)."""
+    motions = [motion for rank in ranks for motion in (*rank.motions, *rank.nearby)]
+    size = stretch.plan.size
+    columns: list[dict[int, tuple[float, float, float]]] = [dict(motion.twists) for motion in motions]
+    for piece in stretch.pieces:
+        if isinstance(piece, Dead) or piece.end <= piece.begin:
+            continue
+        length = piece.end - piece.begin
+        gap = min((t.begin for t in stretch.troubles if t.kind == "gap"), default=piece.end)
+        for place in (0.37931, 0.71713):
+            tau = piece.begin + place * (min(piece.end, gap) - piece.begin)
+            with np.errstate(all="ignore"):
+                state, bad = piece.evaluate(piece.instants(np.array([tau - 1e-6 * length, tau + 1e-6 * length])))
+            if bad.any():
+                continue
+            before, after = (snapshot(stretch.plan, state, stretch.base.now, k).things for k in (0, 1))
+            found: dict[int, tuple[float, float, float]] = {}
+            for t, (a, b) in enumerate(zip(before, after, strict=True)):
+                turn = a.c * b.s - a.s * b.c
+                found[t] = (turn, b.x - a.x + turn * a.y, b.y - a.y - turn * a.x)
+            columns.append(_unit(found, size))
+        break
+    mentioned = stretch.plan.system.mentioned()
+    rest = (0.0, 0.0, 0.0)
+    return {
+        t: np.array([value for column in columns for value in _weighed(column.get(t, rest), size)]) for t in mentioned
+    }
+
+
+def _weighed(twist: tuple[float, float, float], size: float) -> tuple[float, float, float]:
+    return twist[0] * size, twist[1], twist[2]
+
+
+def _unit(twists: dict[int, tuple[float, float, float]], size: float) -> dict[int, tuple[float, float, float]]:
+    largest = max((max(map(abs, _weighed(twist, size))) for twist in twists.values()), default=0.0)
+    if not largest > 1e-9 * size:
+        return {}
+    return {t: (a / largest, b / largest, c / largest) for t, (a, b, c) in twists.items()}
+
+
+def _together(twists: dict[int, FloatArray]) -> tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]:
+    """Groups of at least two things that move alike, and the things that do not move."""
+    found: list[tuple[FloatArray, list[int]]] = []
+    fixed: list[int] = []
+    tolerance = TOGETHER * max((float(np.max(np.abs(v), initial=0.0)) for v in twists.values()), default=0.0)
+    # what moves is seen to 1e-9 or so by differences of poses
+    tolerance = max(tolerance, 1e-7)
+    for t, twist in sorted(twists.items(), key=lambda item: (*item[1][:1].tolist(), item[0])):
+        if float(np.max(np.abs(twist), initial=0.0)) <= tolerance:
+            fixed.append(t)
+            continue
+        alike: list[int] | None = None
+        for other, some in reversed(found):  # in order of the first number: what is alike is near by
+            if twist[0] - other[0] > tolerance:
+                break
+            if float(np.max(np.abs(other - twist))) <= tolerance:
+                alike = some
+                break
+        if alike is None:
+            found.append((twist, [t]))
+        else:
+            alike.append(t)
+    return tuple(sorted(tuple(sorted(some)) for _, some in found if len(some) > 1)), tuple(sorted(fixed))

@@ -1,0 +1,107 @@
+"""A free block with time standing still: pulled by its wishes, and pushed aside to see whether it is stuck."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.wishes import with_wishes
+from movimentum.planning.codegen.generate import Clocks, Compiled
+from movimentum.planning.lowering.equations import Wish
+from movimentum.planning.plan import Plan
+from movimentum.solver.block.closed_form import State, fill_explicit
+from movimentum.solver.block.local import Local
+from movimentum.solver.free.velocity import FreeMotion
+from movimentum.solver.path.piece import Piece
+
+FloatArray = NDArray[np.float64]
+
+TRIES, STEPS, STEP, SHORTEST = 3, 60, 0.05, 1e-6
+FARTHEST = 0.05
+"""Of the scene's size: what a step may move anything."""
+
+
+def drawn_by(plan: Plan, block: Block, wish: Wish) -> Block:
+    """``block``, a free one, drawn by ``wish`` alone."""
+    known = {n for other in plan.blocks if other.number != block.number for n in other.unknowns}
+    bare = replace(block, wishes=None, wish_count=0, wish_slopes=None, wish_entries=(), wish_speeds=(), drawn_by=())
+    return with_wishes(bare, [wish], known, Clocks(plan.clocks))
+
+
+class HeldBlock:
+    """A free block of a piece at offset ``tau``. ``errors`` are what is watched: functions of one value each, which
+    read the unknowns ``reads``.
+    """
+
+    def __init__(
+        self, piece: Piece, block: Block, tau: float, errors: Sequence[Compiled], reads: Collection[int]
+    ) -> None:
+        self.piece, self.block, self.tau, self.errors = piece, block, tau, errors
+        self.instants = piece.instants(np.array([tau]))
+        read = {*reads, *piece.plan.read_by(block)}
+        with np.errstate(all="ignore"):
+            state, _ = piece.evaluate(self.instants, piece.finders(read))
+        self.state = {n: float(np.ravel(state[n])[0]) for n in read if state[n] is not None}
+        self.x = np.array([self.state[n] for n in block.core])
+        self.motion = FreeMotion(Local(block, self._probe, 1e-6, tau - 1.0, tau + 1.0), piece.plan)
+
+    def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
+        count = len(tau)
+        state: State = [None] * len(self.piece.plan.system.unknowns)
+        for n, value in self.state.items():
+            state[n] = np.full(count, value)
+        return state, tuple(np.full(count, float(clock[0])) for clock in self.instants.clocks)
+
+    def placed(self, x: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
+        """The state with the block at core values ``x`` (n,), and the clocks."""
+        state, clocks = self._probe(np.zeros(1))
+        for n, value in zip(self.block.core, x, strict=True):
+            state[n] = np.array([value])
+        fill_explicit(self.block, state, clocks)
+        return state, clocks
+
+    def off(self, x: FloatArray) -> float:
+        """The length of what is watched, at core values ``x`` (n,)."""
+        state, clocks = self.placed(x)
+        values = [float(np.ravel(error(state, clocks)[0])[0]) for error in self.errors]
+        return float(np.sqrt(np.sum(np.square(values))))
+
+    def approach(self, x: FloatArray) -> float:
+        """How fast that length falls, a time unit."""
+        with np.errstate(all="ignore"):
+            velocity = self.motion.velocity(self.tau, x)
+            step = 1e-6 * self.piece.plan.size / max(float(np.max(np.abs(velocity), initial=0.0)), 1e-300)
+            return (self.off(x) - self.off(x + step * velocity)) / step if np.isfinite(step) else 0.0
+
+    def pulled(self, x: FloatArray, steps: int) -> Iterator[FloatArray]:
+        """The poses on the way of the block's wishes from core values ``x`` (n,), at most ``steps``."""
+        longest, off = STEP, self.off(x)
+        with np.errstate(all="ignore"):
+            for _ in range(steps):
+                velocity = self.motion.velocity(self.tau, x)
+                largest = float(np.max(np.abs(velocity), initial=0.0))
+                step = min(longest, FARTHEST * self.piece.plan.size / max(largest, 1e-300))
+                y, good, _ = self.motion.restored(self.tau, x + step * velocity)
+                now = self.off(y)
+                if not good or now > off:  # too far: near a stretched pose it would bounce
+                    longest = 0.5 * step
+                    if longest < SHORTEST:
+                        return
+                    continue
+                longest, x, off = min(STEP, 1.5 * step), y, now
+                yield x
+
+    def stuck(self, x: FloatArray, aside: float) -> bool:
+        """Whether a push of length ``aside`` frees it: it then comes nearer than it is at core values ``x`` (n,)."""
+        generator = np.random.default_rng(7)
+        before = self.off(x)
+        for _ in range(TRIES):
+            with np.errstate(all="ignore"):
+                begin, good, _ = self.motion.restored(self.tau, x + aside * generator.normal(size=len(x)))
+            if good and any(self.off(y) < before - 2.0 * aside for y in self.pulled(begin, STEPS)):
+                return True
+        return False

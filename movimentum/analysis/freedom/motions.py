@@ -1,0 +1,318 @@
+"""Free motions: a canonical basis of them, told in the script's words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.analysis.freedom.rank import RANK_TOLERANCE, at_one, rank_at, values_of
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers, unknown_number
+from movimentum.planning.plan import Plan
+from movimentum.scene.model import AnchorRef, ThingAngle
+from movimentum.solver.block.closed_form import State, fill_explicit
+from movimentum.solver.block.rows import wishes_of
+from movimentum.solver.block.scaling import null_space
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.piece import scale_of
+from movimentum.solver.segment_motion import Dead
+from movimentum.text import number
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class FreeMotion:
+    """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that say it, and ``holds``:
+    statements each of which may take it away, the likeliest first (see `remedy`).
+
+    ``velocities``: of every anchor of what moves, in world directions; the fastest moves by one a time unit.
+    ``twists``: of everything that moves, (turn, and the velocity of its point at the world's origin), in the same
+    units. ``drawn``: a wish says where it goes.
+    """
+
+    things: tuple[int, ...]
+    variables: tuple[str, ...]
+    words: str
+    holds: tuple[str, ...]
+    velocities: tuple[tuple[AnchorRef, tuple[float, float]], ...] = ()
+    twists: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+    drawn: bool = False
+
+
+def told_by(plan: Plan, block: Block) -> set[int]:
+    """The unknowns that a block's free motions are told by: how it stands, and what is measured of it."""
+    return plan.read_by(block) | {unknown_number(name.payload) for name in plan.measured}
+
+
+def motions_of(
+    plan: Plan,
+    block: Block,
+    one: State,
+    clocks: Sequence[FloatArray],
+    x: FloatArray,
+    free: FloatArray,
+    scale: FloatArray,
+) -> tuple[FreeMotion, ...]:
+    """The free motions of a block with the null space ``free`` (n, p) at core values ``x`` (n,)."""
+    basis = _basis(plan, block, one, clocks, x, free, scale) if free.shape[1] else []
+    return tuple(_told(plan, block, one, v, drawn) for v, drawn in basis)
+
+
+def _basis(
+    plan: Plan,
+    block: Block,
+    one: State,
+    clocks: Sequence[FloatArray],
+    x: FloatArray,
+    free: FloatArray,
+    scale: FloatArray,
+) -> list[tuple[FloatArray, bool]]:
+    """A canonical basis of a block's free velocities, each (n,), and whether wishes say where it goes.
+
+    What wishes say nothing about comes first; both halves are canonical (`_reduced`). Velocities beyond what a float
+    holds (in a scene of 1e300, or where a wish has no gradient) are left out.
+    """
+    found = _spanned(plan, block, one, clocks, x, (free * scale[:, None]).T)
+    return [(v, drawn) for v, drawn in found if np.isfinite(v).all()]
+
+
+def _spanned(
+    plan: Plan, block: Block, one: State, clocks: Sequence[FloatArray], x: FloatArray, velocities: FloatArray
+) -> list[tuple[FloatArray, bool]]:
+    if block.wishes is None:
+        return [(v, False) for v in _reduced(plan, block, one, velocities)]
+    slopes = wishes_of(block, one, clocks, x[None])[1][0]
+    along = slopes @ velocities.T
+    if not np.isfinite(along).all():
+        return [(v, False) for v in _reduced(plan, block, one, velocities)]
+    rank, loose, inverse = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), RANK_TOLERANCE)
+    drawn = np.linalg.svd(inverse.T)[2][:rank] if rank else np.zeros((0, len(velocities)))
+    return [
+        *((v, False) for v in _reduced(plan, block, one, loose.T @ velocities)),
+        *((v, True) for v in _reduced(plan, block, one, drawn @ velocities)),
+    ]
+
+
+def free_directions(
+    plan: Plan, block: Block, state: State, clocks: Sequence[FloatArray], x: FloatArray
+) -> list[tuple[FreeMotion, FloatArray]]:
+    """Each free motion of a block at core values ``x`` (n,), and its velocity (n,)."""
+    scale = scale_of(plan, block.core)
+    one = at_one(state, told_by(plan, block))
+    _, rank, free = rank_at(block, one, tuple(clocks), x, scale)
+    if rank == len(x):
+        return []
+    one = list(one)
+    for n, value in zip(block.core, x, strict=True):
+        one[n] = np.array([value])
+    fill_explicit(block, one, clocks)
+    return [(_told(plan, block, one, v, drawn), v) for v, drawn in _basis(plan, block, one, clocks, x, free, scale)]
+
+
+def free_motions_at(motion: Motion, time: Fraction) -> list[FreeMotion]:
+    """The free motions at one moment of a motion; none where there is no solution."""
+    timeline = motion.timeline
+    stretch = motion.stretches[timeline.segment_at(time)]
+    tau = float(time - stretch.segment.start)
+    piece = next((p for p in stretch.pieces if p.begin <= tau <= p.end), None)
+    if piece is None or isinstance(piece, Dead):
+        return []
+    instants = piece.instants(np.array([tau]))
+    found: list[FreeMotion] = []
+    with np.errstate(all="ignore"):
+        state, bad = piece.evaluate(instants)
+        if bad.any():
+            return []
+        for block in stretch.plan.blocks:
+            if block.free:
+                x = values_of(block, state)
+                found += [item for item, _ in free_directions(stretch.plan, block, state, instants.clocks, x)]
+    return in_order(found)
+
+
+def in_order(motions: Iterable[FreeMotion]) -> list[FreeMotion]:
+    """Motions in the order of the things that they move, as they are numbered everywhere; of variables alone last."""
+    return sorted(motions, key=lambda motion: (not motion.things, min(motion.things, default=0)))
+
+
+def _reduced(plan: Plan, block: Block, one: State, rows: FloatArray) -> FloatArray:
+    """A canonical basis of the space of core velocities that ``rows`` (p, n) span.
+
+    What it moves (`_seen`) is in reduced row echelon form: that depends on the space only, not on the unknowns that it
+    is written in. Sparse, and the same from run to run. What turns comes first, counter-clockwise: the arrows of a
+    crank do not change their sense on its way round.
+    """
+    if not len(rows):
+        return rows
+    seen = np.array([_seen(plan, block, one, row) for row in rows])
+    size = float(np.max(np.abs(seen), initial=0.0))
+    if size > 0.0:
+        seen = seen / size
+    whole = np.concatenate([seen, rows], axis=1)
+    done = 0
+    for column in range(seen.shape[1]):
+        if done == len(whole):
+            break
+        pivot = done + int(np.argmax(np.abs(whole[done:, column])))
+        if abs(whole[pivot, column]) < 1e-7 * np.max(np.abs(whole[done:, : seen.shape[1]])):
+            continue
+        whole[[done, pivot]] = whole[[pivot, done]]
+        whole[done] /= whole[done, column]
+        for other in range(len(whole)):
+            if other != done:
+                whole[other] -= whole[other, column] * whole[done]
+        done += 1
+    result = whole[:, seen.shape[1] :]
+    largest = np.max(np.abs(result), axis=1, keepdims=True)
+    return np.where(np.abs(result) < 1e-9 * largest, 0.0, result)
+
+
+def _seen(plan: Plan, block: Block, one: State, velocity: FloatArray) -> FloatArray:
+    """What a core velocity (n,) moves: how each thing turns (times the scene's size) and the velocities of its anchors,
+    in order of definition, then the speeds of all other unknowns, by name, in their own units.
+    """
+    system = plan.system
+    speeds = _speeds(block, velocity)
+    values: list[float] = []
+    for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
+        (*_, turn), anchors = _moved(plan, one, speeds, t)
+        values.append(turn * plan.size)
+        values += [part for anchor in anchors for part in anchor]
+    others = [system.unknowns[n] for n in block.unknowns if system.unknowns[n].thing is None]
+    values += [speeds.get(unknown.number, 0.0) for unknown in sorted(others, key=lambda unknown: unknown.name)]
+    return np.array(values)
+
+
+def _moved(
+    plan: Plan, one: State, speeds: dict[int, float], thing: int
+) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
+    """A thing's (x, y, cosine, sine, vx, vy, turn) and its anchors' velocities, given the speeds of its unknowns."""
+    system = plan.system
+    numbers = [system.number_of.get(kind(thing)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
+    vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
+    frame = system.frame(thing)
+    pose = (0.0, 0.0, *frame.of_thing(1.0, 0.0))
+    x, y, c, s = (pose[i] if n is None or one[n] is None else float(np.ravel(one[n])[0]) for i, n in enumerate(numbers))
+    turn = c * vs - s * vc
+    anchors: list[tuple[float, float]] = []
+    for anchor in system.scene.things[thing].anchors:
+        dx, dy = frame.local(anchor.local)
+        anchors.append((vx - turn * (s * dx + c * dy), vy + turn * (c * dx - s * dy)))
+    return (x + system.shift[0], y + system.shift[1], c, s, vx, vy, turn), anchors
+
+
+def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: bool) -> FreeMotion:
+    """A velocity (n,) of a block's core at one instant in words; ``one`` has the values of its unknowns."""
+    system = plan.system
+    speeds = _speeds(block, velocity)
+    largest = float(np.max(np.abs(velocity / scale_of(plan, block.core))))
+    moving: list[tuple[int, str, tuple[str, ...]]] = []
+    twists: dict[int, tuple[float, float, float]] = {}
+    velocities: dict[AnchorRef, tuple[float, float]] = {}
+    for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
+        (x, y, c, s, vx, vy, turn), anchors = _moved(plan, one, speeds, t)
+        if max(abs(vx), abs(vy), abs(turn) * plan.size) <= 1e-6 * largest * plan.size:
+            continue
+        twists[t] = (turn, vx + turn * y, vy - turn * x)
+        velocities |= {AnchorRef(t, k): velocity for k, velocity in enumerate(anchors)}
+        numbers = (system.number_of.get(PoseX(t)), system.number_of.get(PoseY(t)))
+        here = tuple(None if n is None else v for n, v in zip(numbers, (x, y), strict=True))
+        moving.append((t, *_way(plan, t, (vx, vy, turn), system.frame(t).to_thing(c, s), here)))
+    fast = {n for n, speed in speeds.items() if abs(speed) > 1e-6 * largest}
+    measured = (unknown_number(name.payload) for name, of in plan.measured.items() if symbol_numbers(of) & fast)
+    variables = tuple(
+        system.unknowns[n].name
+        for n in (*(n for n in speeds if n in fast), *measured)
+        if not isinstance(system.unknowns[n].payload, PoseX | PoseY | PoseCos | PoseSin | ThingAngle)
+        and not system.unknowns[n].name.startswith(("_", "."))
+    )
+    if not moving:
+        words = " and ".join(f"`{v}` can take any value" for v in variables) or "a `_` can take any value"
+        return FreeMotion((), variables, words, _values_for(plan, one, variables[:1]), drawn=drawn)
+    names = [f"`{system.scene.things[t].name}`" for t, _, _ in moving]
+    first, hold = moving[0][1:]
+    if len(moving) == 1:
+        words = f"{names[0]} can still {first}"
+    else:
+        others = ", ".join(names[1:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+        words = f"{names[0]} can still {first}, and {others} with it"
+    fastest = max((float(np.hypot(*v)) for v in velocities.values()), default=0.0) or 1.0
+    return FreeMotion(
+        tuple(t for t, _, _ in moving),
+        variables,
+        words,
+        (*hold, *_values_for(plan, one, variables)),
+        tuple((ref, (vx / fastest, vy / fastest)) for ref, (vx, vy) in velocities.items()),
+        tuple((t, (a / fastest, b / fastest, c / fastest)) for t, (a, b, c) in twists.items()),
+        drawn,
+    )
+
+
+def _values_for(plan: Plan, one: State, variables: Sequence[str]) -> tuple[str, ...]:
+    """Statements that give a variable (or a component) a value: 0, what it is just now, and other round numbers."""
+    texts: list[str] = []
+    for unknown in plan.system.unknowns if variables else ():
+        if unknown.name in variables:
+            now = one[unknown.number]
+            value = 0.0 if now is None else float(np.ravel(now)[0])
+            numbers = ("0", number(value), *(number(sign * scale) for scale in (1.0, plan.size) for sign in (1, -1)))
+            texts += [f"{unknown.name} = {text};" for text in numbers]
+    return tuple(dict.fromkeys(texts))
+
+
+def remedy(motion: FreeMotion, statement: str | None) -> str:
+    """Help in words: ``statement`` (one of `FreeMotion.holds`; None: none of them will do) takes the motion away."""
+    if motion.things:
+        return "another statement about it takes the freedom away" if statement is None else f"`{statement}` holds it"
+    if not motion.variables:
+        return "name the `_` and give it a value"
+    return "give it a value" if statement is None else f"`{statement}` gives it a value"
+
+
+def _speeds(block: Block, velocity: FloatArray) -> dict[int, float]:
+    """The speed of every unknown of a block whose core has a ``velocity`` (n,)."""
+    speeds = {n: float(v) for n, v in zip(block.core, velocity, strict=True)}
+    if block.linear is not None:
+        for n, slopes in zip(block.linear.targets, block.linear.slopes, strict=True):
+            speeds[n] = sum(slope * float(velocity[place]) for place, slope in slopes)
+    return speeds
+
+
+def _way(
+    plan: Plan,
+    thing: int,
+    velocity: tuple[float, float, float],
+    direction: tuple[float, float],
+    at: tuple[float | None, ...],
+) -> tuple[str, tuple[str, ...]]:
+    """How one thing moves (turning about one of its anchors or a point, or sliding), and constraints, each of which
+    would stop it.
+    """
+    vx, vy, turn = velocity
+    c, s = direction
+    body = plan.system.scene.things[thing]
+    rx, ry = plan.system.frame(thing).origin
+    reference = next(a.name for a in body.anchors if a.local == (rx, ry))
+    if abs(turn) * plan.size <= 1e-6 * max(abs(vx), abs(vy)):
+        along = 0 if abs(vx) >= abs(vy) else 1
+        place = at[along]
+        remedy = (f"{body.name}.{reference}.{'xy'[along]} = {number(0.0 if place is None else place, 6)};",)
+        if abs(vy) <= 1e-6 * abs(vx):
+            return "move along x", remedy
+        if abs(vx) <= 1e-6 * abs(vy):
+            return "move along y", remedy
+        angle = float(np.degrees(np.arctan2(vy, vx))) % 180.0
+        return f"move in the direction of {number(angle)} degrees", remedy
+    angle = float(np.degrees(np.arctan2(s, c)))
+    remedy = (f"{body.name}.angle = {number(angle if abs(angle) > 1e-9 else 0.0)};",)
+    for anchor in body.anchors:  # an anchor at reference + R d has the velocity v + turn * perp(R d)
+        dx, dy = anchor.local[0] - rx, anchor.local[1] - ry
+        wx, wy = c * dx - s * dy, s * dx + c * dy
+        if np.hypot(vx - turn * wy, vy + turn * wx) <= 1e-6 * abs(turn) * plan.size:
+            return f"turn about `{body.name}.{anchor.name}`", remedy
+    return "turn and move", remedy

@@ -1,0 +1,69 @@
+"""The rank of a block's equations at a pose and beside it: what is free, and what only looks so at a singular pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.plan import Plan
+from movimentum.solver.block.closed_form import State, fill_explicit
+from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.scaling import null_space, relative_error, scaled
+from movimentum.solver.free.velocity import projected
+from movimentum.solver.path.piece import scale_of
+
+FloatArray = NDArray[np.float64]
+Clocks = tuple[FloatArray, ...]
+
+RANK_TOLERANCE = 1e-5
+"""Of the largest singular value, rows scaled to unit gradients."""
+ASIDE = 0.03
+"""Of the scene's size: how far beside a pose it is looked at again, in general position."""
+MET = 1e-13
+"""Relative residual of a pose beside that is one."""
+
+
+def at_one(state: State, unknowns: Iterable[int] | None = None) -> State:
+    """The first instant of a state: of some ``unknowns`` (None: of all)."""
+    one: State = [None] * len(state)
+    for n in range(len(state)) if unknowns is None else unknowns:
+        if state[n] is not None:
+            one[n] = np.array([float(np.ravel(state[n])[0])])
+    return one
+
+
+def values_of(block: Block, state: State) -> FloatArray:
+    """The core values (n,) of a block at the first instant of a state."""
+    return np.array([float(np.ravel(value)[0]) for n in block.core if (value := state[n]) is not None])
+
+
+def rank_at(
+    block: Block, one: State, clocks: Clocks, x: FloatArray, scale: FloatArray
+) -> tuple[FloatArray, int, FloatArray]:
+    """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
+    rows = scaled(jacobian_of(block, one, clocks, x[None]), scale)[0][0]
+    rank, free, _ = null_space(rows, RANK_TOLERANCE)
+    return rows, rank, free
+
+
+def beside(
+    plan: Plan, block: Block, one: State, clocks: Clocks, x: FloatArray, free: FloatArray
+) -> tuple[FloatArray, State]:
+    """A pose a little way along all free motions at once, in no particular proportion; ``x`` where there is none."""
+    scale = scale_of(plan, block.core)
+    weights = np.cos(1.0 + 2.399963 * np.arange(free.shape[1], dtype=np.float64))
+    step = (free @ weights) * scale
+    step *= ASIDE / max(float(np.max(np.abs(step) / scale)), 1e-300)
+    y, good = projected(block, lambda _: (list(one), clocks), 0.0, x + step)
+    # where rods in a line stay in a line, Newton's method converges slowly, and what it has not reached has more rank
+    residual, jacobian = (of(block, list(one), clocks, y[None]) for of in (residual_of, jacobian_of))
+    if not good or not relative_error(residual, jacobian, scale)[0] <= MET:
+        y = x
+    there = list(one)
+    for n, value in zip(block.core, y, strict=True):
+        there[n] = np.array([value])
+    fill_explicit(block, there, clocks)
+    return y, there

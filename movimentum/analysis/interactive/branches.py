@@ -1,0 +1,108 @@
+"""How sure the solver can be of its branches: singular values and rival solutions along the whole path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.analysis.diagnose.conditioning import conditions
+from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.lowering.equations import Form
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.solver.block import closed_form
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.piece import NodeTrack, Piece, SignTrack
+from movimentum.solver.segment_motion import Dead, Stretch
+
+FloatArray = NDArray[np.float64]
+
+CLOSE = 0.01
+"""Of the scene's size: where a rival solution comes nearer than that, the choice was close."""
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """A block of a stretch over its nodes.
+
+    ``singular``: its smallest singular value relative to its largest (of a quadratic: the root of the relative
+    discriminant, which vanishes with it), least at time ``singular_time``. ``rival``: how near the other solution comes
+    (pixels; None where others are not followed), at ``rival_time``. Times are absolute.
+    """
+
+    block: int
+    unknowns: tuple[str, ...]
+    singular: float
+    singular_time: float
+    rival: float | None
+    rival_time: float
+    close: bool
+
+
+def branches(motion: Motion) -> Iterator[Branch]:
+    """All blocks that have more than one solution, step by step."""
+    for stretch in motion.stretches:
+        for piece in stretch.pieces:
+            if isinstance(piece, Dead):
+                continue
+            for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
+                if block.form is not Form.PLAIN or not block.moving:
+                    continue
+                with np.errstate(all="ignore"):
+                    found = None
+                    if isinstance(track, SignTrack) and block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
+                        found = _quadratic(motion, stretch, piece, block)
+                    elif isinstance(track, NodeTrack) and not block.free and block.rows == len(block.core):
+                        found = _newton(stretch, piece, block, track)
+                if found is not None:
+                    yield found
+
+
+def _names(stretch: Stretch, block: Block) -> tuple[str, ...]:
+    return tuple(stretch.plan.system.unknowns[n].name for n in block.unknowns)
+
+
+def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Block) -> Branch:
+    instants = piece.instants(piece.nodes)
+    state = piece.before(block.number, instants)
+    quadratic = closed_form.quadratic(block, state, instants.clocks)
+    margin = np.broadcast_to(quadratic.margin, len(piece.nodes))
+    apart = np.zeros(len(piece.nodes))
+    both: list[list[FloatArray]] = []
+    for sign in (1.0, -1.0):
+        for n, value in zip(block.core, quadratic.roots(sign), strict=True):
+            state[n] = value
+        closed_form.fill_explicit(block, state, instants.clocks)
+        both.append([np.broadcast_to(state[n], len(piece.nodes)) for n in block.unknowns])
+    for n, a, b in zip(block.unknowns, both[0], both[1], strict=True):
+        unknown = stretch.plan.system.unknowns[n]
+        reach = 1.0
+        if isinstance(unknown.payload, PoseCos | PoseSin) and unknown.thing is not None:
+            thing = stretch.plan.system.scene.things[unknown.thing]
+            frame = stretch.plan.system.frame(unknown.thing)
+            reach = max((float(np.hypot(*frame.local(anchor.local))) for anchor in thing.anchors), default=1.0)
+        apart = np.fmax(apart, np.abs(a - b) * reach)
+    begin = float(stretch.segment.start)
+    least, nearest = int(np.nanargmin(margin)), int(np.nanargmin(apart))
+    rival = float(apart[nearest])
+    return Branch(
+        block.number,
+        _names(stretch, block),
+        float(np.sqrt(max(margin[least], 0.0))),
+        begin + float(piece.nodes[least]),
+        rival,
+        begin + float(piece.nodes[nearest]),
+        rival < CLOSE * motion.size,
+    )
+
+
+def _newton(stretch: Stretch, piece: Piece, block: Block, track: NodeTrack) -> Branch | None:
+    found = conditions(piece, block, track.tau, track.values)
+    if len(found) == 0:
+        return None
+    worst = int(np.argmax(found))
+    time = float(stretch.segment.start) + float(track.tau[worst])
+    least = 1.0 / float(found[worst])
+    return Branch(block.number, _names(stretch, block), least, time, None, time, least < 1e-3)

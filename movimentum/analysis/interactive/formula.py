@@ -1,0 +1,266 @@
+"""Closed forms: what the plan's blocks come to when they are put into each other, as SymPy expressions of time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from movimentum.expressions import Expr, symbols, walk
+from movimentum.planning.lowering.equations import Form
+from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
+from movimentum.scene.model import AnchorCoordinate, ThingAngle
+from movimentum.solver.path.piece import SignTrack
+from movimentum.solver.segment_motion import Dead, Stretch
+
+LARGEST = 4000
+"""Operations of a formula that is still put together; what is left of a longer one after simplifying helps nobody."""
+REASONABLE = 400
+"""Operations of a formula that is written down."""
+LONG_INTEGER = 10**9
+"""Integers from here on, in a fraction or alone, are written as decimals: rounding made them."""
+SIMPLIFIED = 250
+"""Operations up to which SymPy is asked to simplify: its time grows steeply."""
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    """Why there is no formula: the ``block`` in the way (None: the formula is too long), and a sentence."""
+
+    block: int | None
+    words: str
+
+
+UNREASONABLE = "no closed form of reasonable size"
+
+
+def short_formula(stretch: Stretch, tau: float, expression: Expr, seconds: float) -> Any | Obstacle:
+    """`formula` as it can be written down, within about so many ``seconds``: simplified as far as there is time."""
+    from movimentum.analysis.interactive.deadline import within
+
+    found: list[Any] = []
+
+    def both() -> None:
+        for tidy in (False, True):
+            one = formula(stretch, tau, expression, tidy=tidy)
+            found.append(one if isinstance(one, Obstacle) else readable(one))
+
+    within(seconds, both)
+    made = [one for one in found if not isinstance(one, Obstacle)]
+    if not made and found and found[-1].block is not None:
+        return found[-1]
+    good = [one for one in made if _operations(one) <= REASONABLE]
+    return min(good, key=_operations) if good else Obstacle(None, UNREASONABLE)
+
+
+def readable(expression: Any) -> Any:
+    """A SymPy expression with decimals for fractions and integers that are too long to be read."""
+    import sympy as library
+
+    sympy: Any = library
+    long = [one for one in expression.atoms(sympy.Rational) if max(abs(one.p), one.q) >= LONG_INTEGER]
+    return expression.xreplace({one: sympy.Float(one, 15) for one in long}) if long else expression
+
+
+def formula(stretch: Stretch, tau: float, expression: Expr, *, tidy: bool = True) -> Any | Obstacle:
+    """A scalar expression of the scene as a SymPy expression of the time t since the segment's step, on the branch that
+    is followed at offset ``tau``; simplified where it is not too long for that, unless not ``tidy``.
+    """
+    plan = stretch.plan
+    system = plan.system
+    piece = next((p for p in reversed(stretch.pieces) if p.begin <= tau), stretch.pieces[0])
+    if isinstance(piece, Dead):
+        return Obstacle(None, "there is no solution at this time")
+    owner = {n: block for block in plan.blocks for n in block.unknowns}
+    roots = {n: root for block in plan.blocks for n, root in block.formulas}
+    signs: dict[object, float] = {}
+    for block, track in zip(plan.blocks, piece.tracks, strict=True):
+        if isinstance(track, SignTrack):
+            import numpy as np
+
+            signs[block.number] = float(np.ravel(track.sign(np.array([tau])))[0])
+    import sympy
+
+    t = sympy.Symbol("t", real=True)
+    done: dict[int, Any] = {}
+    size = 0
+
+    def leaf(node: Expr) -> Any:
+        match node.op:
+            case "symbol":
+                return done[unknown_number(node.payload)]
+            case "sign":
+                return sympy.Integer(int(signs.get(node.payload, 1.0)))
+            case _:
+                return t + _rational(Fraction(system.segment.start) - node.start)
+
+    lowered = _lowered(stretch, expression)
+    if isinstance(lowered, Obstacle):
+        return lowered
+    pending = [*symbol_numbers(lowered)]
+    while pending:
+        n = pending[-1]
+        if n in done:
+            pending.pop()
+            continue
+        root = roots.get(n)
+        if root is None:
+            block = owner.get(n)
+            if block is not None and block.form is Form.WINDING:
+                root = system.equations[block.equations[0]].residual.args[1].args[0]
+            else:
+                return _obstacle(stretch, n, None if block is None else block.number)
+        missing = [m for m in symbol_numbers(root) if m not in done]
+        if missing:
+            pending.extend(missing)
+            continue
+        size += sum(1 for _ in walk(root))
+        if size > LARGEST:
+            return Obstacle(None, f"it takes more than {LARGEST:,} operations")
+        done[n] = _tidy(to_sympy(root, leaf)) if tidy else to_sympy(root, leaf)
+        if _operations(done[n]) > LARGEST:
+            return Obstacle(None, f"it takes more than {LARGEST:,} operations")
+    return _tidy(to_sympy(lowered, leaf)) if tidy else to_sympy(lowered, leaf)
+
+
+def _obstacle(stretch: Stretch, unknown: int, block: int | None) -> Obstacle:
+    name = stretch.plan.system.unknowns[unknown].name
+    if block is None:
+        return Obstacle(None, f"`{name}` is not solved for")
+    found = stretch.plan.blocks[block]
+    what = "a free motion" if found.free else f"{len(found.core)} unknowns at once, which have no closed form"
+    if found.form is Form.INTEGRAL or found.states:
+        what = "an integral"
+    return Obstacle(block, f"`{name}` comes from block {block}, {what}")
+
+
+def _lowered(stretch: Stretch, expression: Expr) -> Expr | Obstacle:
+    """An expression of the scene over the plan's unknowns; what the plan does not know stays as it is."""
+    from movimentum.expressions import add, const, mul, sub, substitute, symbol
+    from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
+
+    system = stretch.plan.system
+    get = system.number_of.get
+    base = stretch.base.now
+    for payload in symbols(expression):
+        if not isinstance(payload, AnchorCoordinate | ThingAngle) and get(payload) is None:
+            return Obstacle(None, f"nothing is solved for `{payload}` in this step")
+
+    def leaf(node: Expr) -> Expr | None:
+        if node.op != "symbol":
+            return None
+        payload = node.payload
+        if isinstance(payload, AnchorCoordinate):
+            thing = system.scene.things[payload.thing]
+            anchor = thing.anchors[payload.anchor]
+            x, c, s = (get(kind(payload.thing)) for kind in ((PoseX, PoseY)[payload.axis], PoseCos, PoseSin))
+            if x is None:
+                pose = base.things[payload.thing]
+                local = anchor.local
+                world = (pose.x + pose.c * local[0] - pose.s * local[1], pose.y + pose.s * local[0] + pose.c * local[1])
+                return const(world[payload.axis])
+            u, v = system.frame(payload.thing).stated(anchor.coordinates, anchor.local)
+            here = add(symbol(x), const(system.shift[payload.axis]))
+            if c is None or s is None:
+                return add(here, (u, v)[payload.axis])
+            if payload.axis == 0:
+                return add(here, sub(mul(u, symbol(c)), mul(v, symbol(s))))
+            return add(here, add(mul(u, symbol(s)), mul(v, symbol(c))))
+        number = get(payload)
+        return (
+            const(base.things[payload.thing].angle)
+            if number is None and isinstance(payload, ThingAngle)
+            else symbol(number)
+        )
+
+    return substitute(expression, leaf)
+
+
+def _rational(value: Fraction) -> Any:
+    import sympy as library
+
+    sympy: Any = library
+    return sympy.Rational(value.numerator, value.denominator)
+
+
+def _operations(expression: Any) -> int:
+    return int(expression.count_ops())
+
+
+def _tidy(expression: Any) -> Any:
+    import sympy as library
+
+    sympy: Any = library
+    if _operations(expression) > SIMPLIFIED:
+        return expression
+    return sympy.simplify(expression)
+
+
+def _decimal(value: float | None) -> str:
+    """A number as somebody may have written it: 135 for 134.99999999999994."""
+    short = f"{value:.13g}"
+    return short if value is not None and abs(float(short) - value) <= 1e-15 * abs(value) else repr(value)
+
+
+def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
+    """An expression in SymPy's terms, angles in radians inside; ``leaf`` gives symbols, signs and clocks.
+
+    A number is taken for the decimal that it is the nearest float to (or near to: 134.99999999999994 is 135), or for
+    the operation that it was folded from.
+    """
+    import sympy as library
+
+    sympy: Any = library
+    degree = sympy.pi / 180
+    made: dict[Expr, Any] = {}
+
+    def constant(node: Expr) -> Any:
+        if node.origin is not None:
+            return to_sympy(node.origin, leaf)
+        return sympy.Rational(_decimal(node.value))
+
+    def call(node: Expr, a: list[Any]) -> Any:
+        match node.op:
+            case "add":
+                return a[0] + a[1]
+            case "mul":
+                return a[0] * a[1]
+            case "div":
+                return a[0] / a[1]
+            case "neg":
+                return -a[0]
+            case "pow":
+                return a[0] ** sympy.nsimplify(node.exponent)
+            case "sind" | "cosd" | "tand":
+                return getattr(sympy, node.op[:-1])(a[0] * degree)
+            case "asind" | "acosd" | "atand":
+                return getattr(sympy, node.op[:-1])(a[0]) / degree
+            case "atan2d":
+                return sympy.atan2(a[0], a[1]) / degree
+            case "max" if a[1] == 0:  # only guards a root against rounding
+                return a[0]
+            case "max" | "min":
+                return {"max": sympy.Max, "min": sympy.Min}[node.op](*a)
+            case "abs":
+                return sympy.Abs(a[0])
+            case "mod":
+                return sympy.Mod(a[0], a[1])
+            case "ln":
+                return sympy.log(a[0])
+            case "ease":
+                u = sympy.Min(sympy.Max(a[0], 0), 1)
+                return u * u * (3 - 2 * u)
+            case "le":
+                return sympy.Piecewise((a[2], a[0] <= a[1]), (a[3], True))
+            case op:
+                return getattr(sympy, op)(*a)  # sqrt, floor, exp
+
+    for node in walk(root):
+        if node.op == "const":
+            made[node] = constant(node)
+        elif node.op in ("symbol", "sign", "clock"):
+            made[node] = leaf(node)
+        else:
+            made[node] = call(node, [made[arg] for arg in node.args])
+    return made[root]

@@ -1,0 +1,174 @@
+"""The Jacobian of each connected part of a scene at one moment: what its rows and columns are called, its rank, its
+singular values and its null space.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.analysis.freedom.rank import at_one, rank_at
+from movimentum.planning.blocks.build import dense_block
+from movimentum.planning.codegen.generate import Clocks
+from movimentum.planning.lowering.equations import Equation, Form, System
+from movimentum.planning.lowering.unknowns import Accumulated, PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
+from movimentum.planning.structure.decompose import Group
+from movimentum.planning.structure.graph import groups
+from movimentum.scene.model import ThingAngle, ThingProperty
+from movimentum.solver.basis.instants import at_offsets
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.path.piece import Piece, scale_of
+from movimentum.solver.segment_motion import Stretch
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What an equation is called: ``constraint`` by number, or the ``thing`` to which rigidity or its angle belongs.
+
+    ``part``: which coordinate of a vector constraint (``x``, ``y``), or what is said of the thing; else empty.
+    """
+
+    constraint: int | None
+    thing: int | None
+    part: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartMatrix:
+    """The equations of a connected part, linearised: ``jacobian`` (m, n), rows of length 1, unknowns in units of
+    ``scale`` (n,).
+
+    ``singular``: the singular values, descending, min(m, n) of them. ``null`` (n, n - rank): a basis of the velocities
+    that the equations let be, each with as many zeros as it can have and a largest entry of 1.
+    """
+
+    things: tuple[int, ...]
+    rows: tuple[Row, ...]
+    columns: tuple[str, ...]
+    scale: FloatArray
+    jacobian: FloatArray
+    rank: int
+    singular: FloatArray
+    null: FloatArray
+
+
+def part_matrices(stretch: Stretch, piece: Piece, tau: float) -> list[PartMatrix]:
+    """The matrix of every connected part at ``tau`` after the stretch's start, in order of its things; what has
+    neither things nor freedom is left out. Integrals and rates count as known: at one moment they are.
+    """
+    system = stretch.plan.system
+    equations = _equations(system)
+    rows = {equation.number: row for equation, row in zip(equations, _rows(system, equations), strict=True)}
+    with np.errstate(all="ignore"):
+        state, _ = piece.evaluate(piece.instants(np.array([tau])))
+        one = at_one(state)
+        found = [_matrix(stretch, part, rows, one, tau) for part in _parts(system, equations) if part[0]]
+    kept = [part for part in found if part.things or part.null.shape[1]]
+    return sorted(kept, key=lambda part: (not part.things, part.things))
+
+
+def _parts(system: System, equations: Sequence[Equation]) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+    """The unknowns and the equations of each connected part. A thing's angle that only follows its direction is left
+    out, and so are colours and opacities.
+    """
+    kept = {e.number for e in equations}
+    left_out = {u.number for u in system.unknowns if isinstance(u.payload, Accumulated | Rate | ThingProperty)}
+    idle = [e for e in system.equations if e.form is Form.WINDING and e.number not in kept]
+    left_out |= {n for e in idle for n in e.targets}
+    first_of: dict[int, int] = {}
+    poses = [(u.thing, u.number) for u in system.unknowns if u.thing is not None and u.number not in left_out]
+    links = [(first_of.setdefault(thing, n), n) for thing, n in poses]
+    for equation in equations:
+        members = sorted(equation.unknowns - left_out)
+        links += [(members[0], other) for other in members[1:]]
+    found: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
+    for component in groups(len(system.unknowns), links):
+        members = set(component) - left_out
+        rows = tuple(sorted(e.number for e in equations if e.unknowns & members))
+        found.append((tuple(sorted(members, key=lambda n: _place(system, n))), rows))
+    return found
+
+
+def _equations(system: System) -> list[Equation]:
+    """What says how unknowns depend on each other now: no integrals, no derivatives of other equations, and angles
+    only where an equation uses them.
+    """
+    rates = {u.number for u in system.unknowns if isinstance(u.payload, Rate)}
+    plain = [e for e in system.equations if e.form is Form.PLAIN and not (e.targets and rates.issuperset(e.targets))]
+    used = {n for equation in plain for n in equation.unknowns}
+    return [*plain, *(e for e in system.equations if e.form is Form.WINDING and used & set(e.targets))]
+
+
+def _place(system: System, unknown: int) -> tuple[float, int, int]:
+    """Where an unknown stands among the columns: poses thing by thing, and behind them all else."""
+    payload = system.unknowns[unknown].payload
+    kinds = (PoseX, PoseY, PoseCos, PoseSin, ThingAngle)
+    kind = next((k for k, some in enumerate(kinds) if isinstance(payload, some)), len(kinds))
+    return (payload.thing if isinstance(payload, kinds) else math.inf), kind, unknown
+
+
+def _matrix(
+    stretch: Stretch, part: tuple[tuple[int, ...], tuple[int, ...]], rows: Mapping[int, Row], one: State, tau: float
+) -> PartMatrix:
+    unknowns, equations = part
+    system = stretch.plan.system
+    clocks = Clocks(stretch.plan.clocks)
+    # free: for its rows, whatever their number; it is looked at, and not solved
+    block = dense_block(system, Group(unknowns, equations), clocks)
+    values = at_offsets(clocks.starts, system.segment.start, np.array([tau])).clocks
+    x = np.array([0.0 if (value := one[n]) is None else float(np.ravel(value)[0]) for n in unknowns])
+    scale = scale_of(stretch.plan, unknowns)
+    jacobian, rank, null = rank_at(block, list(one), values, x, scale)
+    singular = np.zeros(0)
+    if equations:
+        singular = np.asarray(np.linalg.svd(np.nan_to_num(jacobian), compute_uv=False), dtype=np.float64)
+    payloads = [system.unknowns[n].payload for n in unknowns]
+    things = sorted({p.thing for p in payloads if isinstance(p, PosePart | ThingAngle)})
+    columns = tuple(system.unknowns[n].name for n in unknowns)
+    return PartMatrix(
+        tuple(things), tuple(rows[e] for e in equations), columns, scale, jacobian, rank, singular, _sparse_basis(null)
+    )
+
+
+def _rows(system: System, equations: Sequence[Equation]) -> Iterator[Row]:
+    """What each equation is called."""
+    of_constraint: dict[int | None, list[int]] = {}
+    for equation in equations:
+        of_constraint.setdefault(equation.constraint, []).append(equation.number)
+    for equation in equations:
+        if equation.constraint is not None:
+            same = of_constraint[equation.constraint]
+            yield Row(equation.constraint, None, "xy"[same.index(equation.number)] if len(same) == 2 else "")
+        elif equation.form is Form.WINDING:
+            yield Row(None, equation.thing, "angle")
+        else:  # a rigid one is a polynomial, a direction from an angle is none
+            target = system.unknowns[equation.targets[0]].name.rpartition(".")[2]
+            yield Row(None, equation.thing, target if equation.polynomial is None else "")
+
+
+def _sparse_basis(null: FloatArray) -> FloatArray:
+    """A basis (n, p) of the same space in reduced row echelon form, scaled to a largest entry of 1: it depends on the
+    space alone.
+    """
+    rows = null.T.copy()
+    done = 0
+    for column in range(rows.shape[1]):
+        if done == len(rows):
+            break
+        pivot = done + int(np.argmax(np.abs(rows[done:, column])))
+        if abs(rows[pivot, column]) < 1e-7:
+            continue
+        rows[[done, pivot]] = rows[[pivot, done]]
+        rows[done] /= rows[done, column]
+        others = np.arange(len(rows)) != done
+        rows[others] -= rows[others, column][:, None] * rows[done]
+        done += 1
+    largest = np.max(np.abs(rows), axis=1, keepdims=True, initial=1e-300)
+    rows = rows / largest
+    return np.where(np.abs(rows) < 1e-9, 0.0, rows).T

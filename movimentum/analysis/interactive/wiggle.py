@@ -1,0 +1,84 @@
+"""Moving a scene along each of its free motions and back, with everything else kept true."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.analysis.freedom.motions import FreeMotion, free_directions
+from movimentum.planning.blocks.build import Block
+from movimentum.solver.assembly import snapshot
+from movimentum.solver.basis.pose_state import Snapshot
+from movimentum.solver.block import closed_form
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.free.velocity import projected
+from movimentum.solver.path.piece import Piece, scale_of, solve_block
+from movimentum.solver.segment_motion import Stretch
+
+FloatArray = NDArray[np.float64]
+
+FRAMES = 24
+"""Of one motion, there and back."""
+AMPLITUDE = 0.12
+"""How far it goes, in sizes of the scene (or radians)."""
+SUBSTEPS = 4
+
+
+def wiggles(stretch: Stretch, piece: Piece, tau: float) -> Iterator[tuple[FreeMotion, list[Snapshot]]]:
+    """For each free motion at offset ``tau``: the moments of one swing to both sides, beginning and ending where it is.
+
+    After every step along the motion the constraints are restored by Newton's method, as near as can be (in the metric
+    that weighs all anchors alike). Where it cannot go on, it stays.
+    """
+    plan = stretch.plan
+    instants = piece.instants(np.array([tau]))
+    with np.errstate(all="ignore"):
+        start, _ = piece.evaluate(instants)
+        for block in plan.blocks:
+            if not block.free or block.metric is None:
+                continue
+            x0 = np.array([float(np.ravel(start[n])[0]) for n in block.core])
+            for motion, velocity in free_directions(plan, block, start, instants.clocks, x0):
+                largest = float(np.max(np.abs(velocity) / scale_of(plan, block.core)))
+                swing = AMPLITUDE / largest * np.sin(np.linspace(0.0, 2.0 * np.pi, FRAMES))
+                moments = list(_swung(stretch, piece, block, start, tau, x0, velocity, swing[:-1]))
+                yield motion, [*moments, snapshot(plan, start, stretch.base.now, 0)]
+
+
+def _swung(
+    stretch: Stretch,
+    piece: Piece,
+    block: Block,
+    start: State,
+    tau: float,
+    x0: FloatArray,
+    velocity: FloatArray,
+    swing: FloatArray,
+) -> Iterator[Snapshot]:
+    plan = stretch.plan
+    instants = piece.instants(np.array([tau]))
+
+    def probe(points: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
+        return list(start), piece.instants(points).clocks
+
+    x, at = x0, 0.0
+    for target in swing:
+        for _ in range(SUBSTEPS):
+            step = (target - at) / SUBSTEPS * velocity
+            moved, good = projected(block, probe, tau, x + step)
+            if not good or np.max(np.abs(moved - x)) > 10.0 * np.max(np.abs(step)):
+                break
+            x = moved
+        at = target
+        state = list(start)
+        for n, value in zip(block.core, x, strict=True):
+            state[n] = np.array([value])
+        closed_form.fill_explicit(block, state, instants.clocks)
+        touched = set(block.unknowns)
+        for other, track in zip(plan.blocks, piece.tracks, strict=True):
+            if other.number != block.number and other.inputs & touched:
+                solve_block(piece, other, track, state, instants)
+                touched |= set(other.unknowns)
+        yield snapshot(plan, state, stretch.base.now, 0)

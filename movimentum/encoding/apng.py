@@ -1,0 +1,94 @@
+"""APNG: our own stream of chunks. Pillow compresses one box at a time; delays are exact fractions.
+
+A box replaces what was there (blend "source"), alpha included, so the same way serves opaque and transparent pictures.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import BinaryIO
+
+from PIL import Image
+
+from movimentum.encoding.pieces import Clock, Piece, changed_box, saved
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_COMPRESSION = 3  # of 9: half the time of the default for a few per cent of size
+
+
+class ApngCoder:
+    """Frames -> compressed scan lines."""
+
+    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+        """See `Coder`."""
+        box = changed_box(image, previous)
+        if box is None:
+            return None
+        png = saved(image.crop(box), "PNG", compress_level=_COMPRESSION)
+        return Piece(box, b"".join(data for kind, data in png_chunks(png) if kind == b"IDAT"))
+
+
+def png_chunks(png: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """(kind, data) of each chunk of a PNG file."""
+    at = len(SIGNATURE)
+    while at < len(png):
+        (length,) = struct.unpack_from(">I", png, at)
+        yield png[at + 4 : at + 8], png[at + 8 : at + 8 + length]
+        at += 12 + length
+
+
+class ApngWriter:
+    """``loop``: how often it is played, 0 for ever. ``stream`` must be seekable: the number of frames comes last."""
+
+    def __init__(self, stream: BinaryIO, size: tuple[int, int], mode: str, fps: Fraction, loop: int) -> None:
+        self._stream = stream
+        self._size = size
+        self._color_type = 6 if mode == "RGBA" else 2
+        self._fps = fps
+        self._clock = Clock(fps, 1000)
+        self._loop = loop
+        self._frames = 0
+        self._sequence = 0
+        self._count_at = 0
+
+    def begin(self) -> None:
+        """Header; the number of frames is put in at the end."""
+        self._stream.write(SIGNATURE)
+        self._chunk(b"IHDR", struct.pack(">IIBBBBB", *self._size, 8, self._color_type, 0, 0, 0))
+        self._count_at = self._stream.tell()
+        self._chunk(b"acTL", struct.pack(">II", 0, self._loop))
+
+    def add(self, piece: Piece, first: int, end: int) -> None:
+        """See `Writer`."""
+        box = piece.box
+        for numerator, denominator in self._delays(first, end):
+            control = (box.right - box.left, box.bottom - box.top, box.left, box.top, numerator, denominator, 0, 0)
+            self._chunk(b"fcTL", struct.pack(">IIIIIHHBB", self._sequence, *control))
+            self._sequence += 1
+            if self._frames:
+                self._chunk(b"fdAT", struct.pack(">I", self._sequence) + piece.data)
+                self._sequence += 1
+            else:
+                self._chunk(b"IDAT", piece.data)
+            self._frames += 1
+
+    def end(self) -> None:
+        """Trailer, and the number of frames."""
+        self._chunk(b"IEND", b"")
+        finish = self._stream.tell()
+        self._stream.seek(self._count_at)
+        self._chunk(b"acTL", struct.pack(">II", self._frames, self._loop))
+        self._stream.seek(finish)
+
+    def _delays(self, first: int, end: int) -> list[tuple[int, int]]:
+        exact = (end - first) / self._fps
+        if exact.numerator < 65536 and exact.denominator < 65536:
+            return [(exact.numerator, exact.denominator)]
+        return [(delay, 1000) for delay in self._clock.delays(first, end, 65535)]
+
+    def _chunk(self, kind: bytes, data: bytes) -> None:
+        self._stream.write(struct.pack(">I", len(data)) + kind + data)
+        self._stream.write(struct.pack(">I", zlib.crc32(data, zlib.crc32(kind))))

@@ -1,0 +1,282 @@
+"""Drawing and coding in runs of frames, here or in other processes.
+
+A run is 30 frames and, before them, the frame that the first is compared with. Runs are the same whoever draws them,
+so the file is the same for any number of workers. A worker gets its runs one by one (with the points of traces that it
+has not seen) and sends back coded pieces; none is given far ahead of the file, so memory depends neither on the length
+nor on who is slow.
+
+Processes are forked on Linux, where that costs about 10 ms; elsewhere they are spawned, about 0.35 s (measured), for
+there a fork may meet threads of the system's libraries. A forked worker runs nothing but this file's loop and leaves
+by ``os._exit``, so locks that another thread held at the fork are never asked for.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+import warnings
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.budget import DEFAULT_MEGABYTES
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.encoding.pieces import Coder, Piece
+from movimentum.errors import MovimentumError
+from movimentum.rendering.painter import Painter, Session
+from movimentum.rendering.stream import PoseSource, chunks, concatenate, pieces
+from movimentum.solver.poses import Poses
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+    from multiprocessing.context import SpawnContext
+    from multiprocessing.process import BaseProcess
+
+    from PIL import Image
+
+RUN = 30
+_FORKS = sys.platform == "linux"
+_ROOM = 800_000 * DEFAULT_MEGABYTES
+_SHARED, _LEAST = 40_000_000, 10_000_000  # of a worker's memory: what it shares with us, and what it has at least
+_START = 0.03 if _FORKS else 0.4  # seconds until a worker works
+
+Pieces: TypeAlias = "list[Piece | None]"
+Points: TypeAlias = "tuple[NDArray[np.float64], ...]"
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """``poses``: the run's frames, with ``lead`` the frame before them first. ``past``: see `Session.frames`."""
+
+    number: int
+    lead: bool
+    poses: Poses
+    past: Points = ()
+
+
+def runs(source: PoseSource) -> Iterator[Run]:
+    """All runs of a source, in order."""
+    before: Poses | None = None
+    for number, piece in enumerate(pieces(chunks(source), RUN)):
+        yield Run(number, before is not None, piece if before is None else concatenate([before, piece]))
+        before = piece.select(slice(-1, None))
+
+
+def coded_runs(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Generator[Pieces, None, None]:
+    """For each run in order, one entry a frame: what it changes, None for nothing.
+
+    Where the system gives us fewer processes than ``workers``, those draw; where it gives none, this one does. Close
+    the generator (or let an exception through it) to end the workers.
+    """
+    if workers <= 1:
+        return _coded_here(painter, coder, source)
+    return _coded_elsewhere(painter, coder, source, workers)
+
+
+def workers_that_pay(seconds_a_frame: float, frames: int, held: int = 0) -> int:
+    """How many processes make ``frames`` frames soonest, no more than there are processors for us.
+
+    ``held``: the bytes that this process holds. A worker comes to hold about as much, but for what it shares; all
+    together stay within the memory that a command may take unless it is told otherwise.
+    """
+    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    work = seconds_a_frame * frames
+    room = (_ROOM - held) // max(held - _SHARED, _LEAST)
+    most = max(1, min(available, frames // RUN, room))
+    best = min(range(1, most + 1), key=lambda n: work / n + (n > 1) * n * _START)
+    return best if work - work / best - best * _START > 0.1 else 1
+
+
+# --- in this process ----------------------------------------------------------------------------------------
+
+
+def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Generator[Pieces, None, None]:
+    session = Session(painter)
+    previous: Image.Image | None = None
+    for run in runs(source):
+        poses = run.poses.select(slice(1, None)) if run.lead else run.poses
+        coded: Pieces = []
+        for image in session.frames(poses):
+            coded.append(coder.code(image, previous))
+            previous = image
+        yield coded
+
+
+# --- in others ------------------------------------------------------------------------------------------------
+
+
+def _code_run(session: Session, coder: Coder, run: Run) -> Pieces:
+    coded: Pieces = []
+    previous: Image.Image | None = None
+    for image in session.frames(run.poses, run.past):
+        if previous is not None or not run.lead:
+            coded.append(coder.code(image, previous))
+        previous = image
+    return coded
+
+
+def _work(pipe: Connection, others: Sequence[Connection], painter: Painter, coder: Coder) -> None:
+    """A worker's life: a run comes in, its pieces go out; the end of the pipe is the end."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    for other in others:  # held open here, they would hide the parent's end from its other workers
+        other.close()
+    try:
+        session = Session(painter)
+        while True:
+            run: Run = pipe.recv()
+            try:
+                answer: Pieces | Exception = _code_run(session, coder, run)
+            except Exception as error:
+                answer = error
+            pipe.send((run.number, answer))
+    except (EOFError, OSError):
+        pass
+    finally:
+        os._exit(0)
+
+
+class _Crew:
+    """The worker processes, as a context: they are gone when it ends."""
+
+    def __init__(self, painter: Painter, coder: Coder, workers: int) -> None:
+        self._start = (painter, coder, workers)
+        self.pipes: list[Connection] = []
+        self._processes: list[BaseProcess] = []
+
+    def __enter__(self) -> _Crew:
+        import multiprocessing
+
+        painter, coder, workers = self._start
+        # typed as one of the two; they are used alike
+        context = cast("SpawnContext", multiprocessing.get_context("fork" if _FORKS else "spawn"))
+        try:
+            for _ in range(workers):
+                if not self._started(context, painter, coder):
+                    break
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def _started(self, context: SpawnContext, painter: Painter, coder: Coder) -> bool:
+        """One worker more; False where there is no process, no file handle or no memory for it."""
+        try:
+            ours, theirs = context.Pipe()
+        except OSError:
+            return False
+        self.pipes.append(ours)
+        others = tuple(self.pipes) if _FORKS else ()
+        process = context.Process(target=_work, args=(theirs, others, painter, coder), daemon=True)
+        try:
+            with warnings.catch_warnings():  # Python 3.12 warns of forks beside threads; see above
+                warnings.simplefilter("ignore", DeprecationWarning)
+                process.start()
+        except (OSError, MemoryError):
+            self.pipes.pop().close()
+            return False
+        finally:
+            theirs.close()
+        self._processes.append(process)
+        return True
+
+    def __exit__(self, *_: object) -> None:
+        for pipe in self.pipes:
+            pipe.close()
+        for process in self._processes:
+            process.terminate()
+        for process in self._processes:
+            process.join()
+
+
+def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Generator[Pieces, None, None]:
+    from multiprocessing.connection import wait  # 5 ms that a short animation does not pay
+
+    waiting = runs(source)
+    tail: list[Points] = []  # the points of traces of every run so far, for workers that did not draw it
+    done: dict[int, Pieces] = {}
+    given = taken = 0
+    with _Crew(painter, coder, workers) as crew:
+        workers = len(crew.pipes)
+        if not workers:
+            yield from _coded_here(painter, coder, source)
+            return
+        sent = [0] * workers  # how many runs' points each worker has
+        idle = list(range(workers))
+        while True:
+            # only to who waits for it: were both ends sending, neither would ever finish
+            while idle and given - taken < 4 * workers and (run := next(waiting, None)) is not None:
+                worker = idle.pop(0)
+                if painter.traces:
+                    missed = tail[sent[worker] : given]
+                    past = tuple(np.concatenate(part) for part in zip(*missed, strict=True))
+                    run = Run(run.number, run.lead, run.poses, past)
+                    tail.append(painter.trace_points(run.poses))
+                    sent[worker] = given + 1
+                _send(crew.pipes[worker], run)
+                given += 1
+            if given == taken:
+                return
+            if taken in done:
+                yield done.pop(taken)
+                taken += 1
+                continue
+            for pipe in wait([pipe for worker, pipe in enumerate(crew.pipes) if worker not in idle]):
+                worker = crew.pipes.index(cast("Connection", pipe))
+                number, answer = _receive(crew.pipes[worker])
+                if isinstance(answer, Exception):
+                    raise answer
+                idle.append(worker)
+                done[number] = answer
+
+
+def _send(pipe: Connection, run: Run) -> None:
+    try:
+        pipe.send(run)
+    except OSError as error:
+        raise _died() from error
+
+
+def _receive(pipe: Connection) -> tuple[int, Pieces | Exception]:
+    try:
+        return pipe.recv()
+    except (EOFError, OSError) as error:
+        raise _died() from error
+
+
+def _died() -> MovimentumError:
+    message = "a worker process ended unexpectedly (out of memory?)"
+    return MovimentumError([Diagnostic("render/worker", Severity.ERROR, message, helps=("--workers 1",))])
+
+
+def timed_frames(painter: Painter, source: PoseSource, positions: Sequence[int]) -> tuple[list[Image.Image], float]:
+    """The pictures at some positions (ascending), and the seconds that one took (the fastest: the first warms up)."""
+    session = Session(painter)
+    images: list[Image.Image] = []
+    fastest = float("inf")
+    past: list[Points] = []
+    start = 0
+    ahead = list(positions)
+    for chunk in chunks(source):
+        size = len(chunk.frames)
+        at = 0
+        while ahead and ahead[0] < start + size:
+            position = ahead.pop(0) - start
+            if painter.traces:
+                past.append(painter.trace_points(chunk.select(slice(at, position))))
+                at = position
+            before = tuple(np.concatenate(part) for part in zip(*past, strict=True))
+            began = time.perf_counter()
+            images += session.frames(chunk.select(slice(position, position + 1)), before)
+            fastest = min(fastest, time.perf_counter() - began)
+            past = []
+        if not ahead:
+            break
+        if painter.traces:
+            past.append(painter.trace_points(chunk.select(slice(at, size))))
+        start += size
+    return images, fastest

@@ -1,0 +1,65 @@
+"""Pictures by themselves, PNG or JPEG: one still, or a file for every frame."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PIL import Image
+
+from movimentum.encoding.pieces import Box, Coder, Piece, saved
+
+JPEG_LARGEST = 65_500
+"""Pixels each way: the JPEG library's limit."""
+_COMPRESSION = 3  # of 9
+_QUALITY = 95  # of 100; with colours at full resolution (subsampling 0), for drawings have thin coloured lines
+
+
+class PngCoder:
+    """Frames -> whole files; a frame like the one before is not coded again."""
+
+    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+        """See `Coder`."""
+        return None if image is previous else _piece(image, saved(image, "PNG", compress_level=_COMPRESSION))
+
+
+class JpegCoder:
+    """Opaque frames -> whole files; a frame like the one before is not coded again."""
+
+    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+        """See `Coder`."""
+        return None if image is previous else _piece(image, saved(image, "JPEG", quality=_QUALITY, subsampling=0))
+
+
+def coder_of(suffix: str) -> Coder:
+    """The coder of a picture file's suffix: ``.png``, ``.jpg`` or ``.jpeg``."""
+    return PngCoder() if suffix.lower() == ".png" else JpegCoder()
+
+
+def _piece(image: Image.Image, data: bytes) -> Piece:
+    return Piece(Box(0, 0, image.width, image.height), data)
+
+
+class SequenceWriter:
+    """Numbered files in ``folder``: ``pattern`` holds one ``%d`` (or ``%04d``), filled with the frame's number.
+
+    ``numbers``: frame numbers by position; files are numbered as frames are counted from the animation's start.
+    """
+
+    def __init__(self, folder: Path, pattern: str, numbers: list[int]) -> None:
+        self._folder = folder
+        self._pattern = pattern
+        self._numbers = numbers
+        self.files: list[str] = []
+
+    def begin(self) -> None:
+        """Nothing comes first."""
+
+    def add(self, piece: Piece, first: int, end: int) -> None:
+        """One file for each frame that looks like this."""
+        for position in range(first, end):
+            name = self._pattern % self._numbers[position]
+            (self._folder / name).write_bytes(piece.data)
+            self.files.append(name)
+
+    def end(self) -> None:
+        """Nothing comes last."""

@@ -1,0 +1,84 @@
+"""Animated WebP, lossless: our own stream of chunks, as Pillow's writer keeps a list of all frames.
+
+The container is RIFF (Google, "WebP Container Specification"): VP8X, ANIM, then one ANMF for each frame.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import BinaryIO
+
+from PIL import Image
+
+from movimentum.encoding.pieces import Box, Clock, Piece, changed_box, saved
+
+LARGEST = 16383  # pixels each way
+_LONGEST_DELAY = (1 << 24) - 1
+_EFFORT = 0  # of 6
+
+
+class WebpCoder:
+    """Frames -> image chunks."""
+
+    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+        """See `Coder`."""
+        box = changed_box(image, previous)
+        if box is None:
+            return None
+        box = Box(box.left & ~1, box.top & ~1, box.right, box.bottom)  # the container holds half the offset
+        webp = saved(image.crop(box), "WEBP", lossless=True, quality=0, method=_EFFORT, exact=True)
+        parts = [(kind, data) for kind, data in _riff_chunks(webp) if kind in (b"ALPH", b"VP8 ", b"VP8L")]
+        return Piece(box, b"".join(_chunk(kind, data) for kind, data in parts))
+
+
+def _riff_chunks(webp: bytes) -> Iterator[tuple[bytes, bytes]]:
+    at = 12
+    while at + 8 <= len(webp):
+        (length,) = struct.unpack_from("<I", webp, at + 4)
+        yield webp[at : at + 4], webp[at + 8 : at + 8 + length]
+        at += 8 + length + (length & 1)
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return kind + struct.pack("<I", len(data)) + data + b"\0" * (len(data) & 1)
+
+
+def _three(value: int) -> bytes:
+    return struct.pack("<I", value)[:3]
+
+
+class WebpWriter:
+    """``loop``: how often it is played, 0 for ever. ``stream`` must be seekable: the file's length comes last."""
+
+    def __init__(self, stream: BinaryIO, size: tuple[int, int], mode: str, fps: Fraction, loop: int) -> None:
+        self._stream = stream
+        self._size = size
+        self._alpha = mode == "RGBA"
+        self._clock = Clock(fps, 1000)
+        self._loop = min(loop, 65535)
+
+    def begin(self) -> None:
+        """Header; the length is put in at the end."""
+        flags = 0x02 | (0x10 if self._alpha else 0)
+        width, height = self._size
+        extended = struct.pack("<I", flags) + _three(width - 1) + _three(height - 1)
+        self._stream.write(b"RIFF\0\0\0\0WEBP" + _chunk(b"VP8X", extended))
+        ground = 0 if self._alpha else 0xFFFFFFFF
+        self._stream.write(_chunk(b"ANIM", struct.pack("<IH", ground, self._loop)))
+
+    def add(self, piece: Piece, first: int, end: int) -> None:
+        """See `Writer`."""
+        box = piece.box
+        for delay in self._clock.delays(first, end, _LONGEST_DELAY):
+            place = (box.left // 2, box.top // 2, box.right - box.left - 1, box.bottom - box.top - 1, delay)
+            header = b"".join(_three(value) for value in place) + b"\x02"  # do not blend, do not dispose
+            self._stream.write(_chunk(b"ANMF", header + piece.data))
+
+    def end(self) -> None:
+        """The length of the file."""
+        length = self._stream.tell()
+        self._stream.seek(4)
+        self._stream.write(struct.pack("<I", length - 8))
+        self._stream.seek(length)

@@ -1,0 +1,313 @@
+"""The way into this stage: a painter and poses become a file (or numbered files).
+
+::
+
+    painter = make_painter(scene, source, PictureOptions(...))  # movimentum.rendering.painter
+    report = write_animation(painter, source, Path("out.gif"), fps=timeline.fps, loop=0, workers=None, progress=show)
+
+``source`` is a `Poses` of all frames, or anything that yields `Poses` in order and can be iterated more than once;
+wrap a generator in `movimentum.rendering.stream.Spool` (temporary file), then a million frames need not be in memory::
+
+    with Spool(solve_in_chunks(...)) as source:
+        painter = make_painter(scene, source, options)
+        report = write_animation(painter, source, ...)
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from PIL import Image
+
+from movimentum.budget import held
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.encoding import gif, webp
+from movimentum.encoding.apng import ApngCoder, ApngWriter
+from movimentum.encoding.gif import GifCoder, GifWriter
+from movimentum.encoding.palette import choose_palette
+from movimentum.encoding.pieces import Clock, Coder, Piece, Writer
+from movimentum.encoding.runs import coded_runs, timed_frames, workers_that_pay
+from movimentum.encoding.stills import JPEG_LARGEST, SequenceWriter, coder_of
+from movimentum.encoding.video import write_video
+from movimentum.encoding.webp import WebpCoder, WebpWriter
+from movimentum.errors import UsageError
+from movimentum.output.files import whole_file, whole_folder
+from movimentum.rendering.painter import Painter, Session
+from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, pieces, thinned
+from movimentum.solver.poses import Poses
+from movimentum.terminal import typed
+
+SUFFIXES = (".gif", ".png", ".jpg", ".jpeg", ".apng", ".webp", ".mp4", ".webm")
+_STILLS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
+STILL_KINDS = frozenset(_STILLS.values())
+"""What `check_output` says of a file that holds one picture."""
+_SAMPLES = 8  # frames that a palette is chosen from
+_WORTH_TIMING = 60  # frames: fewer are drawn here without asking
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class WriteReport:
+    """What was written: ``files``, ``frames`` shown (a GIF faster than 50 a second has fewer than were given), the
+    picture's ``size`` (width, height) in pixels, the total ``duration`` in seconds as the file has it, the number of
+    ``workers`` that drew (1: this process), and ``diagnostics`` (warnings).
+    """
+
+    files: tuple[Path, ...]
+    frames: int
+    size: tuple[int, int]
+    duration: Fraction
+    workers: int
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def check_output(path: Path, frames: int | None = None, *, transparent: bool = False) -> str:
+    """The kind of file that ``path`` asks for: ``"sequence"`` for numbered pictures, one of `STILL_KINDS` for a single
+    one, else its suffix without the dot.
+
+    `UsageError`: ``output/format`` for a suffix that is not written here, ``output/pattern`` for a number pattern that
+    cannot be filled, ``output/one-picture`` for more than one frame into one picture, ``output/opaque`` for a
+    ``transparent`` background in a JPEG.
+    """
+    suffix, name = path.suffix.lower(), path.name
+    if suffix not in SUFFIXES:
+        known = ", ".join(SUFFIXES)
+        raise _usage("output/format", f"cannot tell a format from `{name}`: known are {known}", "-o out.gif")
+    if suffix not in _STILLS:
+        return suffix[1:]
+    if transparent and suffix != ".png":
+        raise _usage("output/opaque", "a JPEG has no transparency", f"-o {typed(path.with_suffix('.png'))}")
+    if "%" not in name:
+        if frames is not None and frames > 1:
+            raise _usage(
+                "output/one-picture",
+                f"{frames} frames do not fit into one picture `{name}`",
+                f"-o {typed(path.with_name(path.stem + '-%04d' + path.suffix))}",
+                f"-o {typed(path.with_suffix('.apng'))}",
+                "--at 0",
+            )
+        return _STILLS[suffix]
+    if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", name):
+        raise _usage(
+            "output/pattern",
+            f"`{name}` must have one %d (or %04d) for the frame's number",
+            f"-o out-%04d{path.suffix}",
+        )
+    return "sequence"
+
+
+def write_animation(
+    painter: Painter,
+    source: PoseSource,
+    path: Path,
+    *,
+    fps: Fraction,
+    loop: int = 0,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> WriteReport:
+    """Draw all frames of ``source`` and write them to ``path``, whose suffix says how (see `check_output`).
+
+    Frame k (by position in ``source``) is shown from k / ``fps``. ``loop``: how often the animation is played, 0 for
+    ever (not in video). ``workers``: processes that draw; None: as many as pay. The bytes written do not depend on it.
+    ``progress`` is called with (frames done, frames in all) about every 30 frames.
+
+    The file appears whole or not at all, whatever goes wrong. `UsageError`: see `check_output`; a file that cannot be
+    written or a full disk (``output/unwritable``); no frames (``output/no-frames``); a picture larger than the format
+    allows (``limit/pixels``); video without PyAV (``output/video``).
+    """
+    total = count(source)
+    kind = check_output(path, total, transparent=painter.transparent)
+    if total == 0:
+        raise _usage("output/no-frames", "there is no frame to draw")
+    job = _Job(painter, source, total, fps, loop, workers, progress)
+    match kind:
+        case "gif":
+            return _write_gif(job, path)
+        case "png" | "jpeg":
+            return _write_still(job, path)
+        case "sequence":
+            return _write_sequence(job, path)
+        case "mp4" | "webm":
+            return _write_video(job, path, kind)
+        case _:
+            return _write_box_format(job, path, kind)
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """The arguments of `write_animation`, with the number of frames."""
+
+    painter: Painter
+    source: PoseSource
+    total: int
+    fps: Fraction
+    loop: int
+    workers: int | None
+    progress: Progress | None
+
+    def report(self, files: list[Path], duration: Fraction, workers: int, *diagnostics: Diagnostic) -> WriteReport:
+        return WriteReport(tuple(files), self.total, self.painter.size, duration, workers, diagnostics)
+
+    def tell(self, done: int) -> None:
+        if self.progress is not None:
+            self.progress(done, self.total)
+
+    def choose_workers(self, coder: Coder, images: list[Image.Image] | None, seconds: float) -> int:
+        """As asked; else by the time that a frame takes: measured, for guessing it from sizes is no better."""
+        if self.workers is not None:
+            return max(1, self.workers)
+        if self.total < _WORTH_TIMING:
+            return 1
+        if images is None:
+            images, seconds = timed_frames(self.painter, self.source, [0, self.total // 2])
+        began = time.perf_counter()
+        coder.code(images[-1], images[-2])
+        return workers_that_pay(seconds + time.perf_counter() - began, self.total, held())
+
+
+@dataclass(frozen=True, slots=True)
+class _Thinned:
+    """Frames at most ``limit`` a second: a source that can be iterated again."""
+
+    source: PoseSource
+    fps: Fraction
+    limit: int
+    keep: int
+
+    def __iter__(self) -> Iterator[Poses]:
+        return thinned(self.source, self.fps, self.limit, self.keep)
+
+
+def _write_gif(job: _Job, path: Path) -> WriteReport:
+    warnings: list[Diagnostic] = []
+    _refuse_larger(job.painter, gif.LARGEST, "GIF")
+    end = Clock(job.fps, 100).at(job.total)
+    clock = Clock(job.fps, 100)
+    if job.fps > gif.FASTEST:
+        keep = kept_frames(job.total, job.fps, gif.FASTEST)
+        warnings.append(_too_fast(job.fps))
+        thin = _Thinned(job.source, job.fps, gif.FASTEST, keep)
+        job = _Job(job.painter, thin, keep, Fraction(gif.FASTEST), job.loop, job.workers, job.progress)
+        clock = Clock(job.fps, 100)
+    painter = job.painter
+    end = max(end, clock.at(job.total))
+    positions = sorted({number * job.total // _SAMPLES for number in range(_SAMPLES)})
+    images, seconds = timed_frames(painter, job.source, positions)
+    palette = choose_palette(images, None if painter.transparent else painter.background)
+    coder = GifCoder(palette)
+    workers = job.choose_workers(coder, images, seconds)
+    del images
+    with whole_file(path) as part, part.open("wb") as stream:
+        writer = GifWriter(stream, painter.size, palette, clock, (job.total, end), job.loop, painter.transparent)
+        _write_pieces(job, writer, coder, workers)
+    return job.report([path], Fraction(end, 100), workers, *warnings)
+
+
+def _write_box_format(job: _Job, path: Path, kind: str) -> WriteReport:
+    painter = job.painter
+    if kind == "webp":
+        _refuse_larger(painter, webp.LARGEST, "WebP")
+    with whole_file(path) as part, part.open("wb") as stream:
+        coder = WebpCoder() if kind == "webp" else ApngCoder()
+        make = WebpWriter if kind == "webp" else ApngWriter
+        writer = make(stream, painter.size, painter.mode, job.fps, job.loop)
+        workers = job.choose_workers(coder, None, 0.0)
+        _write_pieces(job, writer, coder, workers)
+    return job.report([path], job.total / job.fps, workers)
+
+
+def _write_still(job: _Job, path: Path) -> WriteReport:
+    _refuse_large_jpeg(job.painter, path)
+    with whole_file(path) as part:
+        poses = next(chunks(job.source))
+        piece = coder_of(path.suffix).code(job.painter.frame(poses, 0), None)
+        part.write_bytes(piece.data if piece else b"")
+    job.tell(1)
+    return job.report([path], 1 / job.fps, 1)
+
+
+def _write_sequence(job: _Job, path: Path) -> WriteReport:
+    _refuse_large_jpeg(job.painter, path)
+    numbers = [int(number) for chunk in chunks(job.source) for number in chunk.frames]
+    with whole_folder(path) as folder:
+        writer = SequenceWriter(folder, path.name, numbers)
+        coder = coder_of(path.suffix)
+        workers = job.choose_workers(coder, None, 0.0)
+        _write_pieces(job, writer, coder, workers)
+    return job.report([path.with_name(name) for name in writer.files], job.total / job.fps, workers)
+
+
+def _write_video(job: _Job, path: Path, kind: str) -> WriteReport:
+    painter = job.painter
+    warnings: list[Diagnostic] = []
+    if painter.transparent:
+        message = f"{kind.upper()} files have no transparency here: the background is used"
+        warnings.append(Diagnostic("render/no-transparency", Severity.WARNING, message, helps=("-o out.webp",)))
+    done = 0
+
+    def step() -> None:
+        nonlocal done
+        done += 1
+        if done % 30 == 0 or done == job.total:
+            job.tell(done)
+
+    def images() -> Iterator[Image.Image]:
+        session = Session(painter)
+        for piece in pieces(chunks(job.source), 30):
+            yield from session.frames(piece)
+
+    with whole_file(path) as part:
+        write_video(images(), part, kind, painter.size, job.fps, painter.background, step)
+    return job.report([path], job.total / job.fps, 1, *warnings)
+
+
+def _write_pieces(job: _Job, writer: Writer, coder: Coder, workers: int) -> None:
+    """All frames; those that change nothing make the one before them longer."""
+    writer.begin()
+    shown: Piece | None = None
+    since = done = 0
+    with closing(coded_runs(job.painter, coder, job.source, workers)) as coded:
+        for run in coded:
+            for piece in run:
+                if piece is not None:
+                    if shown is not None:
+                        writer.add(shown, since, done)
+                    shown, since = piece, done
+                done += 1
+            job.tell(done)
+    if shown is not None:
+        writer.add(shown, since, done)
+    writer.end()
+
+
+def _refuse_large_jpeg(painter: Painter, path: Path) -> None:
+    if path.suffix.lower() != ".png":
+        _refuse_larger(painter, JPEG_LARGEST, "JPEG")
+
+
+def _refuse_larger(painter: Painter, limit: int, name: str) -> None:
+    if max(painter.size) > limit:
+        width, height = painter.size
+        raise _usage("limit/pixels", f"{width} x {height} pixels: {name} ends at {limit} each way", "--scale 0.5")
+
+
+def _too_fast(fps: Fraction) -> Diagnostic:
+    return Diagnostic(
+        "render/gif-rate",
+        Severity.WARNING,
+        f"GIF shows at most {gif.FASTEST} frames a second: {float(fps):g} are thinned out to {gif.FASTEST}",
+        notes=("browsers slow down what is faster to 10 a second",),
+        helps=(f"--fps {gif.FASTEST}", "-o out.webp"),
+    )
+
+
+def _usage(code: str, message: str, *helps: str) -> UsageError:
+    return UsageError([Diagnostic(code, Severity.ERROR, message, helps=helps)])

@@ -1,0 +1,200 @@
+"""Output files that appear whole or not at all: written beside, then renamed; never over what was read.
+
+And foreign files that are read with a limit, whatever they are.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import stat
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import UsageError
+from movimentum.output import parts
+from movimentum.terminal import typed
+
+# What a write can fail with that has nothing to do with us; any other OSError in a stage is a bug and stays one.
+FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
+
+
+def unwritable(path: Path | str, reason: str, *helps: str) -> UsageError:
+    """The error that says that ``path`` cannot be written, and why."""
+    return UsageError([Diagnostic("output/unwritable", Severity.ERROR, f"cannot write {path}: {reason}", helps=helps)])
+
+
+@contextmanager
+def whole_file(path: Path) -> Generator[Path, None, None]:
+    """A temporary path beside ``path`` (same suffix, already created and empty), renamed to it in the end.
+
+    Whatever goes wrong in between, an interrupt included, leaves neither a new nor a changed file. A device or a pipe
+    (``/dev/null``) is written directly, for a rename would replace it. Raises `UsageError` where the file cannot be
+    created, before any work is done, and where the disk is full.
+    """
+    target = _target(path)
+    if target.exists() and not target.is_file():
+        with _explained(path, target):
+            yield target
+        return
+    part = _begun(path, target)
+    with _explained(path, part):
+        try:
+            yield part
+            part.replace(target)
+        finally:
+            parts.discard(str(part))
+
+
+@contextmanager
+def whole_folder(pattern: Path, inputs: Iterable[str | Path] = ()) -> Generator[Path, None, None]:
+    """A temporary folder beside ``pattern``; in the end the files written into it move to ``pattern``'s folder.
+
+    Raises `UsageError` where one of them would be written over one of ``inputs``; then none moves.
+    """
+    target = _target(pattern)
+    part = _begun(pattern, target, folder=True)
+    with _explained(pattern, part):
+        try:
+            yield part
+            written = sorted(part.iterdir())
+            for file in written:
+                refuse_overwriting(target.parent / file.name, inputs)
+            for file in written:
+                file.replace(target.parent / file.name)
+        finally:
+            parts.discard(str(part))
+
+
+def refuse_unwritable(path: Path) -> None:
+    """Raise `UsageError` now where `whole_file` or `whole_folder` would later, after the work."""
+    target = _target(path)
+    if target.exists() and not target.is_file():
+        return
+    parts.discard(str(_begun(path, target)))
+
+
+def refuse_overwriting(path: Path, inputs: Iterable[str | Path], numbers: range = range(0)) -> None:
+    """Raise `UsageError` where writing ``path`` would change one of the files that are read, ``inputs``.
+
+    Files are compared, not names: another spelling, a link and a hard link count. A ``path`` with a ``%d`` stands for
+    its files with ``numbers``. Inputs that do not exist are left out.
+    """
+    read = {identity: name for name in inputs if (identity := _identity(name)) is not None}
+    for output in _outputs(path, numbers) if read else ():
+        found = read.get(_identity(output) or (0, 0))
+        if found is not None:
+            raise _overwriting(path, output, found)
+
+
+def _identity(path: str | Path) -> tuple[int, int] | None:
+    """What tells a regular file from all others; None where there is none."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return (status.st_dev, status.st_ino) if stat.S_ISREG(status.st_mode) else None
+
+
+def _outputs(path: Path, numbers: range) -> Iterator[Path]:
+    """``path``, or those of the files ``path % number`` that exist."""
+    if not numbers:
+        yield path
+        return
+    before, number, after = re.split(r"(%0?\d*d)", path.name, maxsplit=1)
+    pattern = re.compile(f"{re.escape(before)}( *[0-9]+){re.escape(after)}")
+    try:
+        names = sorted(os.listdir(path.parent))
+    except OSError:
+        return
+    for name in names:
+        match = pattern.fullmatch(name)
+        if match and int(match[1]) in numbers and number % int(match[1]) == match[1]:
+            yield path.with_name(name)
+
+
+def _overwriting(path: Path, output: Path, found: str | Path) -> UsageError:
+    same = "" if os.path.abspath(found) == os.path.abspath(output) else f" (it is the same file as {found})"
+    free = path.with_name(f"out-{path.name}")
+    while free.exists():
+        free = free.with_name(f"out-{free.name}")
+    return UsageError(
+        [
+            Diagnostic(
+                "usage/overwrites-input",
+                Severity.ERROR,
+                f"{output} is read by this command{same}: nothing that is read is written over",
+                helps=(f"-o {typed(free)}",),
+            )
+        ]
+    )
+
+
+def make_folder(folder: Path) -> None:
+    """The folder, with those above it; `UsageError` where it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise unwritable(folder, (problem.strerror or str(problem)).lower()) from problem
+
+
+def remove_own(path: Path, inputs: Iterable[str | Path] = ()) -> None:
+    """Remove a file that we wrote earlier, if it is still there; never one of ``inputs``, nor what is no file."""
+    try:
+        refuse_overwriting(path, inputs)
+        if stat.S_ISREG(os.lstat(path).st_mode):
+            path.unlink()
+    except (OSError, UsageError):
+        pass
+
+
+def read_limited(path: Path, limit: int, *, lines: int | None = None) -> bytes:
+    """The bytes of a regular file (or of its first ``lines``), at most ``limit``; `OSError` for anything else.
+
+    A pipe or a device is not waited for.
+    """
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with open(handle, "rb") as stream:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            raise OSError(errno.EINVAL, "it is no regular file", str(path))
+        data = stream.read(limit + 1) if lines is None else b"".join(stream.readline(limit + 1) for _ in range(lines))
+    if len(data) > limit:
+        raise OSError(errno.EFBIG, f"it is larger than {limit:,} bytes", str(path))
+    return data
+
+
+def _target(path: Path) -> Path:
+    """Where the bytes end up: links are followed, so that a rename does not replace the link."""
+    try:
+        target = Path(os.path.realpath(path))
+        folder, home = target.is_dir(), target.parent.is_dir()
+    except OSError as problem:  # a name that is too long, a chain of links without end
+        raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
+    if folder:
+        raise unwritable(path, "it is a folder", f"-o {typed(path / 'movimentum.gif')}")
+    if not home:
+        raise unwritable(path, f"there is no folder {path.parent}", f"mkdir -p {typed(path.parent)}")
+    return target
+
+
+def _begun(path: Path, target: Path, *, folder: bool = False) -> Path:
+    """The part that will become ``target``; `UsageError` where it cannot be created."""
+    try:
+        return parts.begin(target, folder=folder)
+    except OSError as problem:
+        raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
+
+
+@contextmanager
+def _explained(path: Path, part: Path) -> Generator[None, None, None]:
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as problem:
+        if problem.errno in FULL or str(problem.filename).startswith(str(part)):
+            raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
+        raise

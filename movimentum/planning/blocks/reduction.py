@@ -1,0 +1,123 @@
+"""What is linear in a block eliminated, and what is left recognised: line and conic, sizes of terms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, substitute, symbol
+from movimentum.planning.lowering import polynomial as poly
+from movimentum.planning.lowering.equations import System
+from movimentum.planning.lowering.polynomial import Polynomial
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+
+
+def eliminated_linear(
+    system: System, forms: list[Polynomial], inside: set[int], size: float
+) -> tuple[list[tuple[int, Polynomial]], list[tuple[int, Polynomial]]]:
+    """Gaussian elimination of what is linear with a constant pivot: ``(unknown, polynomial that gives it)`` in order,
+    and the rows left, each with its place among ``forms``.
+
+    The pivot is the largest coefficient, weighted by the unknown's own size (a cosine is of size 1, a position of the
+    scene's size), in the row with the fewest unknowns.
+    """
+    weight = {n: 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else size for n in inside}
+    left = list(enumerate(forms))
+    eliminated: list[tuple[int, Polynomial]] = []
+    while True:
+        best: tuple[tuple[int, float], int, int] | None = None
+        for i, (_, form) in enumerate(left):
+            if poly.degree(form) != 1:
+                continue
+            for monomial, coefficient in form.items():
+                if monomial and coefficient.value is not None:
+                    rank = (len(form), -abs(coefficient.value) * weight[monomial[0]])
+                    if best is None or rank < best[0]:
+                        best = rank, i, monomial[0]
+        if best is None:
+            return eliminated, left
+        _, i, unknown = best
+        row = left[i][1]
+        pivot = row[(unknown,)]
+        given = {m: neg(div(c, pivot)) for m, c in row.items() if m != (unknown,)}
+        after = [(place, poly.replaced(form, unknown, given)) for k, (place, form) in enumerate(left) if k != i]
+        if any(form is None for _, form in after):
+            return eliminated, left
+        left = [(place, form) for place, form in after if form is not None]
+        eliminated.append((unknown, given))
+
+
+def back_substituted(eliminated: list[tuple[int, Polynomial]]) -> list[tuple[int, Expr]]:
+    """The eliminated unknowns as expressions of the core and the inputs."""
+    values: dict[object, Expr] = {}
+    memo: dict[Expr, Expr] = {}
+    result: list[tuple[int, Expr]] = []
+    for unknown, given in reversed(eliminated):
+        expr = substitute(
+            poly.to_expression(given), lambda node: values.get(node.payload) if node.op == "symbol" else None, memo
+        )
+        values[unknown] = expr
+        memo[symbol(unknown)] = expr
+        result.append((unknown, expr))
+    return result
+
+
+def size_of_terms(expr: Expr) -> Expr:
+    """The sum of the absolute values of the terms that ``expr`` adds up: what its rounding error is relative to."""
+    total = ZERO
+    stack = [expr]
+    while stack:
+        node = stack.pop()
+        if node.op in ("add", "neg"):
+            stack.extend(node.args)
+        else:
+            total = add(total, call("abs", node))
+    return total
+
+
+def _is_circle(form: Polynomial, core: Sequence[int]) -> bool:
+    p, q = core
+    return form.get((p, p), ZERO) == form.get((q, q), ZERO) and (p, q) not in form
+
+
+def line_and_conic(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[int, ...]) -> list[Expr] | None:
+    """Line and conic of two equations in two unknowns.
+
+    One of them is linear, or both are quadratic with proportional quadratic parts; None otherwise.
+    """
+    p, q = core
+    quadratic = ((p, p), (p, q), (q, q))
+    orders = [poly.degree(form) for form in forms]
+    if max(orders) > 2 or min(orders) == 0:
+        return None
+    if min(orders) == 1:
+        line, conic = sorted(forms, key=poly.degree)
+    else:
+        first = [form.get(m, ZERO) for form in forms[:1] for m in quadratic]
+        second = [form.get(m, ZERO) for form in forms[1:] for m in quadratic]
+        if any(c.value is None for c in first + second):
+            return None
+        a, b = np.array([c.value for c in first]), np.array([c.value for c in second])
+        k = int(np.argmax(np.abs(b)))
+        ratio = a[k] / b[k]
+        if np.max(np.abs(a - ratio * b)) > 1e-14 * np.max(np.abs(a)):
+            return None
+        conic = min(forms, key=lambda form: (not _is_circle(form, core), len(form)))  # a direction's own unit circle
+        difference = poly.plus(forms[0], poly.scaled(forms[1], const(-ratio)))
+        line = {m: c for m, c in difference.items() if len(m) < 2}
+        if not any(line.get((n,)) for n in core):
+            return None
+    a, b, c = (conic.get(m, ZERO) for m in quadratic)
+    if a.value is not None and b.value is not None and c.value is not None:
+        mean = 0.5 * (a.value + c.value)
+        if max(abs(a.value - mean), abs(b.value)) <= 4e-15 * abs(mean):  # a circle but for rounding
+            a = c = const(mean)
+            b = ZERO
+    return [
+        line.get((p,), ZERO),
+        line.get((q,), ZERO),
+        neg(line.get((), ZERO)),
+        *(a, b, c),
+        *(conic.get(m, ZERO) for m in ((p,), (q,), ())),
+    ]

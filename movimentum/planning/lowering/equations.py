@@ -1,0 +1,143 @@
+"""What a segment demands, as scalar rows over numbered unknowns: equations, inequalities, wishes.
+
+`System` is what the lowering of a segment's constraints (`lowering.system`) hands to decomposition and compilation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from movimentum.expressions import ZERO, Expr
+from movimentum.planning.lowering import polynomial as poly
+from movimentum.planning.lowering.body_frames import DRAWN, BodyFrame
+from movimentum.planning.lowering.calculus import affine
+from movimentum.planning.lowering.polynomial import Polynomial
+from movimentum.planning.lowering.unknowns import (
+    BodyUnknowns,
+    PoseCos,
+    PosePart,
+    PoseSin,
+    PoseX,
+    PoseY,
+    Unknown,
+    symbol_numbers,
+)
+from movimentum.scene.model import Scene, ThingAngle
+from movimentum.timeline.model import Segment
+
+
+class Form(StrEnum):
+    """How an equation is solved: PLAIN ones by any kernel; a WINDING gives a continuous angle from a direction; an
+    INTEGRAL accumulates.
+    """
+
+    PLAIN = "plain"
+    WINDING = "winding"
+    INTEGRAL = "integral"
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """``residual`` is zero where the equation holds.
+
+    ``constraint`` is the scene's constraint number, or None for what rigidity and bookkeeping add (then ``thing`` tells
+    whose). ``targets`` are the unknowns that the equation may be used to determine (usually all of its ``unknowns``).
+    ``integrand`` belongs to INTEGRAL equations. ``original`` is the residual as the script states it, where
+    ``residual`` was rewritten: what a solution is verified against.
+    """
+
+    number: int
+    residual: Expr
+    unknowns: frozenset[int]
+    targets: tuple[int, ...]
+    polynomial: Polynomial | None = None
+    constraint: int | None = None
+    thing: int | None = None
+    form: Form = Form.PLAIN
+    integrand: Expr | None = None
+    original: Expr | None = None
+
+    def solved_for(self, unknown: int) -> tuple[Expr, Expr] | None:
+        """(slope, rest): slope * ``unknown`` + rest = 0, as the script states it; None where it is not of that form."""
+        stated = self.original if self.original is not None and symbol_numbers(self.original) <= self.unknowns else None
+        for residual in (stated, self.residual):
+            linear = None if residual is None else affine(residual, unknown)
+            if linear is not None and linear[0] != ZERO:
+                return linear
+        return None
+
+    @property
+    def priority(self) -> int:
+        """Which equations to keep when there are too many: linear with constant coefficients first, rigid ones last."""
+        if self.form is not Form.PLAIN:
+            return -1  # they can determine nothing but their own unknown
+        if self.polynomial is None:
+            return 3 if self.constraint is not None else 0  # a direction from its angle is as good as given
+        order = poly.degree(self.polynomial)
+        if order <= 1:
+            return 0 if all(c.value is not None for m, c in self.polynomial.items() if m) else 1
+        return 2 if self.constraint is not None else 4
+
+
+@dataclass(frozen=True, slots=True)
+class Selector:
+    """An inequality: ``value`` (an expression) must not be negative.
+
+    ``constraint`` is None for one that an equation implies (a length's sign, an angle's side); ``equation_of`` is then
+    the constraint whose equation it belongs to. ``strict``: zero does not do either.
+    """
+
+    value: Expr
+    constraint: int | None
+    equation_of: int | None = None
+    strict: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """A soft goal: all of ``errors`` as near to zero as can be, no faster than at ``speed``.
+
+    ``about`` are the unknowns of its left side, which it draws; what only its right side reads is not drawn.
+    """
+
+    errors: tuple[Expr, ...]
+    constraint: int
+    about: frozenset[int]
+    speed: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class System:
+    """Everything that must hold in one segment, in numbered unknowns.
+
+    ``frames`` maps each thing that a constraint mentions to its frame, ``number_of`` an unknown's payload to its
+    number. ``shift`` is the world point that the poses' positions are relative to.
+    """
+
+    scene: Scene
+    segment: Segment
+    unknowns: tuple[Unknown, ...]
+    equations: Sequence[Equation]
+    selectors: tuple[Selector, ...]
+    wishes: tuple[Wish, ...]
+    frames: dict[int, BodyFrame]
+    number_of: dict[Hashable, int]
+    shift: tuple[float, float] = (0.0, 0.0)
+
+    def mentioned(self) -> list[int]:
+        """The things whose pose or turn constraints mention."""
+        return sorted({p.thing for p in self.number_of if isinstance(p, PosePart | ThingAngle)})
+
+    def bodies(self) -> tuple[BodyUnknowns, ...]:
+        """The unknowns of every thing that has any, in the order of things."""
+        get = self.number_of.get
+        return tuple(
+            BodyUnknowns(t, get(PoseX(t)), get(PoseY(t)), get(PoseCos(t)), get(PoseSin(t)), get(ThingAngle(t)))
+            for t in self.mentioned()
+        )
+
+    def frame(self, thing: int) -> BodyFrame:
+        """The frame in which a thing's pose is measured."""
+        return self.frames.get(thing, DRAWN)

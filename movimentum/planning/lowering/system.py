@@ -1,0 +1,388 @@
+"""A segment's constraints as equations and selectors over numbered unknowns.
+
+This is the first half of planning: anchors become linear forms in poses, vector constraints become scalar
+rows, lengths and angles become polynomials where that is equivalent, and only what active constraints mention gets
+unknowns at all. Every equation keeps the number of its constraint (or of the rigid thing it belongs to).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable
+from dataclasses import replace
+
+from movimentum.expressions import (
+    ONE,
+    ZERO,
+    Expr,
+    add,
+    call,
+    const,
+    mul,
+    sub,
+    substitute,
+    symbol,
+    symbols,
+)
+from movimentum.planning.lowering import polynomial as poly
+from movimentum.planning.lowering.body_frames import DRAWN, BodyFrame, body_frames
+from movimentum.planning.lowering.calculus import differentiate
+from movimentum.planning.lowering.equations import Equation, Form, Selector, System, Wish
+from movimentum.planning.lowering.integrals import closed_form
+from movimentum.planning.lowering.polynomial import Polynomial
+from movimentum.planning.lowering.rewriting import angle_rows, cancelled, squared
+from movimentum.planning.lowering.unknowns import (
+    Accumulated,
+    PoseCos,
+    PosePart,
+    PoseSin,
+    PoseX,
+    PoseY,
+    Rate,
+    Unknown,
+    symbol_numbers,
+    unknown_number,
+)
+from movimentum.scene.model import (
+    AnchorCoordinate,
+    Anonymous,
+    Constraint,
+    Relation,
+    Scene,
+    Thing,
+    ThingAngle,
+    ThingProperty,
+    VariableComponent,
+)
+from movimentum.timeline.model import Segment
+
+FAR = 1e3
+"""How many sizes of its largest thing a scene may lie from the world's origin before it is shifted there."""
+
+
+def scene_shift(scene: Scene) -> tuple[float, float]:
+    """The world point that positions are solved relative to: (0, 0), except for a scene that lies far from there.
+
+    A mechanism of size 1 at 1e8 would lose all its digits in squares of its coordinates. Only numbers that the script
+    states are asked (fixed points, else things as drawn), so that a moved scene is solved alike.
+    """
+    drawn = [anchor.local for thing in scene.things if thing.is_body for anchor in thing.anchors]
+    fixed: list[tuple[float, float]] = []
+    for constraint in scene.constraints():
+        if constraint.relation is Relation.EQUAL and constraint.anchor is not None and len(constraint.right) == 2:
+            x, y = constraint.right[0].value, constraint.right[1].value
+            if x is not None and y is not None:
+                fixed.append((x, y))
+    points = fixed or drawn
+    if not points:
+        return 0.0, 0.0
+    middle = len(points) // 2
+    x, y = sorted(p[0] for p in points)[middle], sorted(p[1] for p in points)[middle]
+    extent = max(
+        (
+            max(p[axis] for p in some) - min(p[axis] for p in some)
+            for some in ([anchor.local for anchor in t.anchors] for t in scene.things if t.is_body and t.anchors)
+            for axis in (0, 1)
+        ),
+        default=0.0,
+    ) or max(max(p[axis] for p in points) - min(p[axis] for p in points) for axis in (0, 1))
+    return (x, y) if extent > 0.0 and max(abs(x), abs(y)) > FAR * extent else (0.0, 0.0)
+
+
+class _Builder:
+    """Collects unknowns and equations while a segment is lowered."""
+
+    def __init__(
+        self, scene: Scene, segment: Segment, frames: dict[int, BodyFrame], shift: tuple[float, float]
+    ) -> None:
+        self.scene = scene
+        self.segment = segment
+        self.unknowns: list[Unknown] = []
+        self.number_of: dict[Hashable, int] = {}
+        self.equations: list[Equation] = []
+        self.selectors: list[Selector] = []
+        self.wishes: list[Wish] = []
+        self.frames = frames
+        self.shift = shift
+        self.memo: dict[Expr, Expr] = {}
+        self.constraint: Constraint | None = None
+        self.integrals = 0
+
+    # unknowns
+
+    def unknown(self, payload: Hashable, name: str) -> int:
+        number = self.number_of.get(payload)
+        if number is None:
+            number = self.number_of[payload] = len(self.unknowns)
+            self.unknowns.append(Unknown(number, payload, name))
+        return number
+
+    def pose(self, thing: int, kind: type[PosePart]) -> Expr:
+        suffix = {PoseX: "x", PoseY: "y", PoseCos: "cos", PoseSin: "sin"}[kind]
+        return symbol(self.unknown(kind(thing), f"{self.scene.things[thing].name}.{suffix}"))
+
+    def lower(self, expr: Expr) -> Expr:
+        return substitute(expr, self._leaf, self.memo)
+
+    def _leaf(self, node: Expr) -> Expr | None:
+        if node.op == "integral":
+            return self._integral(node)
+        if node.op == "derivative":
+            return self.total_derivative(self.memo[node.args[0]])
+        if node.op != "symbol":
+            return None
+        payload = node.payload
+        match payload:
+            case AnchorCoordinate(thing, anchor, axis):
+                point = self.scene.things[thing].anchors[anchor]
+                dx, dy = self.frames[thing].stated(point.coordinates, point.local)
+                base = self.pose(thing, PoseX if axis == 0 else PoseY)
+                if self.shift[axis] != 0.0:
+                    base = add(base, const(self.shift[axis]))
+                if dx.value == 0.0 and dy.value == 0.0:
+                    return base
+                c, s = self.pose(thing, PoseCos), self.pose(thing, PoseSin)
+                if axis == 0:
+                    return add(base, sub(mul(dx, c), mul(dy, s)))
+                return add(base, add(mul(dx, s), mul(dy, c)))
+            case ThingAngle(thing):
+                return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.angle"))
+            case ThingProperty(thing, name):
+                return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.{name}"))
+            case VariableComponent(name, axis):
+                return symbol(self.unknown(payload, name if axis is None else f"{name}.{'xy'[axis]}"))
+            case Anonymous(number, axis, _):
+                return symbol(self.unknown(payload, f"_{number}" if axis is None else f"_{number}.{'xy'[axis]}"))
+            case _:
+                raise TypeError(payload)
+
+    def _integral(self, node: Expr) -> Expr:
+        integrand = self.memo[node.args[0]]
+        start = node.start
+        if not symbols(integrand):
+            closed = closed_form(integrand, start)
+            if closed is not None:
+                return closed
+        owner = -1 if self.constraint is None else self.constraint.number
+        payload = Accumulated((owner, node))
+        value = symbol(self.unknown(payload, f".i#{self.integrals}"))
+        self.integrals += 1
+        number = self.number_of[payload]
+        self.equations.append(
+            Equation(
+                number=len(self.equations),
+                residual=sub(value, Expr("integral", (integrand,), start)),
+                unknowns=frozenset({number, *symbol_numbers(integrand)}),
+                targets=(number,),
+                constraint=None if self.constraint is None else self.constraint.number,
+                form=Form.INTEGRAL,
+                integrand=integrand,
+            )
+        )
+        return value
+
+    def rate(self, unknown: int) -> Expr:
+        """The time derivative of an unknown, as an unknown of its own (an integral's is its integrand)."""
+        payload = self.unknowns[unknown].payload
+        if isinstance(payload, Accumulated):
+            for equation in self.equations:
+                if equation.form is Form.INTEGRAL and equation.targets == (unknown,):
+                    assert equation.integrand is not None
+                    return equation.integrand
+        return symbol(self.unknown(Rate(unknown), f"{self.unknowns[unknown].name}'"))
+
+    def total_derivative(self, expr: Expr) -> Expr:
+        def leaf(node: Expr) -> Expr:
+            if node.op == "clock":
+                return ONE
+            if node.op == "symbol":
+                return self.rate(unknown_number(node.payload))
+            if node.op == "integral":
+                return node.args[0]
+            return ZERO
+
+        return differentiate(expr, leaf)
+
+    # rows
+
+    def add_equation(
+        self,
+        residual: Expr,
+        form: Polynomial | None,
+        constraint: int | None,
+        thing: int | None = None,
+        original: Expr | None = None,
+    ) -> None:
+        if form is not None and poly.occurring(form) != symbols(residual):
+            original, residual = original or residual, poly.to_expression(form)  # something cancelled
+        unknowns = poly.occurring(form) if form is not None else symbol_numbers(residual)
+        self.equations.append(
+            Equation(
+                number=len(self.equations),
+                residual=residual,
+                unknowns=frozenset(unknowns),
+                targets=tuple(sorted(unknowns)),
+                polynomial=form,
+                constraint=constraint,
+                thing=thing,
+                original=original,
+            )
+        )
+
+    def constrain(self, constraint: Constraint) -> None:
+        self.constraint = constraint
+        self.memo = {}  # integrals belong to their constraint
+        pairs = [(self.lower(a), self.lower(b)) for a, b in zip(constraint.left, constraint.right, strict=True)]
+        match constraint.relation:
+            case Relation.EQUAL:
+                for left, right in pairs:
+                    self._equate(left, right, constraint.number)
+            case Relation.BELOW:
+                self.selectors.append(
+                    Selector(sub(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
+                )
+            case Relation.ABOVE:
+                self.selectors.append(
+                    Selector(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
+                )
+            case Relation.WISH:
+                errors = tuple(_apart(a, b) for a, b in pairs)
+                about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
+                self.wishes.append(Wish(errors, constraint.number, about, constraint.speed))
+        self.constraint = None
+
+    def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
+        """An equation about an angle between vectors; with a place on its other side (``P.y = .a(u,v)``) it is none."""
+        places = {n for n in symbol_numbers(right) if isinstance(self.unknowns[n].payload, PosePart)}
+        return None if places and right.op != "atan2d" else angle_rows(left, right)
+
+    def _equate(self, left: Expr, right: Expr, number: int) -> None:
+        residual = sub(left, right)
+        form = poly.from_expression(residual)
+        if form is None:
+            rewritten = self._angle(left, right) or self._angle(right, left) or squared(residual)
+            if rewritten is not None:
+                row, side = rewritten
+                if symbols(row):
+                    self.selectors.append(Selector(side, None, equation_of=number))
+                    self.add_equation(row, poly.from_expression(row), number, original=residual)
+                    return
+            self.add_equation(cancelled(residual), form, number)
+            return
+        self.add_equation(residual, form, number)
+
+
+def _apart(left: Expr, right: Expr) -> Expr:
+    """What the sides of a wish differ by; an angle between vectors is meant modulo a turn."""
+    error = sub(left, right)
+    if "atan2d" not in (left.op, right.op):
+        return error
+    half = const(180.0)
+    return sub(call("mod", add(error, half), const(360.0)), half)
+
+
+def build_system(scene: Scene, segment: Segment) -> System:
+    """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`."""
+    builder = _Builder(scene, segment, body_frames(scene, segment.active), scene_shift(scene))
+    for constraint in segment.active:
+        builder.constrain(constraint)
+    return _finished(builder)
+
+
+def _finished(builder: _Builder) -> System:
+    return System(
+        scene=builder.scene,
+        segment=builder.segment,
+        unknowns=tuple(builder.unknowns),
+        equations=tuple(builder.equations),
+        selectors=tuple(builder.selectors),
+        wishes=tuple(builder.wishes),
+        frames=builder.frames,
+        number_of=dict(builder.number_of),
+        shift=builder.shift,
+    )
+
+
+def _reopened(system: System) -> _Builder:
+    builder = _Builder(system.scene, system.segment, system.frames, system.shift)
+    builder.unknowns = list(system.unknowns)
+    builder.number_of = dict(system.number_of)
+    builder.equations = list(system.equations)
+    builder.selectors = list(system.selectors)
+    builder.wishes = list(system.wishes)
+    return builder
+
+
+def lowered_expressions(system: System, expressions: Iterable[Expr]) -> list[Expr]:
+    """Expressions of the scene in the unknowns of ``system``; ValueError for one that mentions anything else."""
+    builder = _reopened(system)
+    found = [builder.lower(expression) for expression in expressions]
+    if len(builder.unknowns) > len(system.unknowns):
+        raise ValueError(builder.unknowns[len(system.unknowns)].name)
+    return found
+
+
+def with_rigidity(system: System, driven: frozenset[int]) -> System:
+    """``system`` with each directed thing's rigid equation and the tie between its angle and its direction.
+
+    Things in ``driven`` get their direction from their angle (c = cos, s = sin); the others have c^2 + s^2 = 1 and
+    their angle follows the direction continuously. Directed are the things of which a constraint turns an anchor about
+    its frame's origin, and those which could be seen turning about it.
+    """
+    builder = _reopened(system)
+    for t in system.mentioned():
+        thing = system.scene.things[t]
+        c, s = system.number_of.get(PoseCos(t)), system.number_of.get(PoseSin(t))
+        angle = system.number_of.get(ThingAngle(t))
+        builder.pose(t, PoseX)
+        builder.pose(t, PoseY)
+        if c is None and s is None and not _can_be_seen_turning(thing):
+            continue
+        cosine, sine = builder.pose(t, PoseCos), builder.pose(t, PoseSin)
+        if angle is not None and t in driven:
+            for direction, op in ((cosine, "cosd"), (sine, "sind")):
+                target = unknown_number(direction.payload)
+                builder.equations.append(
+                    Equation(
+                        number=len(builder.equations),
+                        residual=sub(direction, call(op, symbol(angle))),
+                        unknowns=frozenset({target, angle}),
+                        targets=(target, angle),
+                        thing=t,
+                    )
+                )
+            continue
+        turn_cosine, turn_sine = builder.frames.get(t, DRAWN).turn_of(cosine, sine)
+        norm = sub(add(mul(cosine, cosine), mul(sine, sine)), ONE)
+        builder.add_equation(norm, poly.from_expression(norm), None, t)
+        angle = builder.unknown(ThingAngle(t), f"{thing.name}.angle")
+        builder.equations.append(
+            Equation(
+                number=len(builder.equations),
+                residual=sub(symbol(angle), call("atan2d", turn_sine, turn_cosine)),
+                unknowns=frozenset({angle, *symbol_numbers(cosine, sine)}),
+                targets=(angle,),
+                thing=t,
+                form=Form.WINDING,
+            )
+        )
+    return _finished(builder)
+
+
+def _can_be_seen_turning(thing: Thing) -> bool:
+    """Whether a turn would move an anchor; a thing with one anchor that no constraint turns stays as it is."""
+    return any(anchor.local != thing.anchors[0].local for anchor in thing.anchors)
+
+
+def with_rates(system: System, equations: Iterable[int]) -> System:
+    """``system`` with the time derivatives of the given equations added (linear in the rates)."""
+    builder = _reopened(system)
+    for number in equations:
+        equation = system.equations[number]
+        if equation.form is Form.INTEGRAL:
+            continue
+        derived = builder.total_derivative(equation.residual)
+        builder.add_equation(derived, poly.from_expression(derived), equation.constraint, equation.thing)
+        last = builder.equations[-1]
+        rates = tuple(n for n in last.targets if isinstance(builder.unknowns[n].payload, Rate))
+        builder.equations[-1] = replace(last, targets=rates)
+    return _finished(builder)

@@ -1,0 +1,76 @@
+"""The product of the plan stage."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from movimentum.expressions import Expr
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.fused import Schedule, schedule
+from movimentum.planning.codegen.generate import Clocks, Compiled
+from movimentum.planning.lowering.equations import Form, System
+from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
+from movimentum.scene.model import ThingAngle
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """How to solve one segment: blocks in order, and what to check and choose by.
+
+    ``checks`` are the equations that determine nothing (redundant where they hold); ``check_values`` gives for each its
+    residual and the size of its terms. ``selectors`` has one function for each of `System.selectors`, ``wishes`` one
+    for each error of `System.wishes` (``wish_of``: which wish). ``measured`` are expressions of what hangs from free
+    motion without a say in it, see `blocks.wishes`. ``clocks`` are the starts of the clocks that all compiled functions
+    read as ``k``. ``bodies`` are the unknowns of all things that constraints mention. ``size`` is the scene's size in
+    pixels.
+    """
+
+    system: System
+    blocks: tuple[Block, ...]
+    checks: tuple[int, ...]
+    clocks: tuple[Fraction, ...]
+    check_values: tuple[Compiled, ...]
+    selectors: tuple[Compiled, ...]
+    wishes: tuple[Compiled, ...]
+    wish_of: tuple[int, ...]
+    measured: Mapping[Expr, Expr]
+    bodies: tuple[BodyUnknowns, ...]
+    size: float
+    _schedules: dict[bool, Schedule] = field(default_factory=dict[bool, Schedule])
+    _owner: dict[int, int] = field(default_factory=dict[int, int], init=False)
+
+    @property
+    def owner(self) -> Mapping[int, int]:
+        """The number of the block that finds each unknown (collected when it is first asked for)."""
+        if not self._owner:
+            self._owner.update((n, block.number) for block in self.blocks for n in block.unknowns)
+        return self._owner
+
+    def read_by(self, block: Block) -> set[int]:
+        """The unknowns that say how a block stands: those it finds, those it is given, and what else tells the pose of
+        the things that it has a part of.
+        """
+        found = {*block.inputs, *block.unknowns}
+        things = {t for n in block.unknowns if (t := self.system.unknowns[n].thing) is not None}
+        parts = (PoseX, PoseY, PoseCos, PoseSin, ThingAngle)
+        numbers = (self.system.number_of.get(part(t)) for t in things for part in parts)
+        return found | {n for n in numbers if n is not None}
+
+    def schedule(self, windings: bool) -> Schedule:
+        """The order in which to solve all moving blocks at once (made when it is first asked for), with or without the
+        continuous angles that nothing depends on.
+        """
+        found = self._schedules.get(windings)
+        if found is None:
+            awaited = {n for block in self.blocks for n in block.inputs}
+            awaited |= {n for selector in self.system.selectors for n in symbol_numbers(selector.value)}
+            needed = frozenset(
+                block.number
+                for block in self.blocks
+                if windings or block.form is not Form.WINDING or awaited & set(block.unknowns)
+            )
+            clocks = Clocks(self.clocks)
+            found = self._schedules[windings] = schedule(self.blocks, needed, clocks)
+        return found

@@ -1,0 +1,243 @@
+"""From a segment to its `Plan`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
+
+from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute, symbol, walk
+from movimentum.planning.blocks.build import Block, Kernel, make_block
+from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.lowering.equations import Equation, Form, System
+from movimentum.planning.lowering.polynomial import Polynomial, from_expression, plus
+from movimentum.planning.lowering.system import build_system, with_rates, with_rigidity
+from movimentum.planning.lowering.unknowns import Accumulated, Rate, symbol_numbers, unknown_number
+from movimentum.planning.plan import Plan
+from movimentum.planning.structure.decompose import Decomposition, Group, decompose, driven_angles
+from movimentum.scene.model import Anonymous, Scene
+from movimentum.timeline.model import Segment
+
+HIGHEST_RATE = 4
+
+
+class CyclicRateError(Exception):
+    """A derivative depends on itself; carries the number of a constraint that states it."""
+
+    def __init__(self, constraint: int | None) -> None:
+        self.constraint = constraint
+        super().__init__("a derivative depends on itself")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Structure:
+    """A segment's equations and their groups, before anything is compiled. ``driven`` are the things whose direction
+    follows from their angle; ``merged`` are unknowns whose whole connected part is one group.
+    """
+
+    base: System
+    driven: frozenset[int]
+    merged: frozenset[int]
+    system: System
+    decomposition: Decomposition
+
+    def with_merged(self, merged: frozenset[int]) -> Structure:
+        """The same equations, grouped anew; raises `CyclicRateError`."""
+        return _structure(self.base, self.driven, merged)
+
+
+def structure_of(scene: Scene, segment: Segment) -> Structure:
+    """The equations of ``segment`` in groups; raises `CyclicRateError`."""
+    system = build_system(scene, segment)
+    driven = driven_angles(system, with_rigidity)
+    return _structure(with_rigidity(system, driven), driven, frozenset())
+
+
+def _structure(base: System, driven: frozenset[int], merged: frozenset[int]) -> Structure:
+    system, decomposition = _with_needed_rates(base, decompose(base, merged), merged)
+    return Structure(base, driven, merged, system, decomposition)
+
+
+def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozenset[int] = frozenset()) -> Plan:
+    """Plan ``segment``.
+
+    ``size`` is the scene's size in world pixels (for scaling); ``merged`` are unknowns whose whole connected
+    part is to be solved as one block, see `planning.structure.decompose.decompose`. Raises `CyclicRateError`.
+    """
+    structure = structure_of(scene, segment)
+    return compile_structure(structure.with_merged(merged) if merged else structure, size)
+
+
+def compile_structure(structure: Structure, size: float) -> Plan:
+    """Compile the blocks of a structure; ``size`` as for `compile_segment`."""
+    system, decomposition, driven = structure.system, structure.decomposition, structure.driven
+    hanging = measured(system, decomposition.groups)
+    moved = partial(in_what_moves, system, driven, hanging)
+    system = replace(system, wishes=tuple(rewritten(wish, moved) for wish in system.wishes))
+    clocks = Clocks()
+    blocks: list[Block] = []
+    moving: set[int] = set()
+    known: set[int] = set()
+    constants: dict[int, Expr] = {}
+    folded = list(system.equations)
+    for group in ordered(_needed(system, decomposition), system):
+        for e in group.equations:
+            folded[e] = _folded(folded[e], constants)
+        block = make_block(len(blocks), replace(system, equations=folded), group, clocks, moving, size)
+        if block.free:
+            block = with_wishes(block, system.wishes, known, clocks)
+        blocks.append(block)
+        known |= set(block.unknowns)
+        if block.kernel is Kernel.ASSIGN and block.form is Form.PLAIN and all(map(_foldable, block.formulas)):
+            constants |= dict(block.formulas)
+        if block.moving:
+            moving |= set(block.unknowns)
+    errors = [error for wish in system.wishes for error in wish.errors]
+    for node in walk(*(equation.residual for equation in system.equations)):
+        if node.op == "clock":  # also those that no block reads, for whoever looks at the equations as they were stated
+            clocks.number(node.start)
+    return Plan(
+        system=system,
+        blocks=tuple(blocks),
+        checks=decomposition.checks,
+        check_values=tuple(
+            compiled([system.equations[n].residual, _size_of_terms(system.equations[n], size)], clocks)
+            for n in decomposition.checks
+        ),
+        selectors=tuple(compiled([selector.value], clocks) for selector in system.selectors),
+        wishes=tuple(compiled([error], clocks) for error in errors),
+        wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
+        measured=hanging,
+        clocks=tuple(clocks.starts),
+        bodies=system.bodies(),
+        size=size,
+    )
+
+
+LONGEST_FOLDED = 40
+"""Operations of a function of time that is written wherever its variable is used."""
+
+
+def _foldable(formula: tuple[int, Expr]) -> bool:
+    """Whether an unknown is a constant, or a short function of time: then it is written into the equations that use it,
+    so that a block's kernel does not depend on whether a drive goes through a variable, or happens to stand still.
+    """
+    _, root = formula
+    if root.value is not None:
+        return True
+    nodes = list(islice(walk(root), LONGEST_FOLDED + 1))
+    return len(nodes) <= LONGEST_FOLDED and not any(node.op in ("symbol", "integral") for node in nodes)
+
+
+def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
+    """``equation`` with the unknowns that are known to be constants or functions of time replaced by these."""
+    if equation.form is Form.WINDING or not equation.unknowns & constants.keys():
+        return equation
+
+    def value(node: Expr) -> Expr | None:
+        return constants.get(unknown_number(node.payload)) if node.op == "symbol" else None
+
+    form = equation.polynomial
+    if form is not None:
+        reduced: Polynomial = {}
+        for monomial, coefficient in form.items():
+            for n in monomial:
+                coefficient = mul(coefficient, constants[n]) if n in constants else coefficient
+            reduced = plus(reduced, {tuple(n for n in monomial if n not in constants): coefficient})
+        form = reduced
+    residual = substitute(equation.residual, value)
+    return replace(
+        equation,
+        residual=residual,
+        unknowns=equation.unknowns - constants.keys(),
+        targets=tuple(n for n in equation.targets if n not in constants),
+        polynomial=from_expression(residual) if form is None and equation.form is Form.PLAIN else form,
+        original=None if equation.original is None else substitute(equation.original, value),
+        integrand=None if equation.integrand is None else substitute(equation.integrand, value),
+    )
+
+
+def _size_of_terms(equation: Equation, size: float) -> Expr:
+    """The sum of the sizes of an equation's terms: what its residual is small or large against."""
+    if equation.polynomial is None:
+        return const(size)
+    total = ZERO
+    for monomial, coefficient in equation.polynomial.items():
+        term = coefficient
+        for n in monomial:
+            term = mul(term, symbol(n))
+        total = add(total, call("abs", term))
+    return total
+
+
+def _about_rates(system: System, equation: int) -> bool:
+    targets = system.equations[equation].targets
+    return bool(targets) and any(isinstance(system.unknowns[n].payload, Rate) for n in targets)
+
+
+def _with_needed_rates(
+    system: System, decomposition: Decomposition, merged: frozenset[int]
+) -> tuple[System, Decomposition]:
+    """Differentiate the equations of every block whose rates are asked for, until no new rate is."""
+    done: set[int] = set()
+    while True:
+        wanted: dict[int, set[int]] = {}
+        for unknown in system.unknowns:
+            if isinstance(unknown.payload, Rate):
+                order = _order(system, unknown.payload.of)
+                if order >= HIGHEST_RATE:
+                    raise CyclicRateError(_first_stated(system))
+                wanted.setdefault(order, set()).add(unknown.payload.of)
+        for _, unknowns in sorted(
+            wanted.items()
+        ):  # the first rates must be complete before they are differentiated again
+            fresh = [
+                e
+                for group in decomposition.groups
+                if unknowns & set(group.unknowns)
+                for e in group.equations
+                if e not in done
+            ]
+            if fresh:
+                break
+        else:
+            return system, decomposition
+        done |= set(fresh)
+        system = with_rates(system, fresh)
+        decomposition = decompose(system, merged)
+
+
+def _order(system: System, unknown: int) -> int:
+    """How many times an unknown is differentiated."""
+    order = 0
+    payload = system.unknowns[unknown].payload
+    while isinstance(payload, Rate):
+        order += 1
+        payload = system.unknowns[payload.of].payload
+    return order
+
+
+def _first_stated(system: System) -> int | None:
+    """A constraint that mentions a rate."""
+    return next(
+        (e.constraint for e in system.equations if e.constraint is not None and _about_rates(system, e.number)), None
+    )
+
+
+def _needed(system: System, decomposition: Decomposition) -> list[Group]:
+    """The groups without those that find only ``_``s and the like that nothing else depends on."""
+    roots: list[Expr] = [selector.value for selector in system.selectors]
+    roots += [error for wish in system.wishes for error in wish.errors]
+    roots += [system.equations[n].residual for n in decomposition.checks]
+    used = symbol_numbers(*roots)
+    kept: list[Group] = []
+    for group in reversed(decomposition.groups):
+        idle = all(isinstance(system.unknowns[n].payload, Anonymous | Rate | Accumulated) for n in group.unknowns)
+        if idle and not used & set(group.unknowns):
+            continue
+        kept.append(group)
+        for e in group.equations:
+            used |= system.equations[e].unknowns
+    kept.reverse()
+    return kept

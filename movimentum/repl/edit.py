@@ -1,0 +1,233 @@
+"""Commands that change the script: statements tried out, taken back, and kept."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import NoReturn
+
+from movimentum.diagnostics import Diagnostic, Severity, render_text
+from movimentum.errors import ScriptError
+from movimentum.output.files import whole_file
+from movimentum.repl.command import Answer, Command, plain
+from movimentum.repl.session import Refused, Session, refused
+from movimentum.repl.text_edits import stated, statement_of, without
+from movimentum.scene.model import Constraint
+from movimentum.source import SourceText
+from movimentum.syntax.suggest import nearest
+
+_QUOTED = re.compile(r"`([^`]*;)`")
+
+
+def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
+    """Diagnostics as text; statements that they suggest are numbered for `apply`."""
+    found = tuple(diagnostics)
+    suggestions = [text for item in found for help_ in item.helps for text in _QUOTED.findall(help_)]
+    text = render_text(found, session.work.source).rstrip("\n")
+    suggestions = list(dict.fromkeys(suggestions))
+    if suggestions:
+        text += "\n\n" + "\n".join(f"apply {n}: {line}" for n, line in enumerate(suggestions, 1))
+    return replace(session, suggestions=tuple(suggestions)), text
+
+
+def check(session: Session, argument: str) -> Answer:
+    """``check``: everything that there is to say about the script as it is now."""
+    plain(argument, "check")
+    diagnostics = session.work.diagnostics
+    if not diagnostics:
+        return replace(session, suggestions=()), "nothing to complain about"
+    return told(session, diagnostics)
+
+
+def conflicts(session: Session, argument: str) -> Answer:
+    """``conflicts``: what contradicts, or has no solution."""
+    plain(argument, "conflicts")
+    codes = ("constraint/conflict", "solve/unreachable", "solve/not-converged", "constraint/redundant", "claim/broken")
+    found = [d for d in session.work.diagnostics if d.code in codes or d.severity is Severity.ERROR]
+    return told(session, found) if found else (session, "nothing contradicts, nothing is stated twice")
+
+
+def _changed(session: Session, text: str) -> Answer:
+    """The session with another text, and what that did."""
+    after = session.edited(text)
+    serious = [d for d in after.work.diagnostics if d.severity is not Severity.NOTE]
+    said = f"now {_summary(after)}"
+    if not serious:
+        return after, said
+    after, listed = told(after, serious)
+    return after, f"{listed}\n\n{said}"
+
+
+def _summary(session: Session) -> str:
+    diagnostics = session.work.diagnostics
+    errors = sum(d.severity is Severity.ERROR for d in diagnostics)
+    warnings = sum(d.severity is Severity.WARNING for d in diagnostics)
+    parts = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in ((errors, "error"), (warnings, "warning")) if n]
+    return " and ".join(parts) or "everything is determined and agrees"
+
+
+def try_statement(session: Session, text: str, commands: Iterable[str] = ()) -> Answer:
+    """A statement typed at the prompt: it takes effect at this step, under the key convention, at once.
+
+    ``commands`` are what can be typed otherwise, for "did you mean".
+    """
+    word, _, rest = text.partition(" ")
+    near = near_commands(word, commands)
+    helps = tuple(f"did you mean `{' '.join(filter(None, (name, rest.strip())))}`?" for name in near) or ("help",)
+    try:
+        statement = statement_of(text)
+    except ScriptError as error:
+        found = [replace(item, helps=(*item.helps, *helps)) if near else item for item in error.diagnostics[:1]]
+        raise Refused(found, SourceText("<prompt>", text)) from error
+    if statement is None:
+        raise refused("unknown-command", f"`{word}` is no command, and `{text}` is no statement", *helps)
+    return _stated(session, text)
+
+
+def near_commands(word: str, commands: Iterable[str]) -> list[str]:
+    """The commands that a word is probably meant to be: those that it begins, else the nearest by spelling."""
+    names = list(commands)
+    begun = [name for name in names if name.startswith(word.lower()) and name != word]
+    if begun and len(word) > 0:
+        return begun[:3]
+    guess = nearest(word, names)
+    return [guess] if guess is not None else difflib.get_close_matches(word.lower(), names, 2, 0.6)
+
+
+def _stated(session: Session, text: str) -> Answer:
+    scene = session.work.scene
+    step = session.step
+    trial = stated(session.text, scene, step, text, ())
+    after = session.edited(trial)
+    if not after.work.moves:
+        _refuse_typed(after, text, trial)
+    new_scene = after.work.scene
+    typed = new_scene.steps[step].statements[-1]
+    own = tuple(
+        item for item in scene.steps[step].statements if (item.key, item.relation) == (typed.key, typed.relation)
+    )
+    return _changed(session, stated(session.text, scene, step, text, own))
+
+
+def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
+    """What is wrong with what was typed, shown where it was typed."""
+    offset = trial.find(text.strip().removesuffix(";").rstrip())
+    shifted: list[Diagnostic] = []
+    for item in after.work.diagnostics:
+        if item.severity is Severity.ERROR and item.span is not None:
+            span = replace(item.span, start=item.span.start - offset, end=item.span.end - offset)
+            inside = span.start >= 0 and span.end <= len(text) + 1
+            shifted.append(replace(item, span=span if inside else None, labels=()))
+    raise Refused(shifted[:3] or after.work.diagnostics[:3], SourceText("<prompt>", text))
+
+
+def drop(session: Session, argument: str) -> Answer:
+    """``drop KEY``: end what is stated under it; what this step itself states is taken out of it."""
+    wanted = argument.strip().removesuffix(";").strip()
+    if not wanted:
+        raise refused("argument", "`drop` needs a key, the left-hand side of a statement", "constraints")
+    work = session.work
+    timeline = work.timeline
+    active = timeline.segments[timeline.segment_at(session.time)].active
+    found = [
+        c
+        for c in active
+        if wanted in (c.key, f"{c.key} {c.relation}", _left(session, c), _left(session, c) + f" {c.relation}")
+    ]
+    if not found:
+        near = difflib.get_close_matches(wanted, [c.key for c in active], 3)
+        raise refused("key", f"nothing is in force under `{wanted}` now", *(f"drop {key}" for key in near))
+    if len({c.relation for c in found}) > 1:
+        raise refused(
+            "key",
+            f"several things are in force under `{wanted}`",
+            *dict.fromkeys(f"drop {c.key} {c.relation}" for c in found),
+        )
+    own = [c for c in found if c.step == session.step]
+    text = session.text
+    for item in sorted(own, key=lambda c: -c.span.start):
+        text = without(text, item)
+    if not own or _stated_before(session, found[0]):  # else an earlier step's would be in force again
+        text = stated(text, work.scene, session.step, f"{found[0].key} {found[0].relation} _", ())
+    return _changed(session, text)
+
+
+def _left(session: Session, item: Constraint) -> str:
+    return " ".join(session.text[item.left_span.start : item.left_span.end].split())
+
+
+def _stated_before(session: Session, item: Constraint) -> bool:
+    key = (item.key, item.relation)
+    return any((s.key, s.relation) == key for step in session.work.scene.steps[: session.step] for s in step.statements)
+
+
+def apply(session: Session, argument: str) -> Answer:
+    """``apply N``: put in what was suggested."""
+    count = len(session.suggestions)
+    if not count:
+        raise refused("nothing-suggested", "nothing is suggested; `check` and `solutions` do", "check")
+    text = argument.strip()
+    if not text.isdecimal() or len(text) > 9 or not 1 <= int(text) <= count:
+        raise refused("argument", f"suggestions go from 1 to {count}", "apply 1")
+    chosen = session.suggestions[int(text) - 1]
+    answer = session, ""
+    for part in filter(None, (piece.strip() for piece in chosen.split(";"))):
+        answer = _stated(answer[0], part)
+    after, said = answer
+    return replace(after, past=(*session.past, session.text)), f"{chosen}\n{said}"
+
+
+def undo(session: Session, argument: str) -> Answer:
+    """``undo``: back to the text before the last change."""
+    plain(argument, "undo")
+    after = session.undone()
+    return after, f"now {_summary(after)}"
+
+
+def redo(session: Session, argument: str) -> Answer:
+    """``redo``: what was undone, again."""
+    plain(argument, "redo")
+    after = session.redone()
+    return after, f"now {_summary(after)}"
+
+
+def diff(session: Session, argument: str) -> Answer:
+    """``diff``: the changes, against the file."""
+    plain(argument, "diff")
+    lines = difflib.unified_diff(
+        session.original.splitlines(),
+        session.text.splitlines(),
+        session.file,
+        f"{session.file} (as it is now)",
+        "",
+        "",
+        1,
+        "",
+    )
+    return session, "\n".join(lines) or "nothing is changed"
+
+
+def write(session: Session, argument: str) -> Answer:
+    """``write [FILE]``: keep the script as it is now."""
+    name = argument.strip() or session.file
+    if name.startswith("<"):
+        raise refused("file", "the script came from standard input: it has no file to write to", "write changed.mov")
+    with whole_file(session.refuse_overwriting(name, script=False)) as part:
+        part.write_text(session.text, encoding="utf-8", newline="")
+    same = os.path.realpath(name) == os.path.realpath(session.file)
+    return (replace(session, original=session.text) if same else session), f"wrote {name}"
+
+
+COMMANDS = (
+    Command("check", "check", "everything that there is to say, with numbered suggestions", check),
+    Command("conflicts", "conflicts", "what contradicts, has no solution, or is stated twice", conflicts),
+    Command("drop", "drop KEY", "end what is stated under a key from this step on", drop),
+    Command("apply", "apply N", "put in what was suggested under that number", apply),
+    Command("undo", "undo", "take back the last change", undo),
+    Command("redo", "redo", "take back the last undo", redo),
+    Command("diff", "diff", "the changes, against the file", diff),
+    Command("write", "write [FILE]", "save the script as it is now", write),
+)

@@ -1,0 +1,287 @@
+"""Commands that ask how the scene is solved, and what else could be."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from movimentum.output.files import whole_file
+from movimentum.repl.command import Answer, Command, plain, split_output, table
+from movimentum.repl.expressions import lowered, reading
+from movimentum.repl.session import Session, refused
+from movimentum.repl.sheet import write_film, write_sheet
+from movimentum.solver.basis.pose_state import Snapshot
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.segment_motion import Dead
+from movimentum.text import counted, number, time_text
+
+PATIENCE_S, LEAST_S = 1.4, 0.5
+"""What finding a formula may take, all in all (who asks waits two seconds), and what it gets at least."""
+
+
+def why(session: Session, argument: str) -> Answer:
+    """``why NAME``."""
+    from movimentum.analysis.interactive.determination import determination
+
+    text = _name(argument, "why Rod.B")
+    scene, work = session.work.scene, session.work
+    thing = next((t for t in scene.things if t.name == text), None)
+    if thing is not None and not thing.anchors:
+        raise refused("name", f"`{text}` has no anchors, so nothing can be said about where it is")
+    asked = [thing.name + "." + a.name for a in thing.anchors] if thing is not None else [text]
+    expressions = [e for name in asked for e in lowered(session, name)]
+    found = determination(session.stretch.plan, expressions)
+    numbers = {c.number: c for c in scene.constraints()}
+    lines: list[str] = []
+    for place, reason in enumerate(found.reasons, 1):
+        if reason.constraint is None:
+            assert reason.thing is not None
+            body = scene.things[reason.thing]
+            line, what = work.source.position(body.span.start).line, f"`{body.name}` is rigid"
+        else:
+            item = numbers[reason.constraint]
+            line = work.source.position(item.span.start).line
+            what = f"`{' '.join(work.source.text[item.span.start : item.span.end].split())}`"
+        lines.append(f"{place:3}. line {line}: {what}")
+    names = [unknown.name for unknown in session.stretch.plan.system.unknowns]
+    for block in found.free:
+        members = ", ".join(names[n] for n in session.stretch.plan.blocks[block].unknowns[:6])
+        lines.append(f"     not determined by that alone: block {block} ({members}) leaves free motion, which is least")
+    lines += [f"     `{scene.things[t].name}` stays as drawn: nothing in this step says otherwise" for t in found.drawn]
+    return session, "\n".join(lines) or f"nothing in this step says anything about `{text}`"
+
+
+def formula(session: Session, argument: str) -> Answer:
+    """``formula NAME``."""
+    from movimentum.analysis.interactive.formula import UNREASONABLE, Obstacle, short_formula
+
+    begun = time.monotonic()
+    text = _name(argument, "formula Rod.B")
+    stretch = session.stretch
+    tau = float(session.time - stretch.segment.start)
+    expressions = lowered(session, text)
+    lines: list[str] = []
+    import sympy
+
+    patience = max(LEAST_S, PATIENCE_S - (time.monotonic() - begun))
+    for label, expression in zip(
+        (text,) if len(expressions) == 1 else (f"{text}.x", f"{text}.y"), expressions, strict=True
+    ):
+        found = short_formula(stretch, tau, expression, patience / len(expressions))
+        if isinstance(found, Obstacle) and found.words == UNREASONABLE:
+            lines.append(f"{label} has {found.words}")
+        elif isinstance(found, Obstacle):
+            lines.append(f"{label} has no closed form: {found.words}")
+        else:
+            lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
+    since = time_text(float(stretch.segment.start))
+    return session, "\n".join([*lines, f"(t counts from {since}, where this step begins; angles in radians inside)"])
+
+
+def _name(argument: str, example: str) -> str:
+    text = argument.strip()
+    if not text:
+        raise refused("argument", f"`{example.split()[0]}` needs a thing, an anchor or a variable", example)
+    return text
+
+
+def free(session: Session, argument: str) -> Answer:
+    """``free``: each free motion in words, and what would stop it; ``free --matrix``: the matrix that says so."""
+    word, _, name = argument.strip().partition(" ")
+    if word == "--matrix":
+        return session, _matrices(session, name.strip())
+    if word:
+        raise refused("argument", f"`free` takes `--matrix` or nothing, found `{argument.strip()}`", "free --matrix")
+    from movimentum.analysis.diagnose.trials import Trials, first_that_works
+    from movimentum.analysis.freedom.motions import free_motions_at, remedy
+
+    motions = free_motions_at(session.work.motion, session.time)
+    if not motions:
+        return session, "nothing can move in a way that is not determined"
+    trials = Trials(session.work.motion)
+    index = session.work.timeline.segment_at(session.time)
+    holds = [first_that_works(trials, index, motion.holds, len(motions)) for motion in motions]
+    lines = [
+        f"{n}. {motion.words}{' (a wish says where it goes)' if motion.drawn else ''}\n   {remedy(motion, statement)}"
+        for n, (motion, statement) in enumerate(zip(motions, holds, strict=True), 1)
+    ]
+    suggestions = tuple(statement for statement in holds if statement is not None)
+    lines += [f"apply {n}: {text}" for n, text in enumerate(suggestions, 1)]
+    return replace(session, suggestions=suggestions), "\n".join(lines)
+
+
+def _matrices(session: Session, name: str) -> str:
+    """The matrix of every connected part, or of that with the thing or variable ``name``."""
+    from movimentum.analysis.interactive.matrix import part_matrices
+    from movimentum.repl.matrix import matrix_text, units_text
+
+    piece, tau = _piece(session)
+    parts = part_matrices(session.stretch, piece, tau)
+    if not parts:
+        return "nothing is stated at this moment, so there is no matrix"
+    if name:
+        thing = next((t.number for t in session.work.scene.things if t.name == name), None)
+        parts = [part for part in parts if thing in part.things or name in part.columns]
+        if not parts:
+            raise refused("name", f"no equation at this moment has anything to do with `{name}`", "free --matrix")
+    return "\n\n".join([units_text(session), *(matrix_text(session, part) for part in parts)])
+
+
+def wiggle(session: Session, argument: str) -> Answer:
+    """``wiggle FILE``: each free motion, one after the other, as an animation."""
+    from movimentum.analysis.interactive.wiggle import wiggles
+
+    name = argument.strip().removeprefix("-o").strip()
+    if not name.lower().endswith((".gif", ".apng", ".webp")):
+        raise refused("file", "`wiggle` writes an animation", "wiggle free.gif")
+    piece, tau = _piece(session)
+    found = list(wiggles(session.stretch, piece, tau))
+    if not found:
+        return session, "nothing can move in a way that is not determined"
+    write_film(session, [moment for _, moments in found for moment in moments], session.refuse_overwriting(name))
+    return session, "\n".join([*(f"{n}. {motion.words}" for n, (motion, _) in enumerate(found, 1)), f"wrote {name}"])
+
+
+def drag(session: Session, argument: str) -> Answer:
+    """``drag EXPR to EXPR [-o FILE]``: pull at it at this moment, as a wish would, while time stands still."""
+    from movimentum.analysis.interactive.drag import Outcome
+    from movimentum.analysis.interactive.drag import drag as pull
+
+    rest, target = split_output(argument, (".gif", ".apng", ".webp"))
+    match = re.fullmatch(r"\s*(.+?)\s+to\s+(.+?)\s*;?\s*", rest, re.DOTALL)
+    if match is None:
+        raise refused(
+            "argument", "say what to drag where", "drag Rod.B to [300, 200]", "drag Rod.B to [300, 200] -o drag.gif"
+        )
+    left, goal = match[1], match[2]
+    expressions = lowered(session, left)
+    values = reading(session, goal).values(session.poses())[0]
+    if len(values) != len(expressions):
+        raise refused("kind", f"`{left}` and `{goal}` are a scalar and a vector", "drag Rod.B to [300, 200]")
+    piece, tau = _piece(session)
+    try:
+        found = pull(session.stretch, piece, tau, expressions, [float(v) for v in values])
+    except ValueError as error:
+        raise refused("name", f"nothing says anything about `{error}` at this moment") from error
+    off = number(found.off)
+    if found.outcome is Outcome.FIXED:
+        return (
+            session,
+            f"`{left}` is determined, and cannot be dragged; it is {off} from there (`why {left}` tells more)",
+        )
+    words = {
+        Outcome.REACHED: f"`{left}` gets there",
+        Outcome.BLOCKED: f"`{left}` comes no nearer than {off}: what is stated holds it back",
+        Outcome.SINGULAR: f"`{left}` is stuck {off} from there: in this pose no velocity brings it nearer",
+    }
+    lines = [words[found.outcome], *_displaced(session, found.moments)]
+    suggestion = f"{left} ~ {goal};"
+    lines.append(f"apply 1: {suggestion}")
+    if target is not None:
+        write_film(session, found.moments, session.refuse_overwriting(target))
+        lines.append(f"wrote {target}")
+    return replace(session, suggestions=(suggestion,)), "\n".join(lines)
+
+
+def _displaced(session: Session, moments: Sequence[Snapshot]) -> list[str]:
+    """How far and how much everything has moved, farthest first."""
+    first, last = moments[0], moments[-1]
+    rows: list[tuple[float, str]] = []
+    for thing in session.work.scene.things:
+        a, b = first.things[thing.number], last.things[thing.number]
+        way = max(
+            (
+                float(np.hypot((b.x + b.c * x - b.s * y) - (a.x + a.c * x - a.s * y),
+                               (b.y + b.s * x + b.c * y) - (a.y + a.s * x + a.c * y)))
+                for x, y in (anchor.local for anchor in thing.anchors)
+            ),
+            default=0.0,
+        )  # fmt: skip
+        if way > 1e-6 * session.work.motion.size:
+            turned = float(np.degrees(np.arctan2(a.c * b.s - a.s * b.c, a.c * b.c + a.s * b.s)))
+            rows.append((way, f"   `{thing.name}` moves {number(way)} and turns {number(turned)} degrees"))
+    rows.sort(key=lambda row: -row[0])
+    return [text for _, text in rows[:8]] + ([f"   and {len(rows) - 8} more"] if len(rows) > 8 else [])
+
+
+def solutions(session: Session, argument: str) -> Answer:
+    """``solutions [-o FILE]``: every solution at this moment."""
+    from movimentum.analysis.interactive.all_solutions import alternatives
+
+    rest, target = split_output(argument, (".png",))
+    plain(rest, "solutions")
+    piece, tau = _piece(session)
+    found = [part for part in alternatives(session.stretch, piece, tau) if len(part.solutions) > 1]
+    if not found:
+        return session, "there is one solution only at this moment"
+    scene = session.work.scene
+    lines: list[str] = []
+    suggestions: list[str] = []
+    for part in found:
+        names = ", ".join(f"`{scene.things[t].name}`" for t in part.things)
+        more = "" if part.complete else ", found by looking: there may be more"
+        lines.append(f"{counted(len(part.solutions), 'solution')} for {names or 'what is not drawn'}{more}")
+        for n, solution in enumerate(part.solutions, 1):
+            mark = "->" if solution.current else "  "
+            lines.append(f"{mark} {n}. {solution.words}")
+            if solution.selects is not None:
+                suggestions.append(solution.selects)
+                lines.append(f"      apply {len(suggestions)}: {solution.selects}")
+    if target is not None:
+        with whole_file(session.refuse_overwriting(target)) as part_file:
+            write_sheet(session, [s.pose for part in found for s in part.solutions], part_file)
+        lines.append(f"wrote {target}")
+    return replace(session, suggestions=tuple(suggestions)), "\n".join(lines)
+
+
+def _piece(session: Session) -> tuple[Piece, float]:
+    stretch = session.stretch
+    tau = float(session.time - stretch.segment.start)
+    begins = np.array([piece.begin for piece in stretch.pieces[1:]])
+    piece = stretch.pieces[int(np.searchsorted(begins, tau, side="right"))]
+    if isinstance(piece, Dead):
+        raise refused("no-solution", "there is no solution at this moment", "conflicts")
+    return piece, tau
+
+
+def branch(session: Session, argument: str) -> Answer:
+    """``branch``: how sure the choice of every solution was, over the whole animation."""
+    plain(argument, "branch")
+    from movimentum.analysis.interactive.branches import branches
+
+    rows = [["", "finds", "least singular value", "at t", "nearest rival, px", "at t"]]
+    for found in branches(session.work.motion):
+        rival = "not followed" if found.rival is None else number(found.rival)
+        rows.append(
+            [
+                "close" if found.close else "",
+                ", ".join(found.unknowns[:4]) + (", …" if len(found.unknowns) > 4 else ""),
+                number(found.singular),
+                time_text(round(found.singular_time, 9)),
+                rival,
+                time_text(round(found.rival_time, 9)),
+            ]
+        )
+    if len(rows) == 1:
+        return session, "nothing that moves has more than one solution"
+    return session, table(rows)
+
+
+COMMANDS = (
+    Command("why", "why NAME", "the constraints that determine a thing, an anchor or a variable, in their order", why),
+    Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what stands in the way", formula),
+    Command(
+        "free",
+        "free [--matrix [NAME]]",
+        "what can still move, and what would stop it; or the matrix that says so",
+        free,
+    ),
+    Command("wiggle", "wiggle FILE.gif", "each free motion there and back, one after the other", wiggle),
+    Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull at it at this moment, and see what comes along", drag),
+    Command("solutions", "solutions [-o FILE.png]", "every solution at this moment, and what selects it", solutions),
+    Command("branch", "branch", "how close the solver's choices were over the whole animation", branch),
+)

@@ -1,0 +1,178 @@
+"""Expressions and conditions typed at the prompt: understood as the script's own, read off its motion."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum import pipeline
+from movimentum.errors import MovimentumError, ScriptError
+from movimentum.repl.session import Refused, Session, refused
+from movimentum.scene.model import Claim as SceneClaim
+from movimentum.source import SourceText, Span
+from movimentum.syntax.parser import parse
+from movimentum.syntax.tree import (
+    Blank,
+    Call,
+    Claim,
+    Clock,
+    Comparison,
+    Expression,
+    Name,
+    Script,
+    Statement,
+    StepHeader,
+    postorder,
+)
+
+if TYPE_CHECKING:
+    from movimentum.expressions import Expr
+    from movimentum.scene.model import Scene
+    from movimentum.solver.poses import Poses
+
+FloatArray = NDArray[np.float64]
+NOT_A_READING = "claim/not-a-reading"
+_RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], NDArray[np.bool_]]] = {
+    Comparison.BELOW: np.less,
+    Comparison.AT_MOST: np.less_equal,
+    Comparison.ABOVE: np.greater,
+    Comparison.AT_LEAST: np.greater_equal,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """An expression: its values in poses, (F, 1) for a scalar and (F, 2) for a vector."""
+
+    text: str
+    values: Callable[[Poses], FloatArray]
+
+
+def lowered(session: Session, text: str) -> tuple[Expr, ...]:
+    """An expression as it is understood in the step that the moment belongs to: one `Expr`, or two for a vector."""
+    statement = _parsed(f"{text} = 0;", text)
+    if any(isinstance(node, Blank) for node in postorder(statement.left)):
+        raise refused("expression", "a `_` is any value, so there is none to show")
+    return _claimed(session, text, statement.left).left
+
+
+def reading(session: Session, text: str) -> Reading:
+    """What an expression comes to; nan where it has no value."""
+    from movimentum.analysis.evaluate import reader
+
+    known = session.work.readings.get((session.step, text))
+    if known is not None:
+        return known
+    try:
+        read = reader(session.work.scene, lowered(session, text))
+    except Refused as error:
+        if error.diagnostics[0].code != NOT_A_READING:
+            raise
+        found = _solved_for(session, text)
+    else:
+        found = Reading(text.strip(), lambda poses: np.stack(read(poses), axis=-1))
+    session.work.readings[session.step, text] = found
+    return found
+
+
+def _solved_for(session: Session, text: str) -> Reading:
+    """An expression that cannot just be read off the motion (a derivative, an integral, a `_`): the script is solved
+    once more, with a variable that is that expression. Without a clock or an integral it is so from the first step on.
+    """
+    statement = _parsed(f"{text} = 0;", text)
+    scene = session.work.scene
+    name = next(n for k in range(10**6) if (n := f"Shown{k}") not in scene.variables and n not in _names(scene))
+    timed = any(
+        isinstance(node, Clock) or (isinstance(node, Call) and node.function in ("i", "integral"))
+        for node in postorder(statement.left)
+    )
+    step = session.step if timed else 0
+    items = list(parse(session.work.source).items)
+    headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
+    variable = Name(name, span=statement.left.span)
+    items.insert(headers[step] + 1, Statement(variable, Comparison.EQUAL, statement.left, span=statement.left.span))
+    try:
+        changed = pipeline.built(Script(tuple(items)), session.work.source)
+        motion = pipeline.moved(pipeline.arranged(changed, session.work.choices))
+    except MovimentumError as error:
+        raise Refused(error.diagnostics[:1], SourceText("<prompt>", text.strip())) from error
+    used = {node.name for node in postorder(statement.left) if isinstance(node, Name)}
+    exact = {float(item.time): item.time for item in scene.steps}
+
+    def values(poses: Poses) -> FloatArray:
+        found = motion.poses_at([exact.get(time, Fraction(time)) for time in poses.times.tolist()])
+        column = found.variables[name].copy()
+        lacking = [mask for some in (found, poses) for of, mask in some.missing.items() if of == name or of in used]
+        column[np.logical_or.reduce([~found.solved, *lacking])] = np.nan
+        return column if column.ndim == 2 else column[:, None]
+
+    return Reading(text.strip(), values)
+
+
+def _names(scene: Scene) -> set[str]:
+    return {thing.name for thing in scene.things}
+
+
+def condition(session: Session, text: str) -> Callable[[Poses], NDArray[np.bool_]]:
+    """A condition such as ``Rod.B.x < 300``: whether it holds in poses (F,). An equality holds where a billionth of the
+    scene's size does not matter.
+    """
+    whole = f"{text.strip().removesuffix(';')};"
+    statement = _parsed(whole, text)
+    left, right = (reading(session, whole[s.span.start : s.span.end]) for s in (statement.left, statement.right))
+    near = 1e-9 * session.work.motion.size
+    compare = _RELATIONS.get(statement.comparison)
+
+    def holds(poses: Poses) -> NDArray[np.bool_]:
+        a, b = left.values(poses), right.values(poses)
+        if a.shape != b.shape or (compare is not None and a.shape[1] != 1):
+            raise refused("kind", f"`{text.strip()}` compares a scalar with a vector", "run until Rod.B.x < 300")
+        if compare is not None:
+            return compare(a[:, 0], b[:, 0])
+        return np.asarray(np.hypot.reduce(np.abs(a - b), axis=1) <= near)
+
+    return holds
+
+
+def _parsed(whole: str, text: str) -> Statement:
+    try:
+        items = parse(SourceText("<prompt>", whole)).items
+    except ScriptError as error:
+        item, end = error.diagnostics[0], len(text.rstrip())
+        if item.span is not None and item.span.start >= end:  # at what stands there for the parser's sake
+            message = re.sub(r"found `[^`]*`$", "found its end", item.message)
+            item = replace(item, message=message, span=Span(max(end - 1, 0), end), labels=(), helps=())
+        raise Refused([item], SourceText("<prompt>", text.rstrip())) from error
+    if len(items) != 1 or not isinstance(items[0], Statement):
+        raise refused("expression", f"`{text.strip()}` is no single expression or condition")
+    return items[0]
+
+
+def _claimed(session: Session, text: str, expression: Expression) -> SceneClaim:
+    """The typed expression inside the scene: put there as a claim, which has no influence on anything, and which holds
+    from the step of the moment to the end.
+    """
+    number = session.step  # where the script is at fault, that is what is told
+    items = list(parse(session.work.source).items)
+    headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
+    items.insert(headers[number] + 1, Claim(expression, Comparison.EQUAL, expression, span=expression.span))
+    try:
+        scene = pipeline.built(Script(tuple(items)), session.work.source)
+        timeline = pipeline.arranged(scene, session.work.choices)
+    except ScriptError as error:
+        item = error.diagnostics[0]
+        if item.code == "claim/undetermined":
+            item = replace(item, message=item.message.replace("nothing can be claimed about it", "it has no value"))
+        if item.code == NOT_A_READING:
+            item = replace(item, message="this has to be solved for, which `show`, `watch` and `plot` do", helps=())
+        raise Refused([item], SourceText("<prompt>", text.strip())) from error
+    place = scene.steps[number].claims[0]
+    if not isinstance(place, SceneClaim):
+        raise refused("expression", f"`{text.strip()}` says nothing")
+    return next(held.claim for held in timeline.claims if held.claim.number == place.number)

@@ -1,0 +1,250 @@
+"""Commands that look at the moment, or at all of the motion."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum import pipeline
+from movimentum.analysis.diagnose.valueless import lacks
+from movimentum.output.files import whole_file
+from movimentum.repl.command import Answer, Command, plain, split_output, table
+from movimentum.repl.expressions import reading
+from movimentum.repl.session import Session, refused
+from movimentum.source import SourceText
+from movimentum.text import number, time_text
+
+FloatArray = NDArray[np.float64]
+
+DIGITS = 10
+COLUMNS, ROWS = 64, 12
+
+
+def shown_values(session: Session, texts: Sequence[str]) -> str:
+    """``EXPR = value``, a line each; where there is none, why."""
+    poses = session.poses()
+    return "\n".join(_shown(session, text, reading(session, text).values(poses)[0].tolist()) for text in texts)
+
+
+def _shown(session: Session, text: str, components: Sequence[float]) -> str:
+    if not np.isnan(components).all():
+        return f"{text} = {_value(components)}"
+    when = time_text(float(session.time))
+    lacking = [lack for name in _named(session, text) if (lack := _lack(session, name)) is not None]
+    return f"{text} has no value at t = {when}{': ' if lacking else ''}{', '.join(lacking)}"
+
+
+def _named(session: Session, text: str) -> list[str]:
+    """The variables that an expression mentions."""
+    words = set(re.findall(r"(?<![.\w])[A-Za-z]\w*", text))
+    return [name for name in session.work.scene.variables if name in words]
+
+
+def _lack(session: Session, name: str) -> str | None:
+    """Why a variable has no value now; None where it has one."""
+    mask = session.poses().missing.get(name)
+    if mask is None or not mask[0]:
+        return None
+    spans = lacks(session.work.motion, name)
+    now = float(session.time)
+    here = next((lack for lack in reversed(spans) if lack.begin is None or lack.begin <= now), None)
+    if here is None or (here.begin is None and here.end is None):
+        return f"no statement ever gives `{name}` one"
+    if here.end is not None:
+        return f"the next statement about `{name}` comes at t = {time_text(here.end)}"
+    return f"no statement about `{name}` is in force from t = {time_text(here.begin or 0.0)} on"
+
+
+def _value(components: Sequence[float]) -> str:
+    parts = [number(float(part), DIGITS) if np.isfinite(part) else "no value" for part in components]
+    return parts[0] if len(parts) == 1 else f"[{', '.join(parts)}]"
+
+
+def show(session: Session, argument: str) -> Answer:
+    """``show [NAME|EXPR]``."""
+    scene, poses = session.work.scene, session.poses()
+    text = argument.strip()
+    things = [t for t in scene.things if t.is_body and (not text or t.name == text)]
+    if text and not things:
+        return session, shown_values(session, (text,))
+    rows: list[list[str]] = []
+    for thing in things:
+        for anchor in thing.anchors:
+            x, y = poses.world(thing.number, anchor.local)[0]
+            rows.append([f"{thing.name}.{anchor.name}", f"[{number(x, DIGITS)}, {number(y, DIGITS)}]"])
+        rows.append([f"{thing.name}.angle", number(float(poses.angle[thing.number, 0]), DIGITS)])
+    if not text:
+        for name in scene.variables:
+            lacking = name in poses.missing and bool(poses.missing[name][0])
+            value = _value(np.atleast_1d(poses.variables[name][0]).tolist())
+            rows.append([name, "no value" if lacking else value])
+    return session, table(rows)
+
+
+def constraints(session: Session, argument: str) -> Answer:
+    """``constraints [KEY]``: what holds now, from where, until when, and how well."""
+    rows = _constraint_rows(session, argument)
+    head = ["constraint", "line", "since", "until", "off by"]
+    return session, table([head, *([row[0], *row[1:5]] for row in rows)], right=frozenset({1}))
+
+
+def residuals(session: Session, argument: str) -> Answer:
+    """``residuals``: the same, the worst first."""
+    plain(argument, "residuals")
+    rows = sorted(_constraint_rows(session, ""), key=lambda row: -float(row[5]))
+    return session, table([["off by", "line", "constraint"], *([row[4], row[1], row[0]] for row in rows)])
+
+
+def _constraint_rows(session: Session, key: str) -> list[list[str]]:
+    from movimentum.analysis.evaluate import reader
+
+    work, poses = session.work, session.poses()
+    segment = work.timeline.segments[work.timeline.segment_at(session.time)]
+    wanted = key.strip().removesuffix(";").strip()
+    rows: list[list[str]] = []
+    for item in segment.active:
+        text = " ".join(work.source.text[item.span.start : item.span.end].split())
+        if wanted and wanted not in (item.key, f"{item.key} {item.relation}") and not text.startswith(wanted):
+            continue
+        begin = work.scene.steps[item.step].time
+        end = begin + work.timeline.lifetimes[item.number]
+        off = ""
+        amount = -1.0
+        try:
+            values = reader(work.scene, (*item.left, *item.right))(poses)
+        except (NotImplementedError, KeyError):
+            off = "solved for" if item.relation == "=" else ""
+        else:
+            half = len(values) // 2
+            apart = [float(a[0] - b[0]) for a, b in zip(values[:half], values[half:], strict=True)]
+            if item.relation in ("<", ">"):
+                met = apart[0] <= 0.0 if item.relation == "<" else apart[0] >= 0.0
+                off = f"holds, by {number(abs(apart[0]))}" if met else f"violated, by {number(abs(apart[0]))}"
+                amount = 0.0 if met else abs(apart[0])
+            else:
+                amount = float(np.hypot.reduce(apart))
+                if item.left[0].op == "atan2d":
+                    amount = min(amount % 360.0, -amount % 360.0)
+                off = number(amount, 2)
+        until = "the end" if end >= work.timeline.end else f"@{time_text(float(end))}"
+        line = str(work.source.position(item.span.start).line)
+        rows.append([text, line, f"@{time_text(float(begin))}", until, off, repr(amount)])
+    if not rows:
+        raise refused(
+            "key", f"nothing is in force under `{wanted}` now" if wanted else "nothing is in force now", "steps"
+        )
+    return rows
+
+
+def plan(session: Session, argument: str) -> Answer:
+    """``plan``: what is solved for, in which order, and by what."""
+    plain(argument, "plan")
+    the_plan = session.stretch.plan
+    names = [unknown.name for unknown in the_plan.system.unknowns]
+    rows = [["", "kernel", "finds", "moves", "from"]]
+    for block in the_plan.blocks:
+        lines = sorted({_line(session, e) for e in block.equations})
+        rows.append(
+            [
+                str(block.number),
+                block.kernel.value + (" (free)" if block.free else ""),
+                ", ".join(names[n] for n in block.unknowns),
+                "yes" if block.moving else "",
+                ", ".join(lines),
+            ]
+        )
+    left = len(the_plan.system.unknowns) - sum(len(block.unknowns) for block in the_plan.blocks)
+    note = f"\n{left} more not solved for, because nothing needs them" if left else ""
+    checks = f"\n{len(the_plan.checks)} equations only checked" if the_plan.checks else ""
+    return session, table(rows) + note + checks
+
+
+def _line(session: Session, equation: int) -> str:
+    system = session.stretch.plan.system
+    row = system.equations[equation]
+    if row.constraint is None:
+        return f"{system.scene.things[row.thing].name} is rigid" if row.thing is not None else "the language"
+    span = next(c.span for c in system.scene.constraints() if c.number == row.constraint)
+    return f"line {session.work.source.position(span.start).line}"
+
+
+def plot(session: Session, argument: str) -> Answer:
+    """``plot EXPR [-o FILE]``: its course over all frames."""
+    text, target = split_output(argument, (".svg", ".png"))
+    if not text:
+        raise refused("argument", "`plot` needs an expression", "plot Rod.B.x")
+    work = session.work
+    poses = work.motion.poses(0, work.timeline.frame_count)
+    values = reading(session, text).values(poses)
+    values[~poses.solved] = np.nan
+    if target is not None:
+        from movimentum.encoding.plot import write_curves
+
+        names = ("",) if values.shape[1] == 1 else ("x", "y")
+        curves = [(name, values[:, axis].tolist()) for axis, name in enumerate(names)]
+        with whole_file(session.refuse_overwriting(target)) as part:
+            write_curves(text, poses.times.tolist(), curves, part, Path(target).suffix)
+        return session, f"wrote {target}"
+    parts = [_drawn(poses.times, values[:, axis]) for axis in range(values.shape[1])]
+    heads = [text] if len(parts) == 1 else [f"{text}, {axis}" for axis in "xy"]
+    return session, "\n".join(f"{head}\n{part}" for head, part in zip(heads, parts, strict=True))
+
+
+def _drawn(times: FloatArray, values: FloatArray) -> str:
+    """A curve in Braille: two by four dots a character."""
+    good = np.isfinite(values)
+    if not good.any():
+        return "no value anywhere"
+    low, high = float(values[good].min()), float(values[good].max())
+    span = high - low or 1.0
+    fine: FloatArray = np.linspace(float(times[0]), float(times[-1]), 8 * COLUMNS) if len(times) > 1 else times
+    at = np.interp(fine, times[good], values[good])
+    at[np.interp(fine, times, good.astype(float)) < 1.0] = np.nan
+    width = (times[-1] - times[0]) or 1.0
+    cells = [[0] * COLUMNS for _ in range(ROWS)]
+    bits = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
+    for t, v in zip(fine, at, strict=True):
+        if np.isfinite(v):
+            x = min(2 * COLUMNS - 1, int((t - times[0]) / width * (2 * COLUMNS - 1) + 0.5))
+            y = min(4 * ROWS - 1, int((high - v) / span * (4 * ROWS - 1) + 0.5))
+            cells[y // 4][x // 2] |= bits[x % 2][y % 4]
+    left = max(len(number(high, 6)), len(number(low, 6)))
+    labels = [number(high, 6), *[""] * (ROWS - 2), number(low, 6)]
+    lines = [
+        f"{label.rjust(left)} |{''.join(chr(0x2800 + c) for c in row)}"
+        for label, row in zip(labels, cells, strict=True)
+    ]
+    first, last = time_text(float(times[0])), time_text(float(times[-1]))
+    return "\n".join([*lines, " " * (left + 2) + first + last.rjust(COLUMNS - len(first))])
+
+
+def picture(session: Session, argument: str) -> Answer:
+    """``picture [FILE]``: this moment with names, anchors and free motions drawn in."""
+    name = argument.strip().removeprefix("-o").strip() or f"{Path(session.file).stem or 'moment'}.png"
+    if not name.lower().endswith(".png"):
+        raise refused("file", f"`{name}` is no .png", f"picture {Path(name).stem}.png")
+    from movimentum.pipeline import Picture
+
+    show_all = Picture(at=session.time, show=frozenset({"names", "anchors", "free"}), workers=1)
+    choices = session.work.choices
+    pipeline.animate(SourceText(session.file, session.text), Path(name), choices, show_all, lambda _done, _all: None)
+    return session, f"wrote {name}"
+
+
+COMMANDS = (
+    Command("show", "show [NAME|EXPR]", "everything, a thing, or the value of any expression", show),
+    Command(
+        "constraints",
+        "constraints [KEY]",
+        "what is in force, since when, until when, and how well it is met",
+        constraints,
+    ),
+    Command("residuals", "residuals", "the same, the worst first", residuals),
+    Command("plan", "plan", "the blocks in which this step is solved, and their kernels", plan),
+    Command("plot", "plot EXPR [-o FILE]", "its course over the animation, here or as .svg or .png", plot),
+    Command("picture", "picture [FILE]", "this moment as a .png, with names, anchors and free motions", picture),
+)

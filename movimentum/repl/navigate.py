@@ -1,0 +1,137 @@
+"""Commands that choose the moment to look at."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from fractions import Fraction
+
+from movimentum.parameters import rational
+from movimentum.repl.command import Answer, Command, plain, table
+from movimentum.repl.expressions import condition
+from movimentum.repl.inspect import shown_values
+from movimentum.repl.session import Session, refused
+from movimentum.text import counted, time_text
+
+CHUNK = 2048
+
+
+def where(session: Session) -> str:
+    """The moment in words, and what is watched."""
+    timeline = session.work.timeline
+    exact = timeline.frame_time(session.frame) == session.time
+    frame = f"frame {session.frame}" if exact else f"between frames {session.frame} and {session.frame + 1}"
+    step = session.work.scene.steps[session.step]
+    line = session.work.source.position(step.span.start).line
+    lines = [f"t = {time_text(float(session.time))} ({frame}), in step @{time_text(float(step.time))} (line {line})"]
+    if not session.poses().solved[0]:
+        lines.append("there is no solution here; the last good pose is shown (`conflicts` tells why)")
+    if session.watches:
+        lines.append(shown_values(session, session.watches))
+    return "\n".join(lines)
+
+
+def _moved(session: Session, time: Fraction) -> Answer:
+    session = session.at(time)
+    return session, where(session)
+
+
+def at(session: Session, argument: str) -> Answer:
+    """``at T``."""
+    timeline = session.work.timeline
+    if not argument.strip():
+        return session, where(session)
+    time = rational(argument, exponents=True)
+    if time is None:
+        raise refused("time", f"`{argument.strip()}` is no time", "at 1.5", "at 4/3")
+    if not timeline.start <= time <= timeline.end:
+        first, last = time_text(float(timeline.start)), time_text(float(timeline.end))
+        raise refused("time", f"time {argument.strip()} is outside the animation, from {first} to {last}", f"at {last}")
+    return _moved(session, time)
+
+
+def frame(session: Session, argument: str) -> Answer:
+    """``frame N``; from the end where it is negative."""
+    timeline = session.work.timeline
+    count = timeline.frame_count
+    if not re.fullmatch(r"\s*-?\d{1,9}\s*", argument):
+        raise refused("frame", f"`{argument.strip()}` is no frame number", "frame 0", f"frame {count - 1}")
+    number = int(argument)
+    if not -count <= number < count:
+        raise refused("frame", f"there is no frame {number}: they go from 0 to {count - 1}", f"frame {count - 1}")
+    return _moved(session, timeline.frame_time(number % count))
+
+
+def following(session: Session, argument: str) -> Answer:
+    """``next``: one frame on."""
+    plain(argument, "next")
+    timeline = session.work.timeline
+    if session.frame + 1 >= timeline.frame_count:
+        raise refused("frame", "this is the last frame", "back", "frame 0")
+    return _moved(session, timeline.frame_time(session.frame + 1))
+
+
+def back(session: Session, argument: str) -> Answer:
+    """``back``: one frame back."""
+    plain(argument, "back")
+    timeline = session.work.timeline
+    before = session.frame - (1 if timeline.frame_time(session.frame) == session.time else 0)
+    if before < 0:
+        raise refused("frame", "this is the first frame", "next")
+    return _moved(session, timeline.frame_time(before))
+
+
+def steps(session: Session, argument: str) -> Answer:
+    """``steps``: all of them, the one looked at marked."""
+    plain(argument, "steps")
+    work = session.work
+    rows: list[list[str]] = []
+    for segment in work.timeline.segments:
+        step = work.scene.steps[segment.step]
+        rows.append(
+            [
+                "->" if segment.step == session.step else "",
+                f"@{time_text(float(segment.start))}",
+                f"line {work.source.position(step.span.start).line}",
+                counted(len(step.statements), "statement"),
+                f"{len(segment.active)} in force",
+            ]
+        )
+    return session, table(rows)
+
+
+def run_until(session: Session, argument: str) -> Answer:
+    """``run until CONDITION``: on to the first frame in which it holds."""
+    words = argument.split(None, 1)
+    if len(words) != 2 or words[0] != "until":
+        raise refused("argument", "`run` goes on until something holds", "run until Rod.B.x < 300")
+    holds = condition(session, words[1])
+    work = session.work
+    count = work.timeline.frame_count
+    for first in range(session.frame + 1, count, CHUNK):
+        poses = work.motion.poses(first, min(first + CHUNK, count))
+        places = (holds(poses) & poses.solved).nonzero()[0]
+        if len(places):
+            return _moved(session, work.timeline.frame_time(int(poses.frames[places[0]])))
+    raise refused("never", f"`{words[1]}` holds in no frame after this one", "frame 0")
+
+
+def watch(session: Session, argument: str) -> Answer:
+    """``watch EXPR``: show it after every move; without an expression: none any more."""
+    text = argument.strip()
+    if not text:
+        return replace(session, watches=()), "nothing is watched any more"
+    shown = shown_values(session, (text,))
+    watches = tuple(dict.fromkeys((*session.watches, text)))
+    return replace(session, watches=watches), shown
+
+
+COMMANDS = (
+    Command("at", "at T", "go to a time: `at 1.5`, `at 4/3`", at),
+    Command("frame", "frame N", "go to a frame, from 0; -1 is the last", frame),
+    Command("next", "next", "one frame on", following),
+    Command("back", "back", "one frame back", back),
+    Command("steps", "steps", "the steps, with their lines", steps),
+    Command("run", "run until CONDITION", "on to the first frame where it holds: `run until Rod.B.x < 300`", run_until),
+    Command("watch", "watch [EXPR]", "show an expression after every move; alone: stop watching", watch),
+)

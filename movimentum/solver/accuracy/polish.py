@@ -1,0 +1,274 @@
+"""One block's equations solved to the last digit of an arithmetic, from a float64 solution.
+
+Residuals are evaluated in the arithmetic, from the equations as the script's numbers state them; the Jacobian is that
+of float64, so each step gains some 16 digits less those that the condition number costs (iterative refinement).
+Where two solutions meet the Jacobian is singular and no such step converges: the double root is then the regular root
+of the *deflated* system F(x) = 0, F'(x) v = 0, h v = 1 (Ojika 1987). What is neither goes through Newton's method with
+a Jacobian of all digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.expressions import ONE, ZERO, Expr, add, mul, sub, symbol, symbols
+from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.lowering.calculus import with_respect_to
+from movimentum.planning.plan import Plan
+from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered
+from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.scaling import scaled
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FARTHEST = 1e-5
+"""How far, in units of its size, a solution may be moved: farther is another solution, not the same one better."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Equations ``residuals`` (m) in the unknowns ``unknowns`` (n), and their Jacobian's ``entries`` as expressions
+    (``slopes``) and compiled.
+    """
+
+    residuals: tuple[Expr, ...]
+    nodes: list[Expr]
+    unknowns: tuple[int, ...]
+    entries: tuple[tuple[int, int], ...]
+    slopes: tuple[Expr, ...]
+    jacobian: Compiled
+
+
+def make_rows(plan: Plan, residuals: Sequence[Expr], unknowns: Sequence[int]) -> Rows:
+    """Differentiate and compile."""
+    entries: list[tuple[int, int]] = []
+    slopes: list[Expr] = []
+    for i, residual in enumerate(residuals):
+        present = symbols(residual)
+        for j, n in enumerate(unknowns):
+            if n in present:
+                entries.append((i, j))
+                slopes.append(with_respect_to(residual, n))
+    clocks = Clocks(plan.clocks)
+    jacobian = compiled(slopes, clocks)
+    return Rows(tuple(residuals), ordered(residuals), tuple(unknowns), tuple(entries), tuple(slopes), jacobian)
+
+
+def deflated(plan: Plan, rows: Rows, first: int) -> Rows:
+    """F = 0, F' v = 0, h v = 1. The numbers ``first`` … stand for v and then for h, which is given."""
+    n = len(rows.unknowns)
+    v = [symbol(first + j) for j in range(n)]
+    along = [ZERO] * len(rows.residuals)
+    for (i, j), slope in zip(rows.entries, rows.slopes, strict=True):
+        along[i] = add(along[i], mul(slope, v[j]))
+    norm = sub(ONE, ONE)
+    for j in range(n):
+        norm = add(norm, mul(symbol(first + n + j), v[j]))
+    unknowns = (*rows.unknowns, *range(first, first + n))
+    return make_rows(plan, [*rows.residuals, *along, sub(norm, ONE)], unknowns)
+
+
+@dataclass(slots=True, eq=False)
+class Context:
+    """What rows are evaluated in: ``wide`` and ``floats``, the unknowns by number, at F instants; ``clock`` the time
+    since an instant (an Expr ``clock``), ``clocks`` the floats of the same.
+    """
+
+    evaluator: Evaluator
+    wide: list[Number]
+    floats: State
+    clock: Callable[[Expr], Number]
+    clocks: Sequence[FloatArray]
+
+    def leaf(self, node: Expr) -> Number:
+        """A symbol or a clock."""
+        if node.op == "clock":
+            return self.clock(node)
+        assert isinstance(node.payload, int)
+        return self.wide[node.payload]
+
+    def values(self, rows: Rows) -> list[Number]:
+        """The residuals."""
+        return self.evaluator.values(rows.nodes, rows.residuals, self.leaf)
+
+    def at(self, place: int) -> Context:
+        """The same at one of the instants."""
+
+        def one(value: Any) -> Any:
+            return value if value is None or np.ndim(value) == 0 or len(value) == 1 else value[place : place + 1]
+
+        def numbers(value: Number) -> Number:
+            return value if value is None or len(value) == 1 else value[place : place + 1]
+
+        return Context(
+            self.evaluator,
+            [numbers(value) for value in self.wide],
+            [one(value) for value in self.floats],
+            lambda node: numbers(self.clock(node)),
+            [clock[place : place + 1] if len(clock) > 1 else clock for clock in self.clocks],
+        )
+
+
+def polished(plan: Plan, rows: Rows, context: Context, start: FloatArray, scale: FloatArray) -> FloatArray:
+    """Solve ``rows`` from ``start`` (F, n), unknowns of sizes ``scale`` (n,), and leave the solution in
+    ``context.wide`` and ``context.floats``.
+
+    Returns (F,) how many digits are right, relative to those sizes; where no step led anywhere, the start stays.
+    """
+    sizes = np.maximum(scale, np.abs(start))
+    for j, n in enumerate(rows.unknowns):
+        context.wide[n] = context.evaluator.arithmetic.floats(start[:, j])
+        context.floats[n] = start[:, j]
+    with np.errstate(all="ignore"):
+        right = _chord(rows, context, sizes)
+        right[_strayed(rows, context, start, sizes)] = 0.0
+        wanted = context.evaluator.arithmetic.digits
+        for place in np.nonzero(right < wanted)[0]:
+            right[place] = _singular(plan, rows, context, start, sizes, int(place), float(right[place]))
+    return right
+
+
+def _strayed(rows: Rows, context: Context, start: FloatArray, sizes: FloatArray) -> NDArray[np.bool_]:
+    now = np.stack([np.broadcast_to(context.floats[n], len(start)) for n in rows.unknowns], axis=1)
+    return np.asarray(~(np.abs(now - start) <= FARTHEST * sizes).all(axis=1), dtype=np.bool_)
+
+
+def _jacobian(rows: Rows, context: Context, count: int) -> FloatArray:
+    result = np.zeros((count, len(rows.residuals), len(rows.unknowns)))
+    for (i, j), value in zip(rows.entries, rows.jacobian(context.floats, context.clocks), strict=True):
+        result[:, i, j] = value
+    return result
+
+
+def _inverse(rows: Rows, context: Context, sizes: FloatArray) -> FloatArray:
+    """(F, n, m) what takes residuals to steps."""
+    matrix, lengths = scaled(_jacobian(rows, context, len(sizes)), sizes[:, None, :])
+    finite = np.isfinite(matrix).all(axis=(1, 2))
+    result = np.full((len(sizes), matrix.shape[2], matrix.shape[1]), np.nan)
+    if finite.any():
+        square = matrix.shape[1] == matrix.shape[2]
+        try:
+            inverse = np.linalg.inv(matrix[finite]) if square else np.linalg.pinv(matrix[finite], rcond=1e-9)
+        except np.linalg.LinAlgError:
+            inverse = np.linalg.pinv(matrix[finite], rcond=1e-12)
+        result[finite] = sizes[finite][:, :, None] * inverse / lengths[finite][:, None, :]
+    return result
+
+
+def _chord(rows: Rows, context: Context, sizes: FloatArray) -> FloatArray:
+    """Steps until they are as small as the arithmetic's digits ask or no longer shrink; returns (F,) the digits."""
+    arithmetic = context.evaluator.arithmetic
+    count = len(sizes)
+    right = np.zeros(count)
+    running = np.ones(count, dtype=np.bool_)
+    inverse = np.zeros((0, 0, 0))
+    for done in range(8 + arithmetic.digits // 4):
+        residuals, exponents = arithmetic.balanced(context.values(rows), count)
+        if done < 3:  # by then the point is as good as a float can be
+            inverse = _inverse(rows, context, sizes)
+        step = -np.einsum("fnm,fm->fn", inverse, residuals)
+        largest = np.max(np.abs(step) / sizes, axis=1, initial=0.0)
+        digits = -(np.log10(np.where(largest > 0.0, largest, 1e-300)) + exponents * np.log10(2.0))
+        usable = np.isfinite(step).all(axis=1)
+        gained = np.where(usable, digits, 0.0) - right
+        moves = running & usable & ((gained > 0.0) | (done < 2))
+        for j, n in enumerate(rows.unknowns):
+            by = arithmetic.unbalanced(np.where(moves, step[:, j], 0.0), exponents)
+            context.wide[n] = context.wide[n] + by
+            context.floats[n] = arithmetic.rounded(context.wide[n])
+        right = np.where(moves, np.maximum(right, digits), right)
+        right[~usable] = 0.0
+        # a step of size s leaves an error of s times the contraction; a singular Jacobian halves it at best
+        running &= (right < arithmetic.digits) & usable & ((gained > 0.7) | (done < 2))
+        if not running.any():
+            break
+    return right
+
+
+def _singular(
+    plan: Plan, rows: Rows, context: Context, start: FloatArray, sizes: FloatArray, place: int, right: float
+) -> float:
+    """One instant at which steps do not converge: a double root, or nearly one. Returns the digits attained."""
+    best = [context.wide[n][place : place + 1] for n in rows.unknowns]
+    if right <= 0.0:
+        best = [context.evaluator.arithmetic.floats(start[place : place + 1, j]) for j in range(start.shape[1])]
+    here, size = context.at(place), sizes[place : place + 1]
+    for attempt in (_double_root, _newton):
+        for j, n in enumerate(rows.unknowns):
+            here.wide[n] = context.evaluator.arithmetic.floats(start[place : place + 1, j])
+            here.floats[n] = start[place : place + 1, j]
+        digits = attempt(plan, rows, here, size)
+        if digits > right and not _strayed(rows, here, start[place : place + 1], size)[0]:
+            best, right = [here.wide[n] for n in rows.unknowns], digits
+        if right >= context.evaluator.arithmetic.digits:
+            break
+    for n, value in zip(rows.unknowns, best, strict=True):
+        context.wide[n][place : place + 1] = value
+        context.floats[n] = context.evaluator.arithmetic.rounded(context.wide[n])
+    if right >= context.evaluator.arithmetic.digits:
+        return right
+    # steps that shrink by a constant factor leave several times the last one
+    return max(right - 1.0, 0.0) if right > 0.0 else -float(np.log10(FARTHEST))
+
+
+def _double_root(plan: Plan, rows: Rows, here: Context, size: FloatArray) -> float:
+    """Deflation, where the Jacobian loses one rank; 0 where the point it leads to does not solve the equations."""
+    n = len(rows.unknowns)
+    matrix, _ = scaled(_jacobian(rows, here, 1), size[:, None, :])
+    if not np.isfinite(matrix).all() or len(rows.residuals) < n:
+        return 0.0
+    _, singular, right = np.linalg.svd(matrix[0])
+    if singular[-1] > 1e-4 * singular[0] or (n > 1 and singular[-2] < 1e-4 * singular[0]):
+        return 0.0
+    arithmetic = here.evaluator.arithmetic
+    first = len(here.wide)
+    direction = right[-1] * size[0]
+    normal = right[-1] / size[0]
+    both = deflated(plan, rows, first)
+    for value in (*direction, *normal):
+        here.wide.append(arithmetic.floats(np.array([value])))
+        here.floats.append(np.array([value]))
+    digits = float(_chord(both, here, np.concatenate([size, np.maximum(np.abs(direction), size[0])[None]], axis=1))[0])
+    del here.wide[first:], here.floats[first:]
+    residuals, exponents = arithmetic.balanced(here.values(rows), 1)
+    gradients = np.maximum(np.abs(_jacobian(rows, here, 1) * size[:, None, :]).max(axis=2, initial=0.0), 1e-300)
+    off = float(np.max(np.abs(residuals) / gradients))
+    left = np.inf if off == 0.0 else -(np.log10(off) + float(exponents[0]) * np.log10(2.0))
+    return digits if left >= arithmetic.digits else 0.0
+
+
+def _newton(plan: Plan, rows: Rows, here: Context, size: FloatArray) -> float:
+    """Newton's method with all digits in the Jacobian too, at one instant; 0 for numbers that are of fixed size."""
+    arithmetic = here.evaluator.arithmetic
+    if not isinstance(arithmetic, DigitsArithmetic) or len(rows.residuals) < len(rows.unknowns):
+        return 0.0
+    context = arithmetic.context
+    nodes = ordered(rows.slopes)
+    right = 0.0
+    for _ in range(40):
+        matrix = context.zeros(len(rows.residuals), len(rows.unknowns))
+        slopes = here.evaluator.values(nodes, rows.slopes, here.leaf)
+        for (i, j), slope in zip(rows.entries, slopes, strict=True):
+            matrix[i, j] = slope[0] * float(size[0, j])
+        try:
+            step = context.lu_solve(matrix, context.matrix([-value[0] for value in here.values(rows)]))
+        except (ArithmeticError, ValueError):
+            break
+        largest = max(abs(item) for item in step)
+        if not context.isfinite(largest):
+            return 0.0
+        for j, n in enumerate(rows.unknowns):
+            here.wide[n] = here.wide[n] + arithmetic.array([step[j] * float(size[0, j])])
+            here.floats[n] = arithmetic.rounded(here.wide[n])
+        digits = -arithmetic.magnitude(largest)
+        if digits >= arithmetic.digits:
+            return min(digits, float(arithmetic.working_digits))
+        right = max(right, digits)
+    return right

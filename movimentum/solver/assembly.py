@@ -1,0 +1,307 @@
+"""From solved states to poses of the scene's things, and to what is carried on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.codegen.numeric import sincosd
+from movimentum.planning.lowering.unknowns import PosePart, Rate
+from movimentum.planning.plan import Plan
+from movimentum.scene.model import Scene, ThingAngle, ThingProperty, VariableComponent
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.judge import TOLERANCE, Judge
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.path.removable import evaluated
+from movimentum.solver.poses import Poses
+from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.valued import first_value, has_value
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Values = FloatArray | np.float64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placement:
+    """One thing over F instants: local origin (x, y), direction (c, s), turn (degrees); each (F,) or a scalar."""
+
+    x: Values
+    y: Values
+    c: Values
+    s: Values
+    angle: Values
+
+
+def placements(plan: Plan, state: State, base: Snapshot) -> list[tuple[int, Placement]]:
+    """The placement of every thing that constraints mention, by its number; all others stay as in ``base``."""
+    dx, dy = plan.system.shift
+    result: list[tuple[int, Placement]] = []
+
+    def value(number: int | None) -> Values | None:
+        return None if number is None else state[number]
+
+    for body in plan.bodies:
+        before = base.things[body.thing]
+        frame = plan.system.frame(body.thing)
+        angle = value(body.angle)
+        c, s = value(body.c), value(body.s)
+        if c is not None and s is not None:
+            c, s = frame.to_thing(c, s)
+        elif angle is not None:
+            s, c = sincosd(np.asarray(angle))
+        else:
+            c, s = np.float64(before.c), np.float64(before.s)
+        if angle is None:
+            angle = np.float64(before.angle)
+        rx, ry = frame.origin
+        x, y = value(body.x), value(body.y)
+        x = before.x + (before.c * rx - before.s * ry) if x is None else x + dx if dx != 0.0 else x
+        y = before.y + (before.s * rx + before.c * ry) if y is None else y + dy if dy != 0.0 else y
+        if rx != 0.0 or ry != 0.0:
+            x, y = x - (c * rx - s * ry), y - (s * rx + c * ry)
+        result.append((body.thing, Placement(np.asarray(x), np.asarray(y), c, s, angle)))
+    return result
+
+
+def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
+    """The moment number ``index`` of ``state``."""
+
+    def pick(value: Values) -> float:
+        array = np.ravel(value)
+        return float(array[index] if len(array) > 1 else array[0])
+
+    things = list(base.things)
+    for t, p in placements(plan, state, base):
+        things[t] = ThingPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle))
+    others = dict(base.others)
+    known = set(base.known)
+    solved, frames = dict(base.solved), dict(base.frames)
+    for unknown in plan.system.unknowns:
+        value = state[unknown.number]
+        if isinstance(unknown.payload, PosePart | ThingAngle):
+            known.add(unknown.payload.thing)
+            if isinstance(unknown.payload, PosePart):
+                solved.pop(unknown.payload, None)
+                frames[unknown.payload.thing] = plan.system.frame(unknown.payload.thing)
+                if value is not None:
+                    solved[unknown.payload] = pick(value)
+        elif not isinstance(unknown.payload, Rate) and value is not None:
+            others[unknown.payload] = pick(value)
+    return Snapshot(tuple(things), others, frozenset(known), solved, frames)
+
+
+def carry_at(stretch: Stretch, piece: Piece, time: float, base: Carry) -> Carry:
+    """What is carried on from ``piece`` at offset ``time``, with the velocity there where the piece has a length."""
+    span = 1e-6 * (piece.end - piece.begin)
+    gap = next((t for t in stretch.troubles if t.kind == "gap" and t.begin <= time <= t.until), None)
+    if gap is not None:
+        time = max(gap.begin, piece.begin)
+    earlier = time - span
+    if earlier < piece.begin or span <= 0.0 or gap is not None:
+        state, _ = evaluated(piece, piece.instants(np.array([time])))
+        now = snapshot(piece.plan, state, base.now, 0)
+        return Carry(now, base.before, base.span) if span <= 0.0 else Carry(now)
+    state, _ = evaluated(piece, piece.instants(np.array([earlier, time])))
+    return Carry(snapshot(piece.plan, state, base.now, 1), snapshot(piece.plan, state, base.now, 0), span)
+
+
+def held(carry: Carry) -> Carry:
+    """The same pose, at rest: nothing to continue in velocity."""
+    return Carry(carry.now)
+
+
+HELD = 64
+"""So many of a path's nodes are looked at for the last good pose."""
+
+
+class Assembly:
+    """Poses of a run of frames, filled in segment by segment.
+
+    ``judged``: the scene's size (pixels), where each frame is to be judged against the constraints as stated before it
+    counts as solved; None where that is not asked for.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        stretches: Sequence[Stretch],
+        frames: NDArray[np.int64],
+        times: FloatArray,
+        *,
+        angles: bool = True,
+        judged: float | None = None,
+    ) -> None:
+        count, things = len(frames), len(scene.things)
+        self.stretches = stretches
+        self.angles = angles
+        self.judged = judged
+        self.scene = scene
+        self.frames, self.times = frames, times
+        self.origin = np.zeros((things, 2, count)).transpose(0, 2, 1)  # each coordinate contiguous over the frames
+        self.direction = np.zeros((things, 2, count)).transpose(0, 2, 1)
+        self.angle = np.zeros((things, count))
+        self.visible = np.zeros((things, count), dtype=np.bool_)
+        self.moved: set[int] = set()  # things that anything but a pose to rest in has been written for
+        self.solved = np.ones(count, dtype=np.bool_)
+        self.properties: dict[tuple[int, str], FloatArray] = {}
+        self.judges: dict[int, Judge] = {}
+        for stretch in stretches:
+            for payload in stretch.plan.system.number_of:
+                if isinstance(payload, ThingProperty) and (payload.thing, payload.name) not in self.properties:
+                    default = scene.things[payload.thing].undriven(payload.name)
+                    self.properties[payload.thing, payload.name] = np.full(count, default)
+        self.missing: dict[str, BoolArray] = {}
+        self.first: dict[str, tuple[float, ...]] = {}
+        self.variables = {
+            name: np.zeros((count, 2) if variable.is_vector else count) for name, variable in scene.variables.items()
+        }
+
+    def add(self, stretch: Stretch, where: slice, instants: Instants) -> None:
+        """Fill in the frames ``where``, which lie in ``stretch``."""
+        for number in stretch.segment.visible:
+            self.visible[number, where] = True
+        self._note_missing(stretch, where)
+        begins = np.array([piece.begin for piece in stretch.pieces[1:]])
+        of_piece = np.searchsorted(begins, instants.tau, side="right")
+        offset = int(where.start)
+        only = stretch.pieces[int(of_piece[0])] if of_piece[0] == of_piece[-1] else None
+        if isinstance(only, Piece):  # nearly always: all frames in one piece, so arrays are filled by slices
+            state, bad = self._evaluated(only, instants)
+            self._fill(where, only.plan, state, stretch.base.now)
+            if bad.any():
+                self._hold(offset + np.nonzero(bad)[0], instants.tau[bad], only, stretch)
+            return
+        for number in np.unique(of_piece):
+            chosen = np.nonzero(of_piece == number)[0]
+            piece = stretch.pieces[int(number)]
+            places = offset + chosen
+            if isinstance(piece, Dead):
+                self._fill_moment(places, piece.carry.now)
+                self.solved[places] = False
+                continue
+            part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
+            state, bad = self._evaluated(piece, part)
+            self._fill(places, piece.plan, state, stretch.base.now)
+            if bad.any():
+                self._hold(places[bad], part.tau[bad], piece, stretch)
+
+    def _evaluated(self, piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
+        state, bad = evaluated(piece, instants, windings=self.angles or self.judged is not None)
+        if self.judged is not None:
+            judge = self.judges.setdefault(id(piece.plan), Judge(piece.plan, self.judged))
+            bad = bad | (judge.worst(state, instants) > TOLERANCE)
+        return state, bad
+
+    def _fill(self, places: NDArray[np.intp] | slice, plan: Plan, state: State, base: Snapshot) -> None:
+        mentioned: set[int] = set()
+        for t, placement in placements(plan, state, base):
+            self._place(t, places, placement)
+            mentioned.add(t)
+        self.moved |= mentioned
+        for t, pose in enumerate(base.things):
+            if t not in mentioned:
+                self._rest(t, places, pose)
+        number_of = plan.system.number_of
+        for (thing, name), values in self.properties.items():
+            n = number_of.get(ThingProperty(thing, name))
+            if n is not None:
+                values[places] = state[n]
+        for name, values in self.variables.items():
+            for axis in (0, 1) if values.ndim == 2 else (None,):
+                payload = VariableComponent(name, axis)
+                n = number_of.get(payload)
+                value = self._known(base, payload) if n is None else state[n]
+                if axis is None:
+                    values[places] = value
+                else:
+                    values[places, axis] = value
+
+    def _note_missing(self, stretch: Stretch, where: slice) -> None:
+        """Mark the variables that no statement in force mentions."""
+        for name, values in self.variables.items():
+            if not has_value(stretch, name, values.ndim == 2):
+                self.missing.setdefault(name, np.zeros(len(self.frames), dtype=np.bool_))[where] = True
+
+    def _known(self, moment: Snapshot, payload: VariableComponent) -> float:
+        """The last value of a variable that has none, or else the first that it will have."""
+        if payload in moment.others:
+            return moment.others[payload]
+        if payload.name not in self.first:
+            self.first[payload.name] = first_value(self.stretches, payload.name, payload.axis is not None)
+        return self.first[payload.name][payload.axis or 0]
+
+    def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: Placement | ThingPose) -> None:
+        self.origin[thing, places, 0] = pose.x
+        self.origin[thing, places, 1] = pose.y
+        self.direction[thing, places, 0] = pose.c
+        self.direction[thing, places, 1] = pose.s
+        self.angle[thing, places] = pose.angle
+
+    def _rest(self, thing: int, places: NDArray[np.intp] | slice, pose: ThingPose) -> None:
+        """A thing that stays where it is. The arrays come as zeros that cost nothing until they are written to, which
+        is what a thousand still things as drawn are made of.
+        """
+        if thing in self.moved:
+            self._place(thing, places, pose)
+            return
+        for array, values in ((self.origin, (pose.x, pose.y)), (self.direction, (pose.c, pose.s))):
+            for axis, value in enumerate(values):
+                if value != 0.0:
+                    array[thing, places, axis] = value
+        if pose.angle != 0.0:
+            self.angle[thing, places] = pose.angle
+
+    def _fill_moment(self, places: NDArray[np.intp], moment: Snapshot) -> None:
+        for t, pose in enumerate(moment.things):
+            self._place(t, places, pose)
+        self.moved.update(range(len(moment.things)))
+        for (thing, name), values in self.properties.items():
+            values[places] = moment.others.get(ThingProperty(thing, name), self.scene.things[thing].undriven(name))
+        for name, values in self.variables.items():
+            for axis in (0, 1) if values.ndim == 2 else (None,):
+                value = self._known(moment, VariableComponent(name, axis))
+                if axis is None:
+                    values[places] = value
+                else:
+                    values[places, axis] = value
+
+    def _hold(self, places: NDArray[np.intp], tau: FloatArray, piece: Piece, stretch: Stretch) -> None:
+        """Frames without a solution hold the last good pose: that of the last of the path's nodes before them that has
+        one.
+        """
+        self.solved[places] = False
+        nodes = np.append(piece.begin, piece.nodes)
+        for place, instant in zip(places, tau, strict=True):
+            last = np.unique(nodes[nodes <= instant])[-HELD:]
+            state, bad = self._evaluated(piece, piece.instants(last))
+            good = np.nonzero(~bad)[0]
+            moment = snapshot(piece.plan, state, stretch.base.now, int(good[-1])) if len(good) else stretch.base.now
+            self._fill_moment(np.array([place]), moment)
+
+    def finished(self) -> Poses:
+        """The poses, all finite."""
+        finite = np.ones(len(self.frames), dtype=np.bool_)
+        of_things = [array[t] for t in sorted(self.moved) for array in (self.origin, self.direction, self.angle)]
+        with np.errstate(all="ignore"):
+            for array in (*of_things, *self.properties.values(), *self.variables.values()):
+                if not np.isfinite(np.sum(array)):
+                    finite &= np.isfinite(array).reshape(len(finite), -1).all(axis=1)
+                    np.nan_to_num(array, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+        return Poses(
+            frames=self.frames,
+            times=self.times,
+            origin=self.origin,
+            direction=self.direction,
+            angle=self.angle,
+            visible=self.visible,
+            properties=self.properties,
+            variables=self.variables,
+            missing=self.missing,
+            solved=self.solved & finite,
+        )

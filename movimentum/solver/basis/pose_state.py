@@ -1,0 +1,82 @@
+"""What is carried from one segment (or piece) to the next: the pose of the scene at an instant, and just before it.
+
+Poses are kept in the scene's terms, so that a plan with other frames can read them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+
+from movimentum.planning.lowering.body_frames import BodyFrame
+from movimentum.planning.lowering.equations import System
+from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX
+from movimentum.scene.model import Scene, ThingAngle
+
+
+@dataclass(frozen=True, slots=True)
+class ThingPose:
+    """World position (x, y) of a thing's local origin, its direction (c, s), and its turn in degrees."""
+
+    x: float = 0.0
+    y: float = 0.0
+    c: float = 1.0
+    s: float = 0.0
+    angle: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """A moment: every thing's pose, and the other unknowns by their payload.
+
+    ``known`` are the things that have been placed by constraints (the others are as drawn). ``solved`` are their poses'
+    unknowns as they were solved, in ``frames``: a plan with the same frames reads them to the last bit.
+    """
+
+    things: tuple[ThingPose, ...]
+    others: dict[Hashable, float] = field(default_factory=dict[Hashable, float])
+    known: frozenset[int] = frozenset()
+    solved: dict[PosePart, float] = field(default_factory=dict[PosePart, float])
+    frames: dict[int, BodyFrame] = field(default_factory=dict[int, BodyFrame])
+
+    def value(self, system: System, unknown: int) -> float | None:
+        """The value of a system's unknown at this moment, or None where the moment does not know it."""
+        payload = system.unknowns[unknown].payload
+        if isinstance(payload, PosePart | ThingAngle):
+            pose = self.things[payload.thing]
+            if isinstance(payload, ThingAngle):
+                return pose.angle
+            frame = system.frame(payload.thing)
+            exact = self.solved.get(payload)
+            if exact is not None and self.frames[payload.thing] == frame:
+                return exact
+            if isinstance(payload, PoseCos):
+                return frame.of_thing(pose.c, pose.s)[0]
+            if isinstance(payload, PoseSin):
+                return frame.of_thing(pose.c, pose.s)[1]
+            rx, ry = frame.origin
+            if isinstance(payload, PoseX):
+                return pose.x + (pose.c * rx - pose.s * ry) - system.shift[0]
+            return pose.y + (pose.s * rx + pose.c * ry) - system.shift[1]
+        return self.others.get(payload)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Carry:
+    """``now``, and ``before``, ``span`` earlier (None where there is no motion to carry)."""
+
+    now: Snapshot
+    before: Snapshot | None = None
+    span: float = 0.0
+
+    def rate(self, system: System, unknown: int) -> float | None:
+        """The velocity of an unknown as the motion so far shows it."""
+        if self.before is None or self.span <= 0.0:
+            return None
+        a, b = self.before.value(system, unknown), self.now.value(system, unknown)
+        return None if a is None or b is None else (b - a) / self.span
+
+
+def as_drawn(scene: Scene) -> Carry:
+    """Before the first frame: everything as drawn, nothing known."""
+    return Carry(Snapshot(tuple(ThingPose() for _ in scene.things)))

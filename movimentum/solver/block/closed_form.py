@@ -1,0 +1,83 @@
+"""The closed-form kernels, over all instants of a block at once.
+
+``u`` is the state (a list, by unknown number, of float64 scalars or (F,) arrays), ``k`` the clock arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+
+FloatArray = NDArray[np.float64]
+State = list[Any]
+"""By unknown number: None where not known yet, else a float64 scalar (the same at all instants) or an array (F,)."""
+
+
+class Quadratic(NamedTuple):
+    """A block that comes down to one quadratic, with what it needs to know at hand.
+
+    ``margin`` is the discriminant relative to the size of the terms it is made of: negative where the block has no real
+    solution, zero where its two solutions meet. ``roots(sign)`` gives the core unknowns on the branch ``sign``
+    (+1 or -1); a negative discriminant is taken as zero.
+    """
+
+    block: Block
+    state: State
+    clocks: Sequence[FloatArray]
+
+    @property
+    def margin(self) -> FloatArray:
+        """See the class."""
+        return np.asarray(self.branch(1.0)[0])
+
+    def roots(self, sign: FloatArray | float) -> tuple[FloatArray, ...]:
+        """See the class."""
+        return self.branch(sign)[1:]
+
+    def branch(self, sign: FloatArray | float) -> tuple[FloatArray, ...]:
+        """The margin, then the core unknowns."""
+        assert self.block.coefficients is not None
+        return self.block.coefficients(self.state, self.clocks, sign)
+
+
+def quadratic(block: Block, u: State, k: Sequence[FloatArray]) -> Quadratic:
+    """A POLYNOMIAL or DYAD block's quadratic, given what is known."""
+    return Quadratic(block, u, k)
+
+
+def linear(block: Block, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
+    """The core unknowns of a LINEAR block; nan where its matrix is singular."""
+    assert block.coefficients is not None
+    values = block.coefficients(u, k)
+    m = len(block.core)
+    if m == 1:
+        return (np.divide(values[1], values[0]),)
+    shape = np.broadcast_shapes(*(np.shape(value) for value in values))
+    matrix = np.stack([np.broadcast_to(value, shape) for value in values[: m * m]], axis=-1).reshape(*shape, m, m)
+    right = np.stack([np.broadcast_to(value, shape) for value in values[m * m :]], axis=-1)
+    try:
+        solution = np.linalg.solve(matrix, right[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        flat, rows = matrix.reshape(-1, m, m), right.reshape(-1, m)
+        solution = np.full_like(rows, np.nan)
+        for i in range(len(flat)):
+            try:
+                solution[i] = np.linalg.solve(flat[i], rows[i])
+            except np.linalg.LinAlgError:
+                continue
+        solution = solution.reshape(right.shape)
+    return tuple(solution[..., j] for j in range(m))
+
+
+def fill_explicit(block: Block, u: State, k: Sequence[FloatArray]) -> None:
+    """Set the eliminated unknowns from the core and the inputs."""
+    if block.explicit is not None:
+        for n, value in zip(block.targets, block.explicit(u, k), strict=True):
+            u[n] = (
+                np.float64(value) if isinstance(value, float) else value
+            )  # a Python float divides by zero in its own way

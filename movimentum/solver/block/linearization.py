@@ -1,0 +1,142 @@
+"""A block's rows linearised at one instant: the least motion that they let be, and the way back onto them.
+
+Two ways to solve the same problem: small blocks by a singular value decomposition (here), large ones by a sparse
+factorisation (`solver.block.sparse`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
+
+FloatArray = NDArray[np.float64]
+
+SLOW = 0.2
+"""A chord step that leaves more of the residual calls for a new linearisation."""
+NEARLY = 1e-14
+"""Of the largest unknown: a residual that need not be looked into if it shrinks no more."""
+
+
+class Tangent(Protocol):
+    """The rows of a block linearised at core values (n,): J v = want, m rows."""
+
+    scale: FloatArray
+    """(n,) of each unknown: it moves the anchors by one."""
+    lengths: FloatArray
+    """(m,) of the rows, their unknowns in units in which they move the anchors by one."""
+    rounding: float
+    """Of the largest unknown: a residual that `corrected` cannot be expected to make smaller."""
+
+    def least(self, want: FloatArray, pull: FloatArray | None = None) -> FloatArray:
+        """The v (n,) with J v = ``want`` (m,) that makes v' M v + 2 v' ``pull`` least."""
+        ...
+
+    def corrected(self, residual: FloatArray) -> FloatArray:
+        """The least step (n,) that takes a small ``residual`` (m,) away."""
+        ...
+
+    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
+        """``v`` and the least motion that brings the p errors with ``slopes`` (p, n) to change as they should, damped
+        as `solver.block.newton.damped` says.
+        """
+        ...
+
+
+class DenseTangent:
+    """A `Tangent` by the singular value decomposition of its rows in unknowns in which the metric is the identity."""
+
+    rounding = 2e-16
+
+    def __init__(self, block: Block, jacobian: FloatArray) -> None:
+        assert block.metric is not None
+        self.white, self.scale = block.metric.whitening
+        self.gradients = np.where(block.metric.weighted, self.scale, 0.0)
+        rows, lengths = scaled((jacobian @ self.white)[None], np.ones(len(self.scale)))
+        self.lengths = lengths[0]
+        self.finite = bool(np.isfinite(rows).all())
+        _, self.free, self.inverse = null_space(rows[0])
+
+    def least(self, want: FloatArray, pull: FloatArray | None = None) -> FloatArray:
+        """See `Tangent`."""
+        y = self.inverse @ (want / self.lengths)
+        if pull is not None:
+            y = y - self.free @ (self.free.T @ (self.white.T @ pull))
+        return self.white @ y if self.finite else np.full(len(self.scale), np.nan)
+
+    def corrected(self, residual: FloatArray) -> FloatArray:
+        """See `Tangent`."""
+        return -self.least(residual)
+
+    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
+        """See `Tangent`."""
+        if not self.free.shape[1]:
+            return v
+        free = self.white @ self.free
+        along = slopes @ free
+        missing = want - slopes @ v
+        if not (np.isfinite(along).all() and np.isfinite(missing).all()):
+            return np.full_like(v, np.nan)
+        reach = np.asarray(along @ along.T, dtype=np.float64)
+        moves = free @ along.T
+        return v + moves @ damped(reach, missing, damping, moves / self.scale[:, None], slopes * self.gradients)
+
+
+def tangent_at(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> Tangent:
+    """The block linearised at core values ``x`` (n,) at one instant."""
+    if block.sparse is not None:
+        from movimentum.solver.block.sparse import saddle
+
+        return saddle(block, u, k, x)
+    return DenseTangent(block, jacobian_of(block, u, k, x[None])[0])
+
+
+def chord_newton(
+    block: Block,
+    u: State,
+    k: Sequence[FloatArray],
+    x: FloatArray,
+    iterations: int,
+    limit: float | None = None,
+    tangent: Tangent | None = None,
+) -> tuple[FloatArray, float, Tangent]:
+    """The core values nearest to ``x`` (n,) that satisfy the rows at one instant, by Newton steps least in the metric.
+
+    A tangent is kept as long as steps shrink fast. Returns the values, the residual that is left (relative to the
+    largest unknown, rows and unknowns in units of what moves the anchors by one), and the last tangent. ``limit``
+    bounds a step, in those units; ``tangent`` is one to begin with, from near ``x``.
+    """
+    fresh = tangent is None
+    tangent = tangent or tangent_at(block, u, k, x)
+    residual = residual_of(block, u, k, x[None])[0]
+    error = best = float(np.max(np.abs(residual / tangent.lengths), initial=0.0))
+    kept = x
+    for _ in range(iterations):
+        if not error > 0.0 or not np.isfinite(error):
+            break
+        step = tangent.corrected(residual)
+        if limit is not None:
+            largest = float(np.max(np.abs(step / tangent.scale), initial=0.0))
+            step = step * min(1.0, limit / max(largest, 1e-300))
+        x = x + step
+        residual = residual_of(block, u, k, x[None])[0]
+        last, error = error, float(np.max(np.abs(residual / tangent.lengths), initial=0.0))
+        if error < best:
+            kept, best = x, error
+        reach = float(np.max(np.abs(x / tangent.scale), initial=0.0))
+        shrinks = error <= 0.5 * last
+        if error <= tangent.rounding * reach or (not shrinks and error <= NEARLY * reach):
+            break
+        if not shrinks and fresh and limit is None and error < 1e-8 * reach:
+            break
+        fresh = False
+        if error > SLOW * last:
+            tangent, fresh = tangent_at(block, u, k, x), True
+    return kept, best / float(np.max(np.abs(kept / tangent.scale), initial=1e-300)), tangent

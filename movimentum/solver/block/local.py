@@ -1,0 +1,96 @@
+"""One Newton block at one instant of its path: its velocity there, and the way back onto its equations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.newton import newton
+from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.scaling import scaled
+
+FloatArray = NDArray[np.float64]
+
+Probe = Callable[[FloatArray], tuple[State, tuple[FloatArray, ...]]]
+"""Upstream state and clocks at given offsets."""
+
+SMALLEST_STEP = 1e-10
+"""Of the stretch to be followed: where even that fails, the path ends."""
+
+
+SINGULAR = 1e-9
+"""Smallest singular value, of the largest, below which a Jacobian is singular."""
+
+
+@dataclass(slots=True, eq=False)
+class Local:
+    """A block at one instant: Jacobian-related quantities from finite time differences of its inputs.
+
+    ``delta`` is half the time between the instants compared; ``low`` and ``high`` bound the stretch of the path.
+    ``sizes`` are the natural sizes of the block's unknowns, where anyone asks.
+    """
+
+    block: Block
+    probe: Probe
+    delta: float
+    low: float
+    high: float
+    sizes: FloatArray | None = None
+
+    def around(self, tau: float) -> tuple[State, tuple[FloatArray, ...], float]:
+        """State and clocks at [tau, later, earlier] and the time between the latter two; inside [low, high] where
+        possible.
+        """
+        later = min(tau + self.delta, max(self.high, tau))
+        earlier = max(tau - self.delta, min(self.low, tau))
+        if later - earlier < self.delta:
+            later, earlier = tau + self.delta, tau
+        points = np.array([tau, later, earlier])
+        state, clocks = self.probe(points)
+        return state, clocks, later - earlier
+
+    def rate(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, float]:
+        """The velocity of the core unknowns (per unit of time), and the smallest singular value of the scaled Jacobian
+        relative to its largest.
+        """
+        state, clocks, span = self.around(tau)
+        repeated = np.repeat(x[None, :], 3, axis=0)
+        residual = residual_of(self.block, state, clocks, repeated)
+        drift = (residual[1] - residual[2]) / span
+        jacobian = jacobian_of(self.block, state, clocks, repeated)[:1]
+        rows, lengths = scaled(jacobian, scale)
+        right = -drift / lengths[0]
+        if not (np.isfinite(rows).all() and np.isfinite(right).all()):
+            return np.full(len(x), np.nan), 0.0
+        left, singular, turned = np.linalg.svd(rows[0], full_matrices=False)
+        smallest = float(singular[-1] / singular[0]) if len(singular) and singular[0] > 0 else 0.0
+        keep = singular > 1e-11 * singular[0]
+        y = turned[keep].T @ ((left[:, keep].T @ right) / singular[keep])
+        return y * scale, smallest
+
+    def orientation(self, tau: float, x: FloatArray, scale: FloatArray) -> float:
+        """The sign of the Jacobian's determinant at core values ``x`` (n,); 0 where it is singular or not square.
+
+        Along a path it changes at singular points only: a landing with the other sign, without one, is on another path.
+        """
+        if self.block.rows != len(self.block.core):
+            return 0.0
+        state, clocks = self.probe(np.array([tau]))
+        rows, _ = scaled(jacobian_of(self.block, state, clocks, x[None]), scale)
+        if not np.isfinite(rows).all():
+            return 0.0
+        singular = np.linalg.svd(rows[0], compute_uv=False)
+        if not singular[-1] > SINGULAR * singular[0]:
+            return 0.0
+        return float(np.linalg.slogdet(rows[0])[0])
+
+    def corrected(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, bool]:
+        """Newton from core values ``x`` (n,) at an instant: where it ends (n,), and whether that is a solution."""
+        state, clocks = self.probe(np.array([tau]))
+        outcome = newton(self.block, state, clocks, x[None, :], scale, iterations=8)
+        return outcome.x[0], bool(outcome.converged[0])

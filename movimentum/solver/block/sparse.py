@@ -1,0 +1,218 @@
+"""Large free blocks at one instant: steps from sparse factorisations.
+
+A step that is least in the block's metric and satisfies the linearised rows solves the saddle point system
+[M J'; J -e] (Nocedal & Wright, *Numerical Optimization*, 16.1). The small -e lets redundant rows be: directions whose
+singular value is below 1e-5 of a row's length are left out. It makes the matrix quasi-definite, so that any order of
+elimination will do (Vanderbei 1995, SIAM J. Optim. 5); what it costs in accuracy, refinement restores.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.structure.metric import Metric
+from movimentum.solver.basis.effort import charge
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.rows import sparse_residual, sparse_slopes
+from movimentum.solver.block.scaling import Damping, damped
+
+FloatArray = NDArray[np.float64]
+RELAXED = 1e-10
+"""The square of the relative singular value at which rows begin to be taken for redundant."""
+REFINEMENTS = 3
+REFINED = 1e-12
+"""Relative to what was wanted: a velocity's rows that are met better need no refinement."""
+
+
+class _Pattern:
+    """Where the entries of a block's metric and Jacobian stand in its saddle point matrix (compressed columns)."""
+
+    def __init__(self, block: Block) -> None:
+        from scipy.sparse import coo_matrix, csr_matrix
+
+        rows, metric = block.sparse, block.metric
+        assert rows is not None
+        assert metric is not None
+        n, m = len(block.core), rows.rows
+        diagonal = np.zeros(n)
+        on = metric.form[0] == metric.form[1]
+        diagonal[metric.form[0][on]] = metric.form[2][on]
+        self.scale = 1.0 / np.sqrt(diagonal)
+        """(n,) of each unknown: it moves the anchors by one."""
+        self.weighted = metric.weighted
+        i, j, values = metric.form
+        self.metric = values * self.scale[i] * self.scale[j]
+        self.form: Any = csr_matrix((self.metric, (i, j)), shape=(n, n))
+        self.row = np.repeat(np.arange(m), np.diff(rows.indptr))
+        at_row = np.concatenate([i, rows.indices, n + self.row, n + np.arange(m)])
+        at_column = np.concatenate([j, n + self.row, rows.indices, n + np.arange(m)])
+        # the order of elimination depends on the pattern only: found once, with any numbers
+        some = np.random.default_rng(1).uniform(0.5, 1.0, len(self.row))
+        sample = np.concatenate([self.metric, some, some, np.full(m, -RELAXED)])
+        first: Any = coo_matrix((sample, (at_row, at_column)), shape=(n + m, n + m)).tocsc()
+        factors = factored(first, order="MMD_AT_PLUS_A")
+        self.place = np.arange(n + m) if factors is None else np.asarray(factors.perm_c, dtype=np.intp)
+        """(n + m,) where each row and column stands in the order of elimination; ``order`` is its inverse."""
+        self.order = np.argsort(self.place)
+        numbers = np.arange(1, len(sample) + 1, dtype=np.float64)
+        whole: Any = coo_matrix((numbers, (self.place[at_row], self.place[at_column])), shape=first.shape).tocsc()
+        self.entries = np.asarray(whole.data, dtype=np.intp) - 1
+        self.indices, self.indptr, self.shape = whole.indices, whole.indptr, whole.shape
+
+
+@lru_cache(maxsize=8)
+def _pattern(block: Block) -> _Pattern:
+    return _Pattern(block)
+
+
+def factored(matrix: Any, order: str = "NATURAL") -> Any:
+    """The LU factors of a quasi-definite matrix (compressed columns), without looking for pivots; None where it is
+    singular. ``order``: of elimination, as SuperLU calls it.
+    """
+    import scipy.sparse.linalg
+
+    factor: Any = getattr(scipy.sparse.linalg, "splu")  # noqa: B009 - the stubs know no types here
+    try:
+        return factor(matrix, permc_spec=order, diag_pivot_thresh=0.0, panel_size=1, options={"SymmetricMode": True})
+    except RuntimeError:
+        return None
+
+
+class Saddle:
+    """A `solver.block.linearization.Tangent` by a sparse factorisation; ``slopes`` (entries,) of the Jacobian."""
+
+    rounding = 1e-14
+
+    def __init__(self, block: Block, slopes: FloatArray) -> None:
+        from scipy.sparse import csc_matrix, csr_matrix
+
+        rows = block.sparse
+        assert rows is not None
+        self.pattern = pattern = _pattern(block)
+        self.size = len(block.core)
+        self.scale = pattern.scale
+        wide = slopes * pattern.scale[rows.indices]
+        lengths = np.sqrt(np.bincount(pattern.row, wide * wide, rows.rows))
+        self.lengths = np.where(lengths > 0.0, lengths, 1.0)
+        scaled = wide / self.lengths[pattern.row]
+        self.rows: Any = csr_matrix((scaled, rows.indices, rows.indptr), shape=(rows.rows, self.size))
+        data = np.concatenate([pattern.metric, scaled, scaled, np.full(rows.rows, -RELAXED)])[pattern.entries]
+        matrix: Any = csc_matrix((data, pattern.indices, pattern.indptr), shape=pattern.shape)
+        self.factors = factored(matrix)
+
+    def _solved(self, right: FloatArray) -> FloatArray:
+        if self.factors is None or not np.isfinite(right).all():
+            return np.full_like(right, np.nan)
+        found = np.asarray(self.factors.solve(right[self.pattern.order]), dtype=np.float64)
+        return found[self.pattern.place]
+
+    def least(self, want: FloatArray, pull: FloatArray | None = None, refinements: int = REFINEMENTS) -> FloatArray:
+        """See `solver.block.linearization.Tangent`."""
+        wanted = want / self.lengths
+        right = np.zeros(self.size + len(wanted))
+        if pull is not None:
+            right[: self.size] = -pull * self.scale
+        right[self.size :] = wanted
+        y = self._solved(right)[: self.size]
+        size = float(np.max(np.abs(wanted), initial=0.0)) + float(np.max(np.abs(right), initial=0.0))
+        for _ in range(refinements):
+            off = wanted - self.rows @ y
+            if not np.max(np.abs(off), initial=0.0) > REFINED * size:
+                break
+            right[: self.size] = 0.0
+            right[self.size :] = off
+            y = y + self._solved(right)[: self.size]
+        return y * self.scale
+
+    def corrected(self, residual: FloatArray) -> FloatArray:
+        """See `solver.block.linearization.Tangent`."""
+        return -self.least(residual, refinements=0)
+
+    def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
+        """See `solver.block.linearization.Tangent`."""
+        wide = slopes * self.scale
+        right = np.zeros((self.size + self.rows.shape[0], len(slopes)))
+        right[: self.size] = wide.T
+        along = self._solved(right)[: self.size]
+        right[: self.size] = 0.0
+        right[self.size :] = -(self.rows @ along)
+        along = along + self._solved(right)[: self.size]
+        reach = wide @ along
+        if not np.isfinite(reach).all():
+            return np.full_like(v, np.nan)
+        pushed = damped(0.5 * (reach + reach.T), want - slopes @ v, damping, along, wide * self.pattern.weighted)
+        return v + (along @ pushed) * self.scale
+
+
+def saddle(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> Saddle:
+    """The block linearised at core values ``x`` (n,) at one instant."""
+    return Saddle(block, sparse_slopes(block, u, k, x[None])[0])
+
+
+class Quadratic:
+    """A quadratic program over a step of the core: the block's rows linearised at ``x`` and more rows to be met, what
+    is to be made least to be added up.
+    """
+
+    def __init__(self, block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> None:
+        rows = block.sparse
+        assert rows is not None
+        self.scale = _pattern(block).scale
+        self.gradient = np.zeros(len(x))
+        self.squares: list[tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]] = []
+        self.rows: list[tuple[NDArray[np.intp], FloatArray]] = []
+        self.right: list[float] = []
+        self.relaxed: list[float] = []
+        slopes = sparse_slopes(block, u, k, x[None])[0]
+        for i, off in enumerate(sparse_residual(block, u, k, x[None])[0]):
+            some = slice(rows.indptr[i], rows.indptr[i + 1])
+            self.row(rows.indices[some], slopes[some], float(off))
+
+    def row(self, places: NDArray[np.intp], slopes: FloatArray, off: float, *, soft: bool = False) -> None:
+        """slopes . step[places] = -off, after all else where ``soft`` is not set."""
+        scaled = slopes * self.scale[places]
+        length = float(np.sqrt(scaled @ scaled)) or 1.0
+        self.rows.append((places, scaled / length))
+        self.right.append(-off / length)
+        self.relaxed.append(1e-5 if soft else RELAXED)
+
+    def weigh(self, metric: Metric, factor: float, gradient: FloatArray) -> None:
+        """Add factor / 2 step' M step + gradient . step to what is to be least."""
+        i, j, values = metric.form
+        self.squares.append((i, j, factor * values * self.scale[i] * self.scale[j]))
+        self.gradient += gradient * self.scale
+
+    def square(self, places: NDArray[np.intp], slopes: FloatArray, value: float) -> None:
+        """Add half the square of value + slopes . step[places]."""
+        scaled = slopes * self.scale[places]
+        count = len(places)
+        self.squares.append((np.repeat(places, count), np.tile(places, count), np.outer(scaled, scaled).ravel()))
+        np.add.at(self.gradient, places, value * scaled)
+
+    def step(self) -> FloatArray:
+        """The step (n,); nan where the system is singular."""
+        from scipy.sparse import coo_matrix
+
+        charge()
+        n, m = len(self.gradient), len(self.rows)
+        row = np.repeat(n + np.arange(m), [len(places) for places, _ in self.rows])
+        column = np.concatenate([places for places, _ in self.rows])
+        values = np.concatenate([slopes for _, slopes in self.rows])
+        below = n + np.arange(m)
+        i = np.concatenate([*(some[0] for some in self.squares), row, column, below])
+        j = np.concatenate([*(some[1] for some in self.squares), column, row, below])
+        data = np.concatenate([*(some[2] for some in self.squares), values, values, -np.array(self.relaxed)])
+        matrix: Any = coo_matrix((data, (i, j)), shape=(n + m, n + m)).tocsc()
+        right = np.concatenate([-self.gradient, self.right])
+        if not (np.isfinite(data).all() and np.isfinite(right).all()):
+            return np.full(n, np.nan)
+        factors = factored(matrix, "MMD_AT_PLUS_A")
+        if factors is None:
+            return np.full(n, np.nan)
+        return np.asarray(factors.solve(right)[:n], dtype=np.float64) * self.scale

@@ -1,0 +1,251 @@
+"""The pose of a free block to begin with: things turned least, or moved least, under the block's equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.lowering.body_frames import BodyFrame
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.plan import Plan
+from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.block.closed_form import State, fill_explicit
+from movimentum.solver.block.rows import jacobian_of, residual_of, wishes_of
+from movimentum.solver.block.scaling import Damping, null_space, scaled, toward
+
+FloatArray = NDArray[np.float64]
+
+LONGEST = 0.3
+"""In units of the unknowns' scale: the longest step toward the pose to begin with."""
+TO_BEGIN = Damping(weak=1e-3)
+"""Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
+TRACE = 1e-6
+"""How much the anchors' motion weighs beside turns, where these are to be least."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Coordinate:
+    """An unknown in terms of the core: ``offset`` + ``slopes`` . core[``places``]."""
+
+    places: NDArray[np.intp]
+    slopes: FloatArray
+    offset: float
+
+    def at(self, x: FloatArray) -> float:
+        return self.offset + float(self.slopes @ x[self.places])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turn:
+    """The direction (cosine, sine) of a thing's frame, in terms of the core; ``before``: that of the thing in the pose
+    to begin from.
+    """
+
+    cosine: _Coordinate
+    sine: _Coordinate
+    frame: BodyFrame
+    before: tuple[float, float] = (1.0, 0.0)
+
+    def angle(self, x: FloatArray) -> float:
+        """How far the thing is turned from the pose to begin from, in radians."""
+        c, s = self.frame.to_thing(self.cosine.at(x), self.sine.at(x))
+        a, b = self.before
+        return float(np.arctan2(s * a - c * b, c * a + s * b))
+
+    def heading(self, x: FloatArray) -> float:
+        """The frame's direction, in radians."""
+        return float(np.arctan2(self.sine.at(x), self.cosine.at(x)))
+
+    def across(self, c: float, s: float) -> tuple[NDArray[np.intp], FloatArray]:
+        """The derivatives of c * sine - s * cosine, as (places, values)."""
+        places = np.concatenate([self.cosine.places, self.sine.places])
+        return places, np.concatenate([-s * self.cosine.slopes, c * self.sine.slopes])
+
+    def slope(self, x: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+        """The derivatives of the angle, where the direction is of unit length."""
+        return self.across(self.cosine.at(x), self.sine.at(x))
+
+
+def turns_of(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], things: set[int], carry: Carry
+) -> list[Turn]:
+    """The directions of the ``things`` whose directions the block finds; they begin from the pose carried over."""
+    offsets: dict[int, float] = {}
+    places = {n: j for j, n in enumerate(block.core)}
+    slopes = {} if block.linear is None else dict(zip(block.linear.targets, block.linear.slopes, strict=True))
+    if block.linear is not None:
+        still = list(state)
+        for n in block.core:
+            still[n] = np.zeros(1)
+        fill_explicit(block, still, k)
+        offsets = {n: float(np.ravel(still[n])[0]) for n in block.linear.targets}
+
+    def coordinate(n: int) -> _Coordinate | None:
+        if n in places:
+            return _Coordinate(np.array([places[n]]), np.ones(1), 0.0)
+        if n not in slopes:
+            return None
+        some = slopes[n]
+        return _Coordinate(
+            np.array([place for place, _ in some], dtype=np.intp), np.array([slope for _, slope in some]), offsets[n]
+        )
+
+    found: list[Turn] = []
+    number_of = plan.system.number_of
+    for n in block.unknowns:
+        payload = plan.system.unknowns[n].payload
+        if isinstance(payload, PoseCos) and payload.thing in things and PoseSin(payload.thing) in number_of:
+            cosine, sine = coordinate(n), coordinate(number_of[PoseSin(payload.thing)])
+            if cosine is not None and sine is not None:
+                before = carry.now.things[payload.thing]
+                found.append(Turn(cosine, sine, plan.system.frame(payload.thing), (before.c, before.s)))
+    return found
+
+
+def _turn_metric(x: FloatArray, fresh: Sequence[Turn], metric: FloatArray) -> FloatArray:
+    """Sum of squared turns, with a trace of the anchor metric so that it is definite."""
+    result = TRACE * metric / float(np.max(np.diag(metric)))
+    for turn in fresh:
+        direction = np.zeros(len(x))
+        places, slopes = turn.slope(x)
+        np.add.at(direction, places, slopes)
+        result = result + np.outer(direction, direction)
+    return result
+
+
+def least(
+    block: Block,
+    state: State,
+    k: Sequence[FloatArray],
+    start: FloatArray,
+    turns: Sequence[Turn],
+    held: Sequence[tuple[Turn, float]],
+    origin: FloatArray,
+    pull: FloatArray,
+    scale: FloatArray,
+    wished: NDArray[np.intp],
+) -> FloatArray | None:
+    """The core values (n,) under the block's equations, from ``start``, where ``turns`` are least, or where there are
+    none, the distance from ``origin`` in the block's metric; None where there is no getting there.
+
+    The directions in ``held`` are fixed; ``pull`` is the gradient that the known part of the same poses adds. The
+    errors ``wished`` (numbers) of the block's wishes come before both.
+    """
+    if block.sparse is None:
+        return _dense_least(block, state, k, start, turns, held, origin, pull, scale, wished)
+    return _sparse_least(block, state, k, start, turns, held, origin, pull, scale, wished)
+
+
+def _dense_least(
+    block: Block,
+    state: State,
+    k: Sequence[FloatArray],
+    start: FloatArray,
+    turns: Sequence[Turn],
+    held: Sequence[tuple[Turn, float]],
+    origin: FloatArray,
+    pull: FloatArray,
+    scale: FloatArray,
+    wished: NDArray[np.intp],
+) -> FloatArray | None:
+    """Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18)."""
+    assert block.metric is not None
+    metric = block.metric.dense
+    x = start.copy()
+    longest, nearest = LONGEST, np.inf
+    for _ in range(80 if not len(wished) else 240):
+        residual = residual_of(block, state, k, x[None])
+        jacobian = jacobian_of(block, state, k, x[None])
+        if not np.isfinite(residual).all() or not np.isfinite(jacobian).all():
+            return None
+        extra = np.zeros((len(held), len(x)))
+        off = np.zeros(len(held))
+        for i, (turn, angle) in enumerate(held):
+            c, s = float(np.cos(angle)), float(np.sin(angle))
+            places, slopes = turn.across(c, s)
+            np.add.at(extra[i], places, slopes)
+            off[i] = turn.sine.at(x) * c - turn.cosine.at(x) * s
+        rows, lengths = scaled(np.concatenate([jacobian[0], extra])[None], scale)
+        right = np.concatenate([residual[0], off]) / lengths[0]
+        _, free, inverse = null_space(rows[0])
+        restore = -(inverse @ right) * scale
+        free = free * scale[:, None]
+        if len(wished) and free.shape[1]:  # first as near to the wishes as can be, then what is left of the freedom
+            errors, wish_rows = (item[0, wished] for item in wishes_of(block, state, k, x[None]))
+            # as near as can be may be a stretched pose, which full steps would jump over for ever
+            off = float(np.linalg.norm(errors))
+            longest = 0.5 * longest if off > nearest else min(LONGEST, 1.2 * longest)
+            nearest = min(nearest, off)
+            along = wish_rows @ free
+            restore = restore + free @ toward(along, -(errors + wish_rows @ restore), TO_BEGIN)
+            _, indifferent, _ = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), 1e-6)
+            free = free @ indifferent
+        if turns:
+            gradient = np.zeros(len(x))
+            weight = _turn_metric(x, turns, metric)
+            for turn in turns:
+                places, slopes = turn.slope(x)
+                np.add.at(gradient, places, turn.angle(x) * slopes)
+        else:
+            weight = metric
+            gradient = metric @ (x - origin) + pull
+        if free.shape[1]:
+            hessian = free.T @ weight @ free
+            damped = hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian))
+            y = -np.asarray(np.linalg.solve(damped, free.T @ (gradient + weight @ restore)), dtype=np.float64)
+            step = restore + free @ y
+        else:
+            step = restore
+        size = float(np.max(np.abs(step) / scale, initial=0.0))
+        x = x + step * min(1.0, longest / max(size, 1e-300))
+        if size < 1e-13:
+            break
+    return x
+
+
+def _sparse_least(
+    block: Block,
+    state: State,
+    k: Sequence[FloatArray],
+    start: FloatArray,
+    turns: Sequence[Turn],
+    held: Sequence[tuple[Turn, float]],
+    origin: FloatArray,
+    pull: FloatArray,
+    scale: FloatArray,
+    wished: NDArray[np.intp],
+) -> FloatArray | None:
+    """The same steps from sparse saddle point systems (`solver.block.sparse`)."""
+    from movimentum.solver.block.sparse import Quadratic
+
+    assert block.metric is not None
+    form = block.metric
+    x = start.copy()
+    for _ in range(80):
+        step_of = Quadratic(block, state, k, x)
+        for turn, angle in held:
+            c, s = float(np.cos(angle)), float(np.sin(angle))
+            step_of.row(*turn.across(c, s), turn.sine.at(x) * c - turn.cosine.at(x) * s)
+        if len(wished):
+            errors, slopes = (item[0, wished] for item in wishes_of(block, state, k, x[None]))
+            for error, row in zip(errors, slopes, strict=True):
+                places = np.nonzero(row)[0]
+                step_of.row(places, row[places], float(error), soft=True)
+        if turns:
+            step_of.weigh(form, TRACE / float(np.max(form.form[2])), np.zeros(len(x)))
+            for turn in turns:
+                step_of.square(*turn.slope(x), turn.angle(x))
+        else:
+            step_of.weigh(form, 1.0, form.applied(x - origin) + pull)
+        step = step_of.step()
+        size = float(np.max(np.abs(step) / scale, initial=0.0))
+        if not np.isfinite(size):
+            return None
+        x = x + step * min(1.0, LONGEST / max(size, 1e-300))
+        if size < 1e-12:
+            break
+    return x

@@ -1,0 +1,118 @@
+"""Free motion of one block at an instant: its least velocity, and the shortest way back onto its equations.
+
+Both are least in the block's metric, which weighs all anchors alike, so nothing depends on how the equations' null
+space is written down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.plan import Plan
+from movimentum.planning.structure.metric import Metric
+from movimentum.scene.model import Scene
+from movimentum.solver.block import closed_form
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.linearization import Tangent, chord_newton, tangent_at
+from movimentum.solver.block.local import Local, Probe
+from movimentum.solver.block.rows import residual_of, wishes_of
+from movimentum.solver.block.scaling import Damping
+
+FloatArray = NDArray[np.float64]
+
+FOLLOWING = 8.0
+"""How fast a wish is followed: what it is off by falls to a third in an eighth of a time unit."""
+FARTHEST = 100.0
+"""Fields (see `field_of`): a wish that is farther off is followed as fast as if it were so far."""
+
+
+def field_of(scene: Scene) -> float:
+    """How far apart things may be: the largest extent of all anchors as drawn, and of the canvas if it is stated."""
+    points = np.array([anchor.local for thing in scene.things for anchor in thing.anchors]).reshape(-1, 2)
+    extent = float(np.max(np.ptp(points, axis=0))) if len(points) else 0.0
+    return max(extent, *map(float, scene.config.size or (0.0,))) or 100.0
+
+
+@dataclass(slots=True, eq=False)
+class FreeMotion:
+    """How a free block moves: along the least velocity that its equations leave, toward its wishes.
+
+    ``local`` is the block of ``plan`` at an instant.
+    """
+
+    local: Local
+    plan: Plan
+    fastest: float = field(init=False)
+    damping: Damping = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Look at the scene once."""
+        wide = FOLLOWING * field_of(self.plan.system.scene)
+        self.fastest = FARTHEST * wide
+        self.damping = Damping(near=FOLLOWING * self.plan.size, far=wide)
+
+    @property
+    def metric(self) -> Metric:
+        """The block's."""
+        assert self.local.block.metric is not None
+        return self.local.block.metric
+
+    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> FloatArray:
+        """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there."""
+        block = self.local.block
+        state, clocks, span = self.local.around(tau)
+        repeated = np.repeat(x[None, :], 3, axis=0)
+        residual = residual_of(block, state, clocks, repeated)
+        want = (residual[2] - residual[1]) / span
+        pull: FloatArray | None = None
+        if self.metric.coupled:
+            for j, n in enumerate(block.core):
+                state[n] = repeated[:, j]
+            closed_form.fill_explicit(block, state, clocks)
+            coupled = [np.broadcast_to(state[n], 3) for n in self.metric.coupled]
+            pull = self.metric.pull(np.array([(v[1] - v[2]) / span for v in coupled]))
+        if tangent is None:
+            one: State = [None] * len(state)
+            for n in block.inputs:
+                if state[n] is not None:
+                    one[n] = np.ravel(state[n])[:1]
+            tangent = tangent_at(block, one, tuple(clock[:1] for clock in clocks), x)
+        v = tangent.least(want, pull)
+        if block.wishes is None:
+            return v
+        errors, slopes = wishes_of(block, state, clocks, repeated)
+        wished = self._wished(errors[0], (errors[1] - errors[2]) / span)
+        return tangent.toward(v, slopes[0], wished, self.damping)
+
+    def _wished(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
+        """How fast each error should change (p,): with its target, and what it is off by down; no faster than a wish's
+        own speed, nor than if it were `FARTHEST` off.
+        """
+        want = -drift - FOLLOWING * errors
+        for first, stop, speed in self.local.block.wish_speeds:
+            now = float(np.linalg.norm(want[first:stop]))
+            most = min(speed, self.fastest)
+            if now > most:
+                want[first:stop] *= most / now
+        return want
+
+    def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
+        """The core values nearest to ``x`` (n,) that satisfy the block's equations, whether they do (to a relative
+        residual of 1e-10), and the last tangent used; ``tangent``: one from near there.
+        """
+        state, clocks = self.local.probe(np.array([tau]))
+        found, error, used = chord_newton(self.local.block, state, clocks, x, 10, tangent=tangent)
+        return found, error <= 1e-10, used
+
+
+def projected(block: Block, probe: Probe, tau: float, x: FloatArray) -> tuple[FloatArray, bool]:
+    """The core values nearest to ``x`` (n,) that satisfy the block's equations, by Newton steps least in the metric;
+    also returns whether they do (to a relative residual of 1e-8).
+    """
+    state, clocks = probe(np.array([tau]))
+    found, error, _ = chord_newton(block, state, clocks, x, 12)
+    return found, error <= 1e-8

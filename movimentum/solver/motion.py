@@ -1,0 +1,99 @@
+"""The product of the solver: a motion, from which the poses of any frames can be had."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from movimentum.solver.assembly import Assembly
+from movimentum.solver.basis.instants import Instants, at_frames, at_times
+from movimentum.solver.poses import FloatArray, IntArray, Poses
+from movimentum.solver.segment_motion import Stretch
+from movimentum.timeline.model import Timeline
+
+BATCH = 4096
+"""Frames solved by one call: few enough for the arrays to stay in the processor's caches."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """A solved timeline: a value from which the poses of any frames can be had.
+
+    ``stretches``: one for each segment. ``size``: the scene's size (pixels), for tolerances.
+    ``doubted``: some frame violates what the script states; poses are then judged before they count as solved.
+    A frame's pose depends on its time only, not on which frames are asked for.
+    """
+
+    timeline: Timeline
+    stretches: tuple[Stretch, ...]
+    size: float
+    accuracy: str = "standard"
+    doubted: bool = False
+
+    def poses(self, first: int, stop: int, *, angles: bool = True) -> Poses:
+        """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start).
+
+        Without ``angles`` the continuous turn in degrees, which no picture needs, is found only where it was needed
+        anyway (`Poses.angle` then holds nothing of use).
+        """
+        timeline = self.timeline
+        frames = np.arange(first, stop, dtype=np.int64)
+        times = at_frames((), Fraction(0), timeline.start, 1 / timeline.fps, frames).tau
+        assembly = self._assembly(frames, times, angles=angles)
+        for stretch, low, high in self.spans(first, stop):
+            for begin in range(low, high, BATCH):
+                end = min(begin + BATCH, high)
+                assembly.add(stretch, slice(begin - first, end - first), self.instants(stretch, begin, end))
+        return assembly.finished()
+
+    def spans(self, first: int, stop: int) -> Iterator[tuple[Stretch, int, int]]:
+        """The frames ``first`` … ``stop - 1`` by the stretch they lie in: (stretch, its first frame, the end of its
+        frames).
+        """
+        for place, stretch in enumerate(self.stretches):
+            span = self.span(place, first, stop)
+            if span is not None:
+                yield stretch, *span
+
+    def span(self, place: int, first: int, stop: int) -> tuple[int, int] | None:
+        """Of the frames ``first`` … ``stop - 1``, those in stretch number ``place``: (the first one, their end); None
+        where there are none.
+        """
+
+        def first_frame(stretch: Stretch) -> int:
+            """The first frame not before a step."""
+            return int(-((self.timeline.start - stretch.segment.start) * self.timeline.fps // 1))
+
+        low = max(first, first_frame(self.stretches[place]))
+        last = place + 1 == len(self.stretches)
+        high = stop if last else min(stop, first_frame(self.stretches[place + 1]))
+        return (low, high) if low < high else None
+
+    def instants(self, stretch: Stretch, low: int, high: int) -> Instants:
+        """The instants of frames ``low`` … ``high - 1``, which lie in ``stretch``."""
+        start, step = self.timeline.start, 1 / self.timeline.fps
+        return at_frames(stretch.plan.clocks, stretch.segment.start, start, step, np.arange(low, high, dtype=np.int64))
+
+    def poses_at(self, times: Sequence[Fraction]) -> Poses:
+        """The poses at any times (ascending), clipped to the timeline; ``frames`` then just counts them."""
+        timeline = self.timeline
+        clipped = [min(max(time, timeline.start), timeline.end) for time in times]
+        assembly = self._assembly(np.arange(len(clipped)), np.array([float(time) for time in clipped]))
+        place = 0
+        while place < len(clipped):
+            number = timeline.segment_at(clipped[place])
+            end = place
+            while end < len(clipped) and timeline.segment_at(clipped[end]) == number:
+                end += 1
+            stretch = self.stretches[number]
+            instants = at_times(stretch.plan.clocks, stretch.segment.start, clipped[place:end])
+            assembly.add(stretch, slice(place, end), instants)
+            place = end
+        return assembly.finished()
+
+    def _assembly(self, frames: IntArray, times: FloatArray, *, angles: bool = True) -> Assembly:
+        judged = self.size if self.doubted else None
+        return Assembly(self.timeline.scene, self.stretches, frames, times, angles=angles, judged=judged)

@@ -1,0 +1,123 @@
+"""Times at which a dyad's two circles become one and part again (a rhombus that folds flat, a scissor lift that is
+level).
+
+Every point of the circles is an intersection then, and the line through the two that there are otherwise may turn by
+half a turn, so that the branch's sign must change for the motion to go on. Which of the two signs goes on smoothly is
+seen by extrapolating from both sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.solver.block import closed_form
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.path.piece import Circles, Piece, SignTrack, track_scale
+
+FloatArray = NDArray[np.float64]
+
+LARGEST_TURN = 0.45
+"""Change of a direction's cosine or sine between two nodes."""
+FINEST = 2.0**-18
+"""Of a piece's length: nodes are no closer."""
+NEAR = 1e-5
+"""Of its largest value: a squared distance of two centres below which they may meet between two nodes."""
+ROUNDS, SAMPLES = 12, 9
+HALVINGS = range(20, 5, -2)
+POINTS = np.array([1.0, 2.0, 3.0, 4.0])
+EXTRAPOLATED = np.array([4.0, -6.0, 4.0, -1.0])
+"""The value at 0 of the cubic through values at 1, …, 4."""
+
+
+def with_coincidences(
+    piece: Piece, block: Block, track: SignTrack, nodes: tuple[FloatArray, State, Sequence[FloatArray]]
+) -> SignTrack:
+    """``track`` with its sign changed where circles that become one call for it; ``nodes``: times, states and clocks.
+
+    Looked for only where the motion is seen to jump between two nodes as close as nodes get.
+    """
+    tau, state, clocks = nodes
+    circles = track.circles
+    assert circles is not None
+    with np.errstate(all="ignore"):
+        jumps = _jumps(piece, block, track, nodes)
+        if not jumps.any():
+            return track
+        low = circles.apart(state, clocks, len(tau)) < NEAR
+        switches = track.switches
+        i = 0
+        while i < len(tau):
+            if not low[i]:
+                i += 1
+                continue
+            j = i
+            while j + 1 < len(tau) and low[j + 1]:
+                j += 1
+            first, last = max(i - 1, 0), min(j + 1, len(tau) - 1)
+            if jumps[first:last].any():
+                place = _nearest(piece, block, circles, float(tau[first]), float(tau[last]))
+                cleared = switches[(switches < tau[first]) | (switches > tau[last])]
+                without = SignTrack(track.first, cleared, circles)
+                turns = _turns(piece, block, without, place)
+                switches = np.sort(np.append(cleared, place)) if turns else cleared
+                track = SignTrack(track.first, switches, circles)
+            i = j + 1
+    return track
+
+
+def _jumps(
+    piece: Piece, block: Block, track: SignTrack, nodes: tuple[FloatArray, State, Sequence[FloatArray]]
+) -> NDArray[np.bool_]:
+    """The intervals, as close as nodes get, over which the block's motion jumps."""
+    tau, state, clocks = nodes
+    core = closed_form.quadratic(block, state, clocks).roots(track.sign(tau))
+    close = np.diff(tau) <= 2.0 * FINEST * (piece.end - piece.begin)
+    jumps = np.zeros(len(close), dtype=np.bool_)
+    for size, values in zip(track_scale(piece.plan, block), core, strict=True):
+        jumps |= close & ~(np.abs(np.diff(np.broadcast_to(values, len(tau)))) <= LARGEST_TURN * size)
+    return jumps
+
+
+def _nearest(piece: Piece, block: Block, circles: Circles, low: float, high: float) -> float:
+    """The time in [low, high] at which the centres are nearest to each other."""
+    place = 0.5 * (low + high)
+    for _ in range(ROUNDS):
+        points = np.linspace(low, high, SAMPLES + 2)
+        instants = piece.instants(points)
+        apart = circles.apart(piece.before(block.number, instants), instants.clocks, len(points))
+        if not np.isfinite(apart).any():
+            return place
+        i = int(np.nanargmin(apart))
+        place = float(points[i])
+        low, high = float(points[max(i - 1, 0)]), float(points[min(i + 1, SAMPLES + 1)])
+    return place
+
+
+def _turns(piece: Piece, block: Block, track: SignTrack, place: float) -> bool:
+    """Whether it is with the other sign that the motion goes on smoothly from before ``place`` to after it."""
+    scale = track_scale(piece.plan, block)
+    least = [np.inf, np.inf]
+    for halvings in HALVINGS:
+        offsets = POINTS * (piece.end - piece.begin) * 0.5**halvings
+        points = np.concatenate([place - offsets, place + offsets])
+        if points.min() < piece.begin or points.max() > piece.end:
+            continue
+        instants = piece.instants(points)
+        quadratic = closed_form.quadratic(block, piece.before(block.number, instants), instants.clocks)
+        sign = track.sign(points)
+        sides = [np.stack([np.broadcast_to(v, len(points)) for v in quadratic.roots(s * sign)]) for s in (1.0, -1.0)]
+        count = len(POINTS)
+        came, goes = (
+            (side[:, :count] @ EXTRAPOLATED for side in sides),
+            [side[:, count:] @ EXTRAPOLATED for side in sides],
+        )
+        for s, before in enumerate(came):
+            for turned in (0, 1):
+                off = float(np.max(np.abs(before - goes[s ^ turned]) / scale))
+                if np.isfinite(off):
+                    least[turned] = min(least[turned], off)
+    return least[1] < least[0]

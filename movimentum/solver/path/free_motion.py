@@ -1,0 +1,147 @@
+"""Integrating the least motion of a block with freedom left: one linearisation a step.
+
+A Runge–Kutta step takes seven velocities, and each is a linearisation. Here a step is predicted from the velocities
+at the last points of the path, brought back onto the equations, and corrected with the one velocity found there: the
+Adams–Bashforth–Moulton pair of order four with variable steps (Hairer, Nørsett & Wanner, *Solving Ordinary Differential
+Equations I*, III.5). The linearisation at the predicted point serves its velocity and all Newton steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.plan import Plan
+from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
+from movimentum.solver.free.velocity import FreeMotion
+from movimentum.solver.path.piece import NodeTrack, node_track
+
+FloatArray = NDArray[np.float64]
+
+TOLERANCE, LARGE_TOLERANCE = 1e-10, 1e-9
+"""Error of a step, in units of the unknowns' scale; that of large blocks, whose steps take long."""
+COARSEST = 1e-5
+ORDER = 4
+FIRST = 1e-3
+"""Of the distance between two nodes: the first step."""
+STEPS, STEPS_PER_NODE, MOST_NODES = 2500, 4, 2000
+"""So many steps in all and for each of the path's nodes (of which no more are looked at); a motion that needs more is
+given a hundredth of the accuracy each time."""
+STEPS_PER_WAY, MOST_FOR_THE_WAY = 150, 10_000
+"""Besides, so many for each unit of its scale (a radian) that the motion goes: what goes far is not wild. At most so
+many in all for that."""
+ROUNDS = 3
+"""Times that the budget of steps is spent before accuracy is given up: a motion that is drawn by something wild must
+come to an end too."""
+REFUSED = 3
+"""Steps in a row that are refused: what the past says is worth nothing then, as at a corner."""
+MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
+"""By order: the corrector's error as a part of what it changed."""
+
+
+def drift(
+    plan: Plan, block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float
+) -> NodeTrack:
+    """The least motion of a block with freedom left: of all velocities that keep the constraints, the one that moves
+    the anchors least (sum of squared speeds). Integrated with its own step control, brought back onto the constraints
+    after every step.
+
+    ``x`` (n,) are the core values at ``nodes[0]``; the track reaches ``until`` or the last node, or ends where a step
+    as short as `SMALLEST_STEP` still fails.
+    """
+    tau, high = float(nodes[0]), float(nodes[-1])
+    total = high - tau
+    if len(nodes) > MOST_NODES:
+        nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
+    local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), tau, high)
+    motion = FreeMotion(local, plan)
+    tolerance = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
+    budget = STEPS + STEPS_PER_NODE * len(nodes)
+    most = max(budget, MOST_FOR_THE_WAY)
+    spent = stage = refused = begun = 0
+    hurried = False
+    rate = motion.velocity(tau, x)
+    times, values, rates = [tau], [x], [rate]
+    length = FIRST * float(nodes[1] - nodes[0])
+
+    def track(end: float) -> NodeTrack:
+        return node_track(times, values, rates, end, np.inf if stage >= ROUNDS else tolerance)
+
+    for target in nodes[1:]:
+        while tau < target:
+            if tau >= until:
+                return track(until)
+            spent += 1
+            if spent > (stage + 1) * budget or hurried:
+                stage, hurried = stage + 1, False
+                tolerance = min(100.0 * tolerance, COARSEST)
+            if stage >= ROUNDS:  # from node to node, each the nearest to the one before
+                new, good, _ = motion.restored(float(target), x)
+                if not good:
+                    return track(tau)
+                rates.append((new - x) / (float(target) - tau))
+                tau, x = float(target), new
+                times.append(tau)
+                values.append(x)
+                continue
+            step = min(length, float(target) - tau)
+            order = min(ORDER, len(times) - begun)
+            past = [time - tau for time in times[-order:]]
+            predicted = x + _advance(past, rates[-order:], step)
+            new, good, tangent = motion.restored(tau + step, predicted)
+            new_rate = motion.velocity(tau + step, new, tangent) if good else np.full_like(x, np.nan)
+            corrected = x + _advance([*past, step], [*rates[-order:], new_rate], step)
+            error = MILNE[order - 1] * float(np.max(np.abs(corrected - new) / scale))
+            bend = _bend([*past, step], [*rates[-order:], new_rate])
+            error = max(error, step**4 / 384.0 * float(np.max(np.abs(bend) / scale)))
+            if np.isfinite(error) and error <= tolerance:
+                new, good, _ = motion.restored(tau + step, corrected, tangent)
+            if not (np.isfinite(error) and error <= tolerance and good):
+                if step <= SMALLEST_STEP * total:
+                    if not motion.restored(float(target), x)[1]:
+                        return track(tau)
+                    hurried = True  # it does go on, and faster than it can be followed
+                refused += 1
+                known = np.isfinite(error) and error > tolerance
+                length = step * (max(0.2, 0.9 * (tolerance / error) ** (1.0 / (order + 1))) if known else 0.25)
+                if refused >= REFUSED or not np.isfinite(error):
+                    begun = len(times) - 1
+                continue
+            refused = 0
+            tau = float(target) if target - tau - step < 1e-12 * total else tau + step
+            budget = min(most, budget + STEPS_PER_WAY * float(np.max(np.abs(new - x) / scale)))
+            x = new
+            times.append(tau)
+            values.append(x)
+            rates.append(new_rate)
+            grown = 0.9 * (tolerance / max(error, 1e-300)) ** (1.0 / (order + 1))
+            length = max(length, step) * min(2.0, grown) if grown > 1.1 or step == length else length
+    return track(max(until, high))
+
+
+def _advance(times: Sequence[float], rates: Sequence[FloatArray], step: float) -> FloatArray:
+    """The integral from 0 to ``step`` of the polynomial through ``rates`` at ``times``."""
+    count = len(times)
+    t = np.array(times) / step
+    powers = np.vander(t, count, increasing=True)
+    weights = np.linalg.solve(powers.T, 1.0 / np.arange(1, count + 1))
+    result = np.zeros_like(rates[0])
+    for weight, rate in zip(weights, rates, strict=True):
+        result = result + step * weight * rate
+    return result
+
+
+def _bend(times: Sequence[float], rates: Sequence[FloatArray]) -> FloatArray:
+    """The third derivative of the polynomial through the last four ``rates``: what the cubic between two points of the
+    path, by which it is evaluated, knows nothing of. Zero where there are fewer.
+    """
+    result = np.zeros_like(rates[0])
+    if len(times) >= 4:
+        last = times[-4:]
+        for i, rate in enumerate(rates[-4:]):
+            result = result + 6.0 / math.prod(last[i] - t for j, t in enumerate(last) if j != i) * rate
+    return result

@@ -1,0 +1,71 @@
+"""Where an integral has no finite value: poles of its integrand, also those that quadrature steps across.
+
+An integrable singularity, |t - t*|^-p with p < 1, only makes quadrature slow; at a pole, p >= 1, what comes behind it
+is meaningless. Both leave intervals that refinement does not mend, so p is read off the integrand's growth there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.solver.path.piece import Piece
+
+FloatArray = NDArray[np.float64]
+
+NEAR, FAR = 16.0, 256.0
+"""Widths of the finest interval at which the growth is measured: there the place of the pole is known well enough."""
+LEAST_POWER = 0.97
+MOST = 64
+"""Places that are looked at."""
+STEPS = 17
+"""Places beside a pole at which its integrand only falls. Where something cancels, rounding grows as fast, but up and
+down.
+"""
+
+
+def first_pole(piece: Piece, block: Block, low: FloatArray, high: FloatArray) -> float | None:
+    """The first pole of an INTEGRAL block's integrand in the intervals [low, high] (each of the finest width), in which
+    quadrature does not settle; None where all is integrable.
+    """
+    for a, b in list(zip(low.tolist(), high.tolist(), strict=True))[:MOST]:
+        width = b - a
+        # beside the pole itself quadrature may happen to settle, by symmetry
+        place = _steepest(piece, block, max(piece.begin, a - 2.0 * width), min(piece.end, b + 2.0 * width))
+        side = 1.0 if piece.end - place > place - piece.begin else -1.0  # where there is more of the animation
+        at = place + side * width * np.array([NEAR, 2.0 * NEAR, FAR, 2.0 * FAR])
+        one, two, three, four = _values(piece, block, at)
+        near, far = abs(one - two), abs(three - four)  # differences know nothing of what is added to the pole
+        if not (near > 0.0 and far > 0.0 and np.isfinite(near)):
+            continue
+        grows = np.log(near / far) / np.log(FAR / NEAR) > LEAST_POWER
+        if grows and _steady(_values(piece, block, place + side * width * np.geomspace(NEAR, FAR, STEPS))):
+            return place
+    return None
+
+
+def _steady(values: FloatArray) -> bool:
+    """Whether values only grow, or only fall."""
+    steps = np.diff(values)
+    return bool(np.all(steps > 0.0) or np.all(steps < 0.0))
+
+
+def _steepest(piece: Piece, block: Block, low: float, high: float) -> float:
+    """Where the integrand is largest in [low, high], closed in on."""
+    place = low
+    for _ in range(8):
+        inside = np.linspace(low, high, 65)
+        sizes = np.abs(_values(piece, block, inside))
+        best = int(np.argmax(np.where(np.isfinite(sizes), sizes, np.inf)))
+        place = float(inside[best])
+        low, high = float(inside[max(best - 1, 0)]), float(inside[min(best + 1, 64)])
+    return place
+
+
+def _values(piece: Piece, block: Block, tau: FloatArray) -> FloatArray:
+    assert block.coefficients is not None
+    instants = piece.instants(tau)
+    state = piece.before(block.number, instants)
+    (values,) = block.coefficients(state, instants.clocks)
+    return np.broadcast_to(values, tau.shape)

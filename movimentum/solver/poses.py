@@ -1,0 +1,66 @@
+"""The poses that a run of frames has: what tables, pictures and analyses read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Poses:
+    """Everything a picture or a table needs of F frames of a scene with N things.
+
+    ``frames``     (F,) frame numbers, int64, counted from 0 at the animation's start
+    ``times``      (F,) absolute times
+    ``origin``     (N, F, 2) world position of each thing's local origin (pixels, y up; see `scene.model`)
+    ``direction``  (N, F, 2) cosine and sine of each thing's turn
+    ``angle``      (N, F) that turn in degrees, continuous over time
+    ``visible``    (N, F) whether the thing has appeared
+    ``properties`` (thing number, "opacity"|"red"|"green"|"blue") -> (F,), only those that constraints mention
+    ``variables``  name -> (F,) for a scalar, (F, 2) for a vector
+    ``missing``    name -> (F,) True where the variable has no value, as no statement in force mentions it
+                   (``variables`` then holds the last value that it had, or else the first that it will have)
+    ``solved``     (F,) False where the scene has no solution (the arrays then hold the last good pose)
+
+    A world point of local (x, y) is ``origin + (c x - s y, s x + c y)`` with (c, s) = direction. All values are finite.
+    """
+
+    frames: NDArray[np.int64]
+    times: FloatArray
+    origin: FloatArray
+    direction: FloatArray
+    angle: FloatArray
+    visible: BoolArray
+    properties: dict[tuple[int, str], FloatArray]
+    variables: dict[str, FloatArray]
+    solved: BoolArray
+    missing: dict[str, BoolArray] = field(default_factory=lambda: {}, kw_only=True)  # noqa: PIE807 - typed
+
+    def world(self, thing: int, local: tuple[float, float]) -> FloatArray:
+        """(F, 2) world positions of the point ``local`` of thing number ``thing``."""
+        c, s = self.direction[thing, :, 0], self.direction[thing, :, 1]
+        x, y = local
+        return np.stack(
+            [self.origin[thing, :, 0] + (c * x - s * y), self.origin[thing, :, 1] + (s * x + c * y)], axis=-1
+        )
+
+    def select(self, chosen: NDArray[np.int64] | slice) -> Poses:
+        """The frames ``chosen`` (positions in these arrays, not frame numbers)."""
+        return Poses(
+            frames=self.frames[chosen],
+            times=self.times[chosen],
+            origin=self.origin[:, chosen],
+            direction=self.direction[:, chosen],
+            angle=self.angle[:, chosen],
+            visible=self.visible[:, chosen],
+            properties={key: value[chosen] for key, value in self.properties.items()},
+            variables={key: value[chosen] for key, value in self.variables.items()},
+            missing={key: value[chosen] for key, value in self.missing.items()},
+            solved=self.solved[chosen],
+        )

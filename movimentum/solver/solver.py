@@ -1,0 +1,333 @@
+"""Timeline -> Motion: each segment planned, begun, followed, and solved for its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from movimentum.planning.plan import Plan
+from movimentum.planning.planner import compile_structure, structure_of
+from movimentum.scene.model import Scene
+from movimentum.solver.assembly import carry_at, held
+from movimentum.solver.basis.pose_state import Carry, as_drawn
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.double_roots import with_redundant_rows
+from movimentum.solver.path.follow import Choice, Gap, follow
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.segment_motion import Beginning, Dead, Stretch, Trouble
+from movimentum.solver.start.candidates import Selection, TurnedDown
+from movimentum.solver.start.deceptive import deceptive
+from movimentum.solver.start.resumption import Branch, first_beginning, times_after
+from movimentum.solver.start.search import SELECTOR_TOLERANCE, select
+from movimentum.solver.start.violations import first_disagreement, first_violation
+from movimentum.timeline.model import Segment, Timeline
+
+if TYPE_CHECKING:
+    from movimentum.solver.start.contradictions import Contradiction
+
+MAXIMAL_PIECES = 400
+"""Of one segment; where there would be more, the rest is without a solution."""
+CREEPING = 12
+"""So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, or there
+are solutions at single instants only, or Newton's method is at the end of its precision.
+"""
+SHORT = 3e-4
+"""Of a segment: a piece that is shorter ends where it begins. `MAXIMAL_PIECES` like that would not fill a segment."""
+
+
+def scene_size(scene: Scene) -> float:
+    """The scene's size in world pixels: the largest distance between two anchors of a thing, along an axis (else
+    between any two anchors as drawn, else a disc's radius, else the canvas' size, else 100).
+
+    Only used for scaling and tolerances; taken from the things themselves, so that a scaled scene is solved alike.
+    """
+    everything: list[tuple[float, float]] = []
+    size = 0.0
+    for thing in scene.things:
+        points = [anchor.local for anchor in thing.anchors]
+        everything += points
+        size = max(size, _extent(points))
+    size = size or _extent(everything) or max((thing.radius or 0.0 for thing in scene.things), default=0.0)
+    if size > 0.0:
+        return size
+    return float(max(scene.config.size)) if scene.config.size else 100.0
+
+
+def _extent(points: list[tuple[float, float]]) -> float:
+    """The largest difference of a coordinate."""
+    if len(points) < 2:
+        return 0.0
+    return max(max(p[axis] for p in points) - min(p[axis] for p in points) for axis in (0, 1))
+
+
+def solve(timeline: Timeline, begin: Carry | None = None) -> Motion:
+    """Find the motion of a whole timeline; it begins with the pose nearest to ``begin`` (None: as drawn).
+
+    Never raises for what a scene may do: where there is no solution the `Motion` says so in ``troubles`` and its poses
+    mark the frames. Raises `planning.planner.CyclicRateError` for a derivative that depends on itself.
+    """
+    scene = timeline.scene
+    size = scene_size(scene)
+    carry = begin or as_drawn(scene)
+    stretches: list[Stretch] = []
+    for segment in timeline.segments:
+        earlier = stretches[-1] if stretches else None
+        stretch, carry = _solve_segment(scene, segment, size, carry, earlier)
+        stretches.append(stretch)
+    return Motion(timeline, tuple(stretches), size)
+
+
+def _solve_segment(
+    scene: Scene, segment: Segment, size: float, carry: Carry, earlier: Stretch | None
+) -> tuple[Stretch, Carry]:
+    length = float(segment.end - segment.start)
+    ahead = 1e-4 * length if length > 0.0 else 1e-4
+    plan, selection = _begin(scene, segment, size, carry, ahead, earlier)
+    if earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended:
+        # the path ended and nothing new is stated: there is still no solution on it
+        stretch = Stretch(segment, plan, carry, [Dead(0.0, length, carry)], [], [])
+        stretch.troubles.append(Trouble("start", 0.0, until=length, selection=selection))
+        return stretch, carry
+    stretch = _followed(segment, plan, selection, carry, ahead)
+    wrong = _disagreement(stretch)
+    if wrong is not None:
+        stretch = _planned_anew(scene, stretch, wrong, size, ahead)
+    last = stretch.pieces[-1]
+    if isinstance(last, Dead):
+        return stretch, held(last.carry)
+    return stretch, carry_at(stretch, last, length, carry)
+
+
+def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float) -> Stretch:
+    """A segment's motion from where it begins, piece by piece."""
+    length = float(segment.end - segment.start)
+    stretch = Stretch(segment, plan, carry, [], [Beginning(0.0, selection, carry, "step")], [])
+    begin = 0.0
+    choices: list[Choice] | None = selection.choices
+    if choices is None:
+        choices, begin = _late_beginning(stretch, selection, length, ahead)
+    while choices is not None:
+        piece, gaps = follow(plan, segment.start, begin, length, choices)
+        stretch.pieces.append(piece)
+        if length <= begin:
+            break
+        choices, begin = _continue(stretch, piece, gaps, length, ahead)
+    return stretch
+
+
+def _disagreement(stretch: Stretch) -> tuple[int, float] | None:
+    """The first time at which an equation that was taken for redundant does not hold, and the equation's number."""
+    found = (first_disagreement(p, p.end) for p in stretch.pieces if isinstance(p, Piece) and p.end > p.begin)
+    return next((wrong for wrong in found if wrong is not None), None)
+
+
+def _planned_anew(scene: Scene, stretch: Stretch, wrong: tuple[int, float], size: float, ahead: float) -> Stretch:
+    """The motion with the equation that does not hold all along in one block with all that it is connected to; where
+    that leads no farther, the motion as far as the equation holds.
+    """
+    check, time = wrong
+    segment, carry = stretch.segment, stretch.base
+    length = float(segment.end - segment.start)
+    structure = structure_of(scene, segment)
+    merged = structure.with_merged(structure.merged | stretch.plan.system.equations[check].unknowns)
+    plan = compile_structure(merged, size)
+    selection = _selected(plan, ahead, carry)
+    if selection.choices is not None:
+        again = _followed(segment, plan, selection, carry, ahead)
+        ends = min((trouble.begin for trouble in again.troubles), default=length)
+        if ends > time + 1e-3 * (length - time) and _disagreement(again) is None:
+            return again
+    piece = next(p for p in stretch.pieces if isinstance(p, Piece) and p.begin <= time <= p.end)
+    kept = stretch.pieces[: stretch.pieces.index(piece)]
+    left = held(carry_at(stretch, piece, time, carry))
+    piece.end = time
+    return replace(
+        stretch,
+        pieces=[*kept, piece, Dead(float(np.nextafter(time, np.inf)), length, left)],
+        beginnings=[beginning for beginning in stretch.beginnings if beginning.time <= time],
+        troubles=[
+            *(trouble for trouble in stretch.troubles if trouble.begin < time),
+            Trouble("check", time, until=length, check=check),
+        ],
+    )
+
+
+def _late_beginning(
+    stretch: Stretch, selection: Selection, length: float, ahead: float
+) -> tuple[list[Choice] | None, float]:
+    """Where there is no solution to begin with: the first time at which there is one, and the choice there."""
+    carry = stretch.base
+
+    def chosen(tau: float) -> Selection:
+        return select(stretch.plan, stretch.segment.start, tau, ahead, carry, totals_of(stretch.plan, carry))
+
+    found = first_beginning(stretch.plan, stretch.segment.start, length, selection, chosen)
+    onset, begin, there = found or (length, length, selection)
+    stretch.troubles.append(Trouble("start", 0.0, until=onset, selection=selection))
+    stretch.pieces.append(Dead(0.0, begin, held(carry)))
+    if found is None:
+        return None, length
+    stretch.beginnings.append(Beginning(begin, there, held(carry), "reach"))
+    return there.choices, begin
+
+
+def _begin(
+    scene: Scene, segment: Segment, size: float, carry: Carry, ahead: float, earlier: Stretch | None
+) -> tuple[Plan, Selection]:
+    """Plan a segment and choose where it begins; what proves singular by its geometry is planned again as one block."""
+    if earlier is not None and earlier.segment.active == segment.active:  # a step that only ends the timeline
+        structure = None
+        plan = replace(earlier.plan, system=replace(earlier.plan.system, segment=segment))
+        known = earlier.beginnings[0].selection.contradiction if earlier.beginnings else None
+        if known is not None:
+            from movimentum.solver.start.contradictions import later
+
+            if (still := later(known, plan, 0.0, carry)) is not None:
+                return plan, Selection(None, (), contradiction=still)
+    else:
+        structure = structure_of(scene, segment)
+        mobile = deceptive(structure, carry, size)
+        structure = structure.with_merged(mobile) if mobile else structure
+        plan = compile_structure(structure, size)
+    selection = _selected(plan, ahead, carry)
+    first = plan, selection
+    merged = set[int]() if structure is None else set(structure.merged)
+    while selection.choices is None and selection.contradiction is None:
+        before = len(merged)
+        for rejection in selection.rejections:
+            if rejection.block is not None and rejection.amount == -np.inf:
+                merged |= set(plan.blocks[rejection.block].unknowns)
+            elif rejection.check is not None:
+                merged |= plan.system.equations[rejection.check].unknowns
+        if len(merged) == before:  # nothing else to try; the first plan tells best what is wrong
+            plan, selection = first
+            return plan, replace(selection, contradiction=_contradiction(plan, carry, selection.turned_down))
+        structure = structure or structure_of(scene, segment)
+        plan = compile_structure(structure.with_merged(frozenset(merged)), size)
+        selection = _selected(plan, ahead, carry)
+    richer = None
+    if selection.choices is not None:
+        richer = with_redundant_rows(plan, segment.start, ahead, selection.choices)
+    if richer is not None:
+        better = select(richer, segment.start, 0.0, ahead, carry, totals_of(richer, carry))
+        if better.choices is not None:
+            return richer, better
+    return plan, selection
+
+
+def _selected(plan: Plan, ahead: float, carry: Carry) -> Selection:
+    """The solution that a plan begins with; a search that does not come to one is asked whether there can be any."""
+
+    def doubt(turned_down: Sequence[TurnedDown]) -> Contradiction | None:
+        return _contradiction(plan, carry, turned_down, quick=True)
+
+    return select(plan, plan.system.segment.start, 0.0, ahead, carry, totals_of(plan, carry), doubt)
+
+
+def _contradiction(
+    plan: Plan, carry: Carry, turned_down: Sequence[TurnedDown], *, quick: bool = False
+) -> Contradiction | None:
+    """Why a plan can have no beginning. ``quick``: something else can still be tried, so not for long, unless an
+    equation was turned down and not a block that is singular there.
+    """
+    from movimentum.solver.start.contradictions import EFFORT, QUICK, find_contradiction
+
+    if not turned_down:
+        return None
+    singular = any(item.rejection.amount == -np.inf for item in turned_down)
+    return find_contradiction(plan, 0.0, carry, turned_down, effort=QUICK if quick and singular else EFFORT)
+
+
+def totals_of(plan: Plan, carry: Carry) -> dict[int, float]:
+    """What each integral has come to so far, by unknown number."""
+    return {
+        unknown.number: carry.now.others.get(unknown.payload, 0.0)
+        for unknown in plan.system.unknowns
+        if unknown.payload in carry.now.others
+    }
+
+
+def _continue(
+    stretch: Stretch, piece: Piece, gaps: list[Gap], length: float, ahead: float
+) -> tuple[list[Choice] | None, float]:
+    """What comes after ``piece``: nothing (it reaches the end), or another piece: from where an inequality is violated,
+    or from where a path that ended has a solution again.
+    """
+    gap = min(gaps, key=lambda item: item.begin, default=None)
+    violated = first_violation(piece, piece.end if gap is None else gap.begin)
+    if violated is not None or gap is not None:
+        end = violated[1] if violated is not None else gap.begin if gap is not None else length
+        if len(stretch.pieces) >= MAXIMAL_PIECES or _creeps(stretch, end, length):
+            trouble = Trouble("gap", end, until=length, block=None if gap is None else gap.block)
+            if violated is not None:
+                trouble = Trouble("selector", end, until=length, selector=violated[0])
+            stretch.troubles.append(trouble)
+            _die(stretch, piece, end, length)
+            return None, length
+    if violated is not None:
+        return _beyond_inequality(stretch, piece, violated, length, ahead)
+    if gap is None:
+        return None, length
+    return _beyond_gap(stretch, piece, gap, length)
+
+
+def _creeps(stretch: Stretch, end: float, length: float) -> bool:
+    """Whether the last pieces, of which the last would end at ``end``, all end where they begin."""
+    recent = [piece for piece in stretch.pieces if isinstance(piece, Piece)][-CREEPING:]
+    ends = [*(piece.end for piece in recent[:-1]), end]
+    short = (stop - piece.begin < SHORT * length for piece, stop in zip(recent, ends, strict=True))
+    return len(recent) == CREEPING and all(short)
+
+
+def _die(stretch: Stretch, piece: Piece, end: float, until: float) -> Carry:
+    """End ``piece`` at ``end``, without a solution until ``until``; the pose that is left."""
+    carry = held(carry_at(stretch, piece, end, stretch.base))
+    piece.end = end
+    stretch.pieces.append(Dead(float(np.nextafter(end, np.inf)), until, carry))
+    return carry
+
+
+def _beyond_gap(stretch: Stretch, piece: Piece, gap: Gap, length: float) -> tuple[list[Choice] | None, float]:
+    """From where the branch has a solution again."""
+    branch = Branch.of(piece, gap.begin)
+    times = times_after(gap.begin, piece.nodes, length)
+    if gap.begin < gap.end < length:  # known to the last digit, unless something else is in the way
+        times = np.union1d(times, [gap.end])
+    found = branch.first(times, gap.begin)
+    stretch.troubles.append(Trouble("gap", gap.begin, until=length if found is None else found[0], block=gap.block))
+    if found is None:
+        _die(stretch, piece, gap.begin, length)
+        return None, length
+    begin, choices = branch.clear_of(found[0], length, found[1])
+    carry = _die(stretch, piece, gap.begin, begin)
+    stretch.beginnings.append(Beginning(begin, Selection(choices, ()), carry, "reach"))
+    return choices, begin
+
+
+def _beyond_inequality(
+    stretch: Stretch, piece: Piece, violated: tuple[int, float], length: float, ahead: float
+) -> tuple[list[Choice] | None, float]:
+    """From where an inequality is violated, on another branch that satisfies it."""
+    plan = piece.plan
+    selector, time = violated
+    carry = carry_at(stretch, piece, time, stretch.base)
+    resume = min(time + max(1e-9 * length, 1e-15), length)
+    with np.errstate(all="ignore"):
+        for _ in range(40):  # just far enough for the violation to be seen
+            instants = piece.instants(np.array([resume]))
+            state, _ = piece.evaluate(instants)
+            value = float(np.ravel(plan.selectors[selector](state, instants.clocks)[0])[0])
+            if value < -2.0 * SELECTOR_TOLERANCE * plan.size or resume >= length:
+                break
+            resume = min(time + 2.0 * (resume - time), length)
+    selection = select(plan, stretch.segment.start, resume, ahead, carry, totals_of(plan, carry))
+    piece.end = time
+    if selection.choices is None:
+        stretch.troubles.append(Trouble("selector", time, until=length, selector=selector, selection=selection))
+        stretch.pieces.append(Dead(time, length, carry))
+        return None, length
+    stretch.beginnings.append(Beginning(resume, selection, carry, "inequality", selector))
+    return selection.choices, resume

@@ -1,0 +1,279 @@
+"""Whether some of a plan's equations contradict each other at an instant, told before poses are searched for long.
+
+Linear rows (numbers, coordinates, pins, angles) contradict by elimination: that is a proof. Others are fitted, from the
+poses that a search turned down and from the pose carried over. What pulls on itself at the best fit (a self-stress) is
+made the smallest such set, and that is tried from many random poses: where they end at the same few residuals again and
+again, and none is zero, the set cannot be met. Where they end in ever different places, nothing is shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from heapq import heapify, heappop, heappush
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.plan import Plan
+from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.start.candidates import TurnedDown
+from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
+from movimentum.solver.start.fitting import MET, Fitting, eliminated
+from movimentum.solver.start.irreducible import Trials, irreducible, pulling
+
+FloatArray = NDArray[np.float64]
+
+LARGEST = 1500
+"""Rows; larger parts are not looked at (each fit takes time with the cube of it)."""
+RINGS = 5
+"""How often a part is widened by what is connected to it."""
+PARTS = 64
+"""Parts that are looked at before the search is given up."""
+EFFORT = 2e9
+"""Work for all that is looked at before one path begins, see `Effort`: about a second or two."""
+ELIMINATED = 300.0
+"""Work for each coefficient of linear rows that are eliminated."""
+QUICK = 8e8
+"""The same where other ways to begin are still to be tried."""
+MOST = 10
+"""Poses that a part begins with."""
+SHARED = 4
+"""Poses of other parts that a part begins with."""
+ROUNDS = 6
+"""Sets that pull on each other at some best fit, and can be met elsewhere, before the search is given up."""
+STARTS = (24, 72)
+"""Seeded random poses from which a set is tried, at first and where that settles nothing."""
+UNSEEN = 0.15
+"""Of all starts, those that ended where no other did: the chance that the next one ends elsewhere too (Good 1953,
+Biometrika 40)."""
+SAME = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contradiction:
+    """The ``members`` of the smallest set of ``demands`` that cannot all be met, for each a pose (n,) that meets all
+    others, and ``poses`` (n,) to try: first the one where all come nearest to being met. ``proved``: by elimination.
+    """
+
+    demands: Demands
+    members: frozenset[Member]
+    meeting: dict[Member, FloatArray]
+    poses: tuple[FloatArray, ...]
+    proved: bool
+
+
+def find_contradiction(
+    plan: Plan,
+    tau: float,
+    carry: Carry,
+    turned_down: Sequence[TurnedDown],
+    around: Iterable[frozenset[int]] = (),
+    effort: float | None = None,
+) -> Contradiction | None:
+    """A contradiction at offset ``tau``; None where none is shown, or not with as much work as ``effort``.
+
+    It is looked for among what the unknowns depend on of what was ``turned_down``, of the sets ``around``, and of the
+    plan's checks; what depends on the fewest equations comes first. Parts that can be met are widened by what is
+    connected to them.
+    """
+    if not plan.system.equations:
+        return None
+    with np.errstate(all="ignore"):
+        demands = demands_of(plan, tau, carry, Effort(EFFORT if effort is None else effort))
+        try:
+            if demands.met_at_first():
+                return None
+            found = _by_elimination(demands, range(len(demands.rows)), [])
+            return found or _among_parts(demands, plan, turned_down, around)
+        except OutOfEffortError:
+            return None
+
+
+def _among_parts(
+    demands: Demands,
+    plan: Plan,
+    turned_down: Sequence[TurnedDown],
+    around: Iterable[frozenset[int]],
+) -> Contradiction | None:
+    poses = [_filled(demands, item.values) for item in turned_down]
+    starts: dict[frozenset[int], list[FloatArray]] = {some: [] for some in around}
+    for item, pose in zip(turned_down, poses, strict=True):
+        starts.setdefault(_concerned(plan, item), []).append(pose)
+    for number in plan.checks:
+        starts.setdefault(plan.system.equations[number].unknowns, [])
+    tried: set[tuple[int, ...]] = set()
+    waiting = [(0, len(_part(demands, plan, some)[0]), k, some) for k, some in enumerate(starts) if some]
+    heapify(waiting)
+    while waiting and len(tried) < PARTS:
+        ring, _, place, some = heappop(waiting)
+        rows, unknowns = _part(demands, plan, some)
+        if tuple(rows) in tried:
+            continue
+        tried.add(tuple(rows))
+        begins = [*starts[some], *poses[:SHARED]]
+        found, met = contradiction_of(demands, rows, begins[:MOST])
+        if found is not None:
+            return found
+        wider = frozenset(n for e in plan.system.equations if e.unknowns & unknowns for n in e.unknowns)
+        if ring < RINGS and wider not in starts:
+            starts[wider] = begins if met is None else [met, *begins]
+            heappush(waiting, (ring + 1, len(_part(demands, plan, wider)[0]), place, wider))
+    return None
+
+
+def later(found: Contradiction, plan: Plan, tau: float, carry: Carry) -> Contradiction | None:
+    """The same members at another offset, of a plan with the same constraints; None where they do not contradict
+    there.
+    """
+    demands = demands_of(plan, tau, carry, Effort(EFFORT))
+    demands = demands.restricted(demands.rows_of(found.members))
+    with np.errstate(all="ignore"):
+        try:
+            met = met_by(demands, [*found.poses, *found.meeting.values()])
+        except OutOfEffortError:
+            return None
+    return replace(found, demands=demands) if met is None else None
+
+
+def apart(found: Contradiction) -> float:
+    """How far the members are from being met at their best: the length of what is left of their rows (scaled)."""
+    if found.proved:
+        return 0.0  # numbers that disagree; no fit is needed to see that
+    demands = replace(found.demands, effort=Effort(EFFORT))
+    with np.errstate(all="ignore"):
+        try:
+            fit = Fitting(demands, range(len(demands.rows))).fit(np.array([*found.poses, *found.meeting.values()]))
+        except OutOfEffortError:
+            return 0.0
+    return float(np.linalg.norm(fit.left[fit.best]))
+
+
+def _concerned(plan: Plan, item: TurnedDown) -> frozenset[int]:
+    rejection = item.rejection
+    if rejection.check is not None:
+        return plan.system.equations[rejection.check].unknowns
+    return frozenset() if rejection.block is None else frozenset(plan.blocks[rejection.block].unknowns)
+
+
+def _filled(demands: Demands, pose: Sequence[float | None]) -> FloatArray:
+    values = np.array([np.nan if v is None else v for v in pose]) / demands.scale
+    return np.where(np.isfinite(values), values, demands.first)
+
+
+def _part(demands: Demands, plan: Plan, around: frozenset[int]) -> tuple[list[int], frozenset[int]]:
+    """The rows that determine the unknowns ``around``, and what else they determine: those of the blocks these depend
+    on, and checks of nothing else.
+    """
+    owner = {n: block.number for block in plan.blocks for n in block.unknowns}
+    blocks: set[int] = set()
+    waiting = [owner[n] for n in around if n in owner]
+    while waiting:
+        number = waiting.pop()
+        if number not in blocks:
+            blocks.add(number)  # by its equations: a block's inputs lack what is folded into it
+            read = {n for e in plan.blocks[number].equations for n in plan.system.equations[e].unknowns}
+            waiting += [owner[n] for n in read if n in owner]
+    unknowns = {n for number in blocks for n in plan.blocks[number].unknowns} | around
+    equations = {e for number in blocks for e in plan.blocks[number].equations}
+    equations |= {e for e in plan.checks if plan.system.equations[e].unknowns <= unknowns}
+    return [i for i, row in enumerate(demands.rows) if row.equations & equations], frozenset(unknowns)
+
+
+def contradiction_of(
+    demands: Demands, rows: Sequence[int], starts: Sequence[FloatArray]
+) -> tuple[Contradiction | None, FloatArray | None]:
+    """The smallest set of what states ``rows`` that contradicts, or a pose (n,) that meets them all; neither where
+    nothing is shown. ``starts``: poses (n,) to begin with.
+    """
+    if not len(rows) or len(rows) > LARGEST:
+        return None, None
+    found = _by_elimination(demands, rows, starts)
+    if found is not None:
+        return found, None
+    part = demands.restricted(rows)
+    fitting = Fitting(part, range(len(part.rows)))
+    poses = [*starts, demands.first]
+    known: set[frozenset[Member]] = set()
+    for _ in range(ROUNDS):
+        fit = fitting.fit(np.array(poses))
+        if np.min(fit.error) <= MET:
+            return None, fit.u[int(np.argmin(fit.error))]
+        pose = fit.u[fit.best]
+        stressed = demands.with_things(pulling(fitting, fit))
+        if stressed in known:
+            break
+        known.add(stressed)
+        some = demands.restricted(demands.rows_of(stressed))
+        met = met_by(some, [pose, *poses], STARTS[:1])
+        if met is None or not len(met):
+            members, meeting = irreducible(Trials(some, [pose, *poses]), stressed)
+            some = some.restricted(some.rows_of(members))
+            met = met_by(some, [pose, *poses, *meeting.values()])
+            if met is None:
+                return Contradiction(some, members, meeting, (pose, *starts), False), None
+            if not len(met):
+                break
+        poses = [met]  # it can be met: what else stands in the way from there?
+    return None, None
+
+
+def _by_elimination(demands: Demands, rows: Sequence[int], starts: Sequence[FloatArray]) -> Contradiction | None:
+    """The smallest set of what states the linear ones of ``rows``, where these contradict."""
+    unmet = _unmet_linear(demands, [i for i in rows if i < demands.linear])
+    if unmet is None:
+        return None
+    members = demands.with_things(demands.rows[i].member for i in unmet)
+    some = demands.restricted(demands.rows_of(members))
+    smallest, meeting = irreducible(Trials(some, [demands.first, *starts]), members)
+    return Contradiction(some.restricted(some.rows_of(smallest)), smallest, meeting, (demands.first, *starts), True)
+
+
+def met_by(demands: Demands, starts: Sequence[FloatArray], counts: Sequence[int] = STARTS) -> FloatArray | None:
+    """A pose (n,) that meets ``demands``; None where they are shown to contradict; nothing (0,) where neither is
+    known.
+    """
+    fitting = Fitting(demands, range(len(demands.rows)))
+    poses = np.array(starts)
+    sizes: list[FloatArray] = []
+    for count in counts:
+        fit = fitting.fit(np.concatenate([poses, scattered(demands, count, seed=count)[1:]]))
+        if np.min(fit.error) <= MET:
+            return fit.u[int(np.argmin(fit.error))]
+        sizes.append(np.linalg.norm(fit.left, axis=1))
+        if _settled(np.concatenate(sizes)):
+            return None
+    return np.zeros(0)
+
+
+def _settled(sizes: FloatArray) -> bool:
+    """Whether the starts, which ended at residuals of ``sizes``, have seen about every place where one can end."""
+    ordered = np.sort(sizes)
+    new = np.concatenate([[True], np.diff(ordered) > SAME * ordered[1:]])
+    counts = np.bincount(np.cumsum(new) - 1)
+    return bool(np.sum(counts == 1) <= UNSEEN * len(sizes))
+
+
+def _unmet_linear(demands: Demands, chosen: Sequence[int]) -> list[int] | None:
+    """The fewest linear rows that contradict, found by elimination; None where all can be met."""
+    linear = np.array(chosen, dtype=np.intp)
+    rows = demands.matrix[linear]
+    demands.effort.spend(ELIMINATED * rows.size)
+
+    def unmet(some: NDArray[np.intp]) -> bool:
+        apart = eliminated(rows[some], demands.right[linear[some]], rows.shape[1])[3]
+        return bool(np.any(np.abs(apart) > MET))
+
+    every = np.arange(len(linear))
+    if not len(linear) or not unmet(every):
+        return None
+    # the certificate: multipliers that add the rows up to 0 = something else
+    left = demands.right[linear] - rows @ np.linalg.lstsq(rows, demands.right[linear], rcond=None)[0]
+    kept = np.nonzero(np.abs(left) > 1e-7 * np.max(np.abs(left)))[0]
+    if not unmet(kept):
+        kept = every
+    for i in kept[::-1]:
+        without = kept[kept != i]
+        if unmet(without):
+            kept = without
+    return [int(linear[i]) for i in kept]

@@ -1,0 +1,102 @@
+"""How a solution compares with the motion so far and with how things were drawn: what orders the candidates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.planning.plan import Plan
+from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
+from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.block.closed_form import State
+
+SAME = 1e-7
+"""Two values of an unknown of size one are the same solution."""
+TIE = 1e-9
+"""What settles which of several spellings of one pose is taken: the smaller angles, without full turns, and variables.
+Far below any difference of poses that decides, far above what rounding leaves of one.
+"""
+TURN = 360.0
+
+
+def squared(value: float) -> float:
+    """The square; infinite where it overflows (Python's own power raises)."""
+    return value * value
+
+
+class Measures:
+    """Compares states (at two instants, ``ahead`` apart) with what is carried over."""
+
+    def __init__(self, plan: Plan, carry: Carry, ahead: float) -> None:
+        self.plan = plan
+        self.carry = carry
+        self.ahead = ahead
+        self.carried = tuple(self._is_carried(n) for n in range(len(plan.system.unknowns)))
+
+    def _is_carried(self, unknown: int) -> bool:
+        known = self.plan.system.unknowns[unknown]
+        return known.payload in self.carry.now.others if known.thing is None else known.thing in self.carry.now.known
+
+    def break_of(self, block: Block, state: State) -> float:
+        """0 where the block's state continues the motion so far in place (and velocity), 1 where it does not."""
+        if not any(self.carried[n] for n in block.unknowns):
+            return 0.0
+        system = self.plan.system
+        slower = 0.0
+        for n in block.unknowns:
+            before = self.carry.now.value(system, n) if self.carried[n] else None
+            if before is None or isinstance(system.unknowns[n].payload, ThingAngle):
+                continue
+            scale = 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else self.plan.size
+            now = np.broadcast_to(state[n], 2)
+            if not abs(float(now[0]) - before) <= SAME * scale:
+                return 1.0
+            rate = self.carry.rate(system, n)
+            if rate is not None and self.ahead > 0.0:
+                slower = max(slower, abs((float(now[1]) - float(now[0])) / self.ahead - rate) * self.ahead / scale)
+        return min(0.5, slower)
+
+    def distances(self, unknowns: Sequence[int], state: State) -> tuple[float, float, float]:
+        """(squared distance from the pose carried over, squared turn, squared displacement from as drawn), of what is
+        in ``unknowns``.
+        """
+        system = self.plan.system
+        carried = turned = moved = 0.0
+        for n in unknowns:
+            payload = system.unknowns[n].payload
+            if isinstance(payload, Anonymous):
+                continue
+            now = np.broadcast_to(state[n], 2)
+            value = float(now[0])
+            if isinstance(payload, ThingAngle | VariableComponent):
+                if not self.carried[n]:
+                    turned += TIE * squared(value / (TURN if isinstance(payload, ThingAngle) else self.plan.size))
+                if isinstance(payload, ThingAngle):
+                    continue
+            before = self.carry.now.value(system, n)
+            if before is None:
+                continue
+            if self.carried[n]:
+                scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else self.plan.size
+                carried += squared((value - before) / scale)
+            elif isinstance(payload, PoseCos | PoseSin):
+                other = system.number_of[(PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)]
+                if state[other] is not None and (other > n or other not in unknowns):  # once, when both are known
+                    turned += squared(self._turn(payload.thing, state))
+            elif isinstance(payload, PoseX | PoseY):
+                moved += squared((value - before) / self.plan.size)
+        return carried, turned, moved
+
+    def _turn(self, thing: int, state: State) -> float:
+        """How far a thing is turned at the second instant from how it was drawn (its part as a whole having been laid
+        where it belongs), in radians.
+        """
+        system = self.plan.system
+        parts = (np.broadcast_to(state[system.number_of[part(thing)]], 2)[1] for part in (PoseCos, PoseSin))
+        cosine, sine = system.frame(thing).to_thing(*map(float, parts))
+        before = self.carry.now.things[thing]
+        return math.acos(min(1.0, max(-1.0, cosine * before.c + sine * before.s)))

@@ -1,0 +1,233 @@
+"""The best fit of some rows of `Demands`: linear rows are met exactly, the others as nearly as can be.
+
+Levenberg–Marquardt (Marquardt 1963; Nielsen 1999 for the damping) from several starts at once, in coordinates of the
+null space of the linear rows. Where it ends with something left, the residuals are a self-stress: they keep each other
+in balance, and what has none of it has nothing to do with the contradiction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.solver.start.demands import Demands, Effort
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+Slopes = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+"""Coordinates (F, k) to residuals (F, q) and their slopes (F, q, k)."""
+
+DEPENDENT = 1e-9
+"""Of a linear row's unit length: what is left of one that depends on others."""
+MET = 1e-9
+"""Residual of a row of unit gradient over unknowns of size one."""
+ENOUGH = 1e-24
+"""Sum of squared residuals at which a fit ends."""
+ITERATIONS = 80
+OVERHEAD = 2e5
+"""Work of an iteration besides its arithmetic (see `Effort`)."""
+LIGHT = 0.05
+"""How much less a place counts than a direction where a start is brought to meet the linear rows."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """Where the starts end: unknowns ``u`` (F, n), what is ``left`` (F, q) of the rows that are not linear, and the
+    largest ``error`` (F,) of a row.
+    """
+
+    u: FloatArray
+    left: FloatArray
+    error: FloatArray
+
+    @property
+    def best(self) -> int:
+        """The start that fits best; the first of those that are as good."""
+        cost = np.sum(self.left**2, axis=1)
+        return int(np.argmax(cost <= cost.min() * (1.0 + 1e-6) + 1e-24))
+
+
+class Fitting:
+    """The rows ``rows`` of some demands (numbers in `Demands.rows`); of these, ``soft`` are linear rows that are
+    fitted as the others are, and not met exactly.
+    """
+
+    def __init__(self, demands: Demands, rows: Iterable[int], soft: Iterable[int] = ()) -> None:
+        self.demands = demands
+        chosen = np.array(sorted(rows), dtype=np.intp)
+        self.soft = np.array(sorted(soft), dtype=np.intp)
+        linear = np.setdiff1d(chosen[chosen < demands.linear], self.soft)
+        others = chosen[chosen >= demands.linear] - demands.linear
+        self.linear, self.others = linear, others
+        self.matrix, self.right = demands.matrix[linear], demands.right[linear]
+        self.columns = used_columns(demands, np.union1d(linear, self.soft), others)
+        assert demands.block is not None
+        _, self._into, self._from = np.intersect1d(self.columns, demands.block.core, return_indices=True)
+        demands.effort.spend(20.0 * self.matrix.shape[0] * len(self.columns) * 10.0)
+        self.origin, self.basis, self.dependent, self.apart = eliminated(
+            self.matrix[:, self.columns], self.right, len(self.columns)
+        )
+        """``apart``: by how much the dependent rows miss, in their units."""
+
+    @property
+    def consistent(self) -> bool:
+        """Whether the linear rows can be met."""
+        return bool(np.all(np.abs(self.apart) <= MET))
+
+    def values(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Residuals (F, q) and Jacobian (F, q, columns) of the rows to be fitted: the soft ones, then the others."""
+        residual, slopes = self.demands.values(u)
+        residual = residual[:, self.others]
+        jacobian = np.zeros((*residual.shape, len(self.columns)))
+        jacobian[:, :, self._into] = slopes[:, self.others][:, :, self._from]
+        if not len(self.soft):
+            return residual, jacobian
+        rows = self.demands.matrix[self.soft]
+        more = u @ rows.T - self.demands.right[self.soft]
+        slopes = np.repeat(rows[None, :, self.columns], len(u), axis=0)
+        return np.concatenate([more, residual], axis=1), np.concatenate([slopes, jacobian], axis=1)
+
+    @property
+    def fitted(self) -> IntArray:
+        """The numbers of the rows that `values` gives."""
+        return np.concatenate([self.soft, self.others + self.demands.linear])
+
+    def brought(self, u: FloatArray) -> FloatArray:
+        """(F, k) coordinates of the poses that meet the linear rows near ``u`` (F, n)."""
+        weight = np.where(self.demands.scale[self.columns] == self.demands.plan.size, LIGHT, 1.0)
+        wide = self.basis * weight[:, None]
+        off = (u[:, self.columns] - self.origin) * weight
+        self.demands.effort.spend(10.0 * wide.size * wide.shape[1])
+        if not wide.shape[1]:
+            return np.zeros((len(u), 0))
+        return np.asarray(np.linalg.lstsq(wide, off.T, rcond=None)[0].T, dtype=np.float64)
+
+    def fit(self, starts: FloatArray, weights: FloatArray | None = None, iterations: int = ITERATIONS) -> Fit:
+        """Fit from ``starts`` (F, n); ``weights`` (q,) of the rows that are not linear."""
+        z = self.brought(starts)
+        weight = np.ones(len(self.fitted)) if weights is None else weights
+        u = starts.copy()
+
+        def at(z: FloatArray) -> tuple[FloatArray, FloatArray]:
+            v = np.repeat(self.demands.first[None], len(z), axis=0)
+            v[:, self.columns] = self.origin + z @ self.basis.T
+            residual, jacobian = self.values(v)
+            rows = np.nan_to_num(jacobian @ self.basis, posinf=0.0, neginf=0.0) * weight[:, None]
+            return np.nan_to_num(residual, nan=1e6, posinf=1e6, neginf=-1e6) * weight, rows
+
+        with np.errstate(all="ignore"):
+            z = _descended(at, z, iterations, self.demands.effort)
+            u[:, self.columns] = self.origin + z @ self.basis.T
+            left = np.nan_to_num(self.values(u)[0], nan=1e6, posinf=1e6, neginf=-1e6)
+        error = np.max(np.abs(left), axis=1, initial=0.0)
+        if len(self.apart):
+            error = np.maximum(error, float(np.max(np.abs(self.apart), initial=0.0)))
+        return Fit(u, left, error)
+
+    def stress(self, fit: Fit) -> FloatArray:
+        """(all rows of the demands,): how much each row pulls where the best of a fit ended."""
+        one = fit.u[fit.best][None]
+        with np.errstate(all="ignore"):
+            _, jacobian = self.values(one)
+        other = fit.left[fit.best]
+        pull = np.nan_to_num(jacobian[0]).T @ other
+        linear = np.zeros(len(self.linear))
+        if len(linear):
+            across = self.matrix[:, self.columns].T
+            linear = np.asarray(np.linalg.lstsq(across, -pull, rcond=None)[0], dtype=np.float64)
+        largest = max(float(np.max(np.abs(other), initial=0.0)), 1e-300)
+        found = np.zeros(len(self.demands.rows))
+        found[self.linear], found[self.fitted] = np.abs(linear) / largest, np.abs(other) / largest
+        return found
+
+
+def _descended(at: Slopes, z: FloatArray, iterations: int, effort: Effort) -> FloatArray:
+    """Levenberg–Marquardt from all rows of ``z`` at once."""
+    count, k = z.shape
+    if k == 0:
+        return z
+    right, rows = at(z)
+    cost = np.sum(right**2, axis=1)
+    damping = np.full(count, 1e-3)
+    growth = np.full(count, 2.0)
+    going: IntArray = np.arange(count, dtype=np.intp)
+    eye = np.eye(k)
+    for _ in range(iterations):
+        if not len(going) or cost.min() < ENOUGH:  # one that meets all is all that is asked for
+            break
+        effort.spend(OVERHEAD + len(going) * (k**3 / 3 + rows.shape[1] * k * (k + rows.shape[2])))
+        some = rows[going]
+        normal = some.transpose(0, 2, 1) @ some
+        gradient = (some.transpose(0, 2, 1) @ right[going][..., None])[..., 0]
+        step = -np.linalg.solve(normal + damping[going, None, None] * eye, gradient[..., None])[..., 0]
+        trial = z[going] + step
+        new_right, new_rows = at(trial)
+        new_cost = np.sum(new_right**2, axis=1)
+        promised = np.sum(step * (damping[going, None] * step - gradient), axis=1)
+        gain = (cost[going] - new_cost) / np.maximum(promised, 1e-300)
+        better = new_cost < cost[going]
+        moved: IntArray = going[better]
+        size = np.max(np.abs(step), axis=1, initial=0.0)
+        fall = (cost[going] - new_cost) / np.maximum(cost[going], 1e-300)
+        z[moved], rows[moved], right[moved] = trial[better], new_rows[better], new_right[better]
+        cost[moved] = new_cost[better]
+        factor = np.where(better, np.maximum(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), growth[going])
+        damping[going] = np.maximum(damping[going] * factor, 1e-14)
+        growth[going] = np.where(better, 2.0, growth[going] * 2.0)
+        done = (cost[going] < ENOUGH) | (damping[going] > 1e8) | (better & (size < 1e-11)) | (better & (fall < 1e-13))
+        going = going[~done]
+    return z
+
+
+def used_columns(demands: Demands, linear: IntArray, others: IntArray) -> IntArray:
+    """The unknowns that some rows mention."""
+    used = (demands.matrix[linear] != 0.0).any(axis=0)
+    inside = set(others.tolist())
+    assert demands.block is not None
+    for i, j in demands.block.entries:
+        if i in inside:
+            used[demands.block.core[j]] = True
+    return np.nonzero(used)[0]
+
+
+def eliminated(
+    matrix: FloatArray, right: FloatArray, columns: int
+) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
+    """(origin (n,), basis (n, k), dependent rows, by how much these miss) of the linear system matrix @ u = right.
+
+    Gauss–Jordan elimination with complete pivoting in each row; shorter rows first, so that pins stay sparse.
+    """
+    wide = np.column_stack([matrix, right])
+    order = np.argsort(np.count_nonzero(matrix, axis=1), kind="stable")
+    pivots: list[int] = []
+    rows: list[int] = []
+    dependent: list[int] = []
+    for i in order.tolist():
+        # rows are reduced when they are reached: most pivots are not in them
+        if pivots:
+            wide[i] -= wide[i, pivots] @ wide[rows]
+            wide[i, pivots] = 0.0
+        lengths = np.abs(wide[i, :columns])
+        pivot = int(np.argmax(lengths)) if columns else 0
+        if not columns or lengths[pivot] <= DEPENDENT:
+            dependent.append(i)
+            continue
+        wide[i] /= wide[i, pivot]
+        if rows:
+            factors = wide[rows, pivot]
+            some = np.nonzero(factors)[0]
+            if len(some):
+                wide[np.array(rows)[some]] -= factors[some, None] * wide[i]
+        pivots.append(pivot)
+        rows.append(i)
+    free = np.setdiff1d(np.arange(columns), pivots)
+    origin, basis = np.zeros(columns), np.zeros((columns, len(free)))
+    basis[free, np.arange(len(free))] = 1.0
+    if rows:
+        origin[pivots] = wide[rows, columns]
+        basis[pivots] = -wide[rows][:, free]
+    return origin, basis, np.array(dependent, dtype=np.intp), wide[dependent, columns]

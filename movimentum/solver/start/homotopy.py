@@ -1,0 +1,271 @@
+"""All solutions of a small polynomial block, by homotopy continuation.
+
+A start system x_i^d_i = r_i, whose solutions are known, is deformed into the block's equations along a random complex
+path; with probability one its solutions lead to all isolated solutions (Sommese & Wampler, *The Numerical Solution
+of Systems of Polynomials Arising in Engineering and Science*, ch. 2 and 8). Many paths of a linkage end at infinity
+(circles meet there); those that stay finite and end real are assembly modes.
+
+Where the same block is to be solved again for other inputs (poses of what comes before it), the solutions for random
+complex inputs, once known, lead to those for any others: only as many paths as there are finite solutions, and short
+ones (coefficient-parameter homotopy; ch. 7 there).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.expressions import ZERO
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.lowering import polynomial as poly
+from movimentum.solver.block.closed_form import State
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+LARGEST = 512
+"""Paths; the count is the product of the equations' degrees."""
+INFINITE = 1e5
+"""Size (in units of the unknowns' own) beyond which a path is taken to end at infinity."""
+REAL = 1e-7
+STEPS = 400
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Roots:
+    """``real``: the real solutions, one core vector (n,) each. ``complete``: every one of the ``paths`` was followed to
+    its end.
+    """
+
+    real: list[FloatArray]
+    complete: bool
+    paths: int
+
+
+def degrees_of(block: Block) -> list[int] | None:
+    """The degree of each equation in the core unknowns, or None where one is no polynomial in them."""
+    inside = set(block.core)
+    degrees: list[int] = []
+    for residual in block.residuals:
+        form = poly.from_expression(residual)
+        if form is None:
+            return None
+        form = poly.relative_to(form, inside)
+        form = {monomial: c for monomial, c in form.items() if c != ZERO and not _negligible(c.value)}
+        degrees.append(poly.degree(form, inside))
+    return degrees if degrees and min(degrees) > 0 else None
+
+
+def _negligible(value: float | None) -> bool:
+    return value is not None and abs(value) < 1e-14
+
+
+class AllSolutions:
+    """All solutions of one square block of polynomials, for any inputs of sizes ``input_scale``."""
+
+    def __init__(self, block: Block, scale: FloatArray, input_scale: dict[int, float]) -> None:
+        self.block, self.scale, self.input_scale = block, scale, input_scale
+        square = block.rows == len(block.core) and not block.free and not block.states
+        self.degrees = degrees_of(block) if square else None
+        self.asked = 0
+        self.family: _Family | None = None
+
+    @property
+    def applicable(self) -> bool:
+        """Whether the method can be used: polynomials, and not too many paths."""
+        return self.degrees is not None and math.prod(self.degrees) <= LARGEST
+
+    def at(self, state: State, k: Sequence[FloatArray]) -> Roots:
+        """All real solutions at one instant (``state`` and ``k`` as of that instant)."""
+        assert self.degrees is not None
+        self.asked += 1
+        values: State = [None if value is None else complex(np.ravel(value)[0]) for value in state]
+        clocks = [float(np.ravel(clock)[0]) for clock in k]
+        with np.errstate(all="ignore"):
+            if self.asked > 1 and (self.family is None or self.family.clocks != clocks):
+                self.family = self._family(values, clocks)
+            if self.asked > 1 and self.family is not None and len(self.family.roots):
+                self.family.lead_to(values)
+                ends, finished = _track(self.family, 0.1)
+                if finished:
+                    return Roots(self._real(ends), True, len(self.family.roots))
+            ends, finished = _track(_Problem(self.block, values, clocks, self.scale, self.degrees))
+        return Roots(self._real(ends), finished, math.prod(self.degrees))
+
+    def _real(self, ends: ComplexArray) -> list[FloatArray]:
+        real: list[FloatArray] = []
+        for end in ends[np.all(np.abs(ends.imag) <= REAL, axis=1)]:
+            x = end.real * self.scale
+            if not any(np.max(np.abs(x - other) / self.scale) < 1e-6 for other in real):
+                real.append(x)
+        return real
+
+    def _family(self, values: State, clocks: list[float]) -> _Family:
+        """The solutions for random complex inputs."""
+        generator = np.random.default_rng(71)
+        generic = list(values)
+        for n, size in self.input_scale.items():
+            if generic[n] is not None:
+                generic[n] = generic[n] + size * complex(*generator.normal(size=2))
+        assert self.degrees is not None
+        ends, finished = _track(_Problem(self.block, generic, clocks, self.scale, self.degrees))
+        return _Family(self.block, generic, clocks, self.scale, ends if finished else ends[:0])
+
+
+class _Rows:
+    """A block's residuals and their Jacobian, for complex unknowns of size one, each row divided by ``rows``."""
+
+    def __init__(self, block: Block, clocks: list[float], scale: FloatArray) -> None:
+        self.block, self.clocks, self.scale = block, clocks, scale
+        self.rows: FloatArray = np.ones(block.rows)
+
+    def evaluated(self, x: ComplexArray, state: State) -> tuple[ComplexArray, ComplexArray]:
+        """F (paths, n) and its Jacobian (paths, n, n) for inputs ``state``."""
+        block = self.block
+        assert block.coefficients is not None
+        assert block.jacobian is not None
+        for j, n in enumerate(block.core):
+            state[n] = x[:, j] * self.scale[j]
+        values = np.empty_like(x)
+        for i, value in enumerate(block.coefficients(state, self.clocks)):
+            values[:, i] = value
+        jacobian = np.zeros((len(x), x.shape[1], x.shape[1]), dtype=np.complex128)
+        for (i, j), value in zip(block.entries, block.jacobian(state, self.clocks), strict=True):
+            jacobian[:, i, j] = value * self.scale[j]
+        return values / self.rows, jacobian / self.rows[:, None]
+
+
+class _Family(_Rows):
+    """H(x, t) = F(x; inputs on the way from generic ones at t = 0 to given ones at t = 1); ``roots`` solve t = 0."""
+
+    def __init__(
+        self, block: Block, generic: State, clocks: list[float], scale: FloatArray, roots: ComplexArray
+    ) -> None:
+        super().__init__(block, clocks, scale)
+        self.generic = self.target = generic
+        self.roots = roots
+        if len(roots):
+            some = np.exp(2j * np.pi * np.random.default_rng(5).uniform(size=(4, roots.shape[1])))
+            self.rows = np.maximum(np.max(np.abs(self.evaluated(some, list(generic))[0]), axis=0), 1e-300)
+
+    def lead_to(self, target: State) -> None:
+        """The inputs at t = 1."""
+        self.target = target
+
+    def starts(self) -> ComplexArray:
+        """All solutions at t = 0 (paths, n)."""
+        return self.roots.copy()
+
+    def _inputs(self, t: FloatArray) -> State:
+        state = list(self.target)
+        for n in self.block.inputs:
+            if state[n] is not None:
+                state[n] = (1.0 - t) * self.generic[n] + t * self.target[n]
+        return state
+
+    def at(self, x: ComplexArray, t: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """H, its Jacobian by x, and its derivative by t."""
+        values, jacobian = self.evaluated(x, self._inputs(t))
+        ahead, behind = (self.evaluated(x, self._inputs(t + h))[0] for h in (1e-5, -1e-5))
+        return values, jacobian, (ahead - behind) / 2e-5
+
+
+class _Problem(_Rows):
+    """H(x, t) = (1 - t) g G(x) + t F(x) in unknowns of size one and rows of size one."""
+
+    def __init__(
+        self, block: Block, state: State, clocks: list[float], scale: FloatArray, degrees: Sequence[int]
+    ) -> None:
+        super().__init__(block, clocks, scale)
+        generator = np.random.default_rng(2023)
+        self.state = state
+        self.degrees = np.array(degrees)
+        self.turn = np.exp(2j * np.pi * generator.uniform())
+        self.constants = np.exp(2j * np.pi * generator.uniform(size=len(degrees)))
+        probes = np.exp(2j * np.pi * generator.uniform(size=(4, len(degrees))))
+        self.rows = np.maximum(np.max(np.abs(self.evaluated(probes, list(state))[0]), axis=0), 1e-300)
+
+    def starts(self) -> ComplexArray:
+        """All solutions of the start system (paths, n)."""
+        roots: list[ComplexArray] = []
+        for i, constant in enumerate(self.constants):
+            d = int(self.degrees[i])
+            roots.append(complex(constant) ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d))
+        grid = np.meshgrid(*roots, indexing="ij")
+        return np.stack([part.reshape(-1) for part in grid], axis=-1).astype(np.complex128)
+
+    def at(self, x: ComplexArray, t: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """H, its Jacobian by x, and its derivative by t."""
+        values, jacobian = self.evaluated(x, list(self.state))
+        start = self.turn * (x**self.degrees - self.constants)
+        slope = self.turn * self.degrees * x ** (self.degrees - 1)
+        left, right = (1.0 - t)[:, None], t[:, None]
+        whole = right[..., None] * jacobian
+        for i in range(x.shape[1]):
+            whole[:, i, i] += left[:, 0] * slope[:, i]
+        return left * start + right * values, whole, values - start
+
+
+def _solve(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
+    try:
+        result = np.linalg.solve(matrix, right[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        result = np.einsum("pij,pj->pi", np.linalg.pinv(matrix), right)
+    return np.asarray(result, dtype=np.complex128)
+
+
+def _track(problem: _Problem | _Family, first: float = 0.02) -> tuple[ComplexArray, bool]:
+    """Follow all paths from t = 0 to 1, each with its own step (``first`` to begin with): the finite ends, and whether
+    all came to an end.
+    """
+    x = problem.starts()
+    count = len(x)
+    t = np.zeros(count)
+    h = np.full(count, first)
+    easy = np.zeros(count, dtype=np.int64)
+    alive = np.ones(count, dtype=np.bool_)
+    for _ in range(STEPS):
+        active = np.nonzero(alive & (t < 1.0))[0]
+        if len(active) == 0:
+            break
+        here, now, step = x[active], t[active], np.minimum(h[active], 1.0 - t[active])
+        guess = here + step[:, None] * _tangent(problem, here, now, step)
+        good = np.ones(len(active), dtype=np.bool_)
+        last = np.full(len(active), np.inf)
+        for round_ in range(3):
+            value, jacobian, _ = problem.at(guess, now + step)
+            move = _solve(jacobian, value)
+            guess = guess - move
+            size = np.max(np.abs(move), axis=1) / (1.0 + np.max(np.abs(guess), axis=1))
+            good &= np.isfinite(size) & ((size < 0.3 * last) | (size < 1e-12)) & ((round_ > 0) | (size < 1e-2))
+            last = size
+        good &= last < 1e-8
+        done = active[good]
+        x[done], t[done] = guess[good], (now + step)[good]
+        easy[done] += 1
+        grow = done[easy[done] >= 2]
+        h[grow] *= 2.0
+        easy[grow] = 0
+        failed = active[~good]
+        h[failed] *= 0.5
+        easy[failed] = 0
+        # a path that grows without bound, or whose steps shrink to nothing while it is large, ends at infinity
+        large = np.max(np.abs(x), axis=1)
+        alive &= ~((large > INFINITE) | ((h < 1e-9) & (large > 50.0)))
+        alive &= h > 1e-12
+    ended = t >= 1.0
+    large = np.max(np.abs(x), axis=1)
+    lost = ~ended & ~((large > 50.0) | ~np.isfinite(large))
+    return x[ended & (large < INFINITE)], not lost.any()
+
+
+def _tangent(problem: _Problem | _Family, x: ComplexArray, t: FloatArray, step: FloatArray) -> ComplexArray:
+    """The mean slope over a step by Heun's method."""
+    _, jacobian, by_t = problem.at(x, t)
+    first = -_solve(jacobian, by_t)
+    _, jacobian, by_t = problem.at(x + step[:, None] * first, t + step)
+    return 0.5 * (first - _solve(jacobian, by_t))

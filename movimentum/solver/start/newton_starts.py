@@ -1,0 +1,340 @@
+"""Solutions of a Newton block to begin with: for blocks without freedom many seeded starts, for free ones the least
+turned pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.plan import Plan
+from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.block.closed_form import State, fill_explicit
+from movimentum.solver.block.mobility import is_mobile
+from movimentum.solver.block.newton import freedom_of, newton
+from movimentum.solver.block.rows import jacobian_of, residual_of, wishes_of
+from movimentum.solver.block.scaling import relative_error
+from movimentum.solver.free.initial_pose import Turn, least, turns_of
+from movimentum.solver.free.velocity import projected
+from movimentum.solver.path.piece import scale_of
+from movimentum.solver.start.homotopy import AllSolutions
+
+FloatArray = NDArray[np.float64]
+SEEDS = 64
+LARGEST_BATCH = 4_000_000
+"""Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
+SAME = 1e-6
+BEGUN = 1e-3
+NEWTON_EFFORT, PATH_EFFORT = 100, 12
+"""What the seeded starts of a block, and each path of its homotopy, count for."""
+MET = 1e-12
+"""Relative residual of a solution: just beyond its reach a mechanism has poses that are nearly one."""
+NEARLY_MET = 1e-10
+"""The same, where equations that follow from each other may be rounded differently."""
+ROUNDING = 1e-15
+"""Relative residual, and of the scene's size: what Newton's method could not make better."""
+BEGINS = 6
+"""Solutions from which the least turned pose is looked for, where it cannot be reached from the pose carried over."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Starts:
+    """Solutions of a block (core vectors); ``complete`` where they are known to be all; ``effort``: what finding them
+    took, in solutions of a block in closed form.
+    """
+
+    solutions: list[FloatArray]
+    complete: bool
+    effort: int = 1
+
+
+def _first_instant(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], copies: int
+) -> tuple[State, tuple[FloatArray, ...]]:
+    """The state as far as it is about a block, and the clocks, at the first of the two instants, repeated."""
+    one: State = [None] * len(state)
+    for n in plan.read_by(block):
+        if state[n] is not None:
+            one[n] = np.full(copies, float(np.ravel(state[n])[0]))
+    return one, tuple(np.full(copies, float(np.ravel(clock)[0])) for clock in k)
+
+
+def carried_values(plan: Plan, block: Block, carry: Carry) -> FloatArray:
+    """The block's core as carried over (as drawn at the beginning); unknowns that have no such value are 0."""
+    values = [carry.now.value(plan.system, n) for n in block.core]
+    return np.array([0.0 if v is None else v for v in values])
+
+
+def _completed(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, x: FloatArray
+) -> FloatArray:
+    """``x`` (n,) with what nothing drawn tells (the value of a `_`) set so that the unknowns that are eliminated come
+    out as they are carried, as nearly as can be.
+    """
+    loose = [j for j, n in enumerate(block.core) if carry.now.value(plan.system, n) is None]
+    known = [(n, v) for n in block.targets if (v := carry.now.value(plan.system, n)) is not None]
+    if not loose or not known:
+        return x
+
+    def explicit(core: FloatArray) -> FloatArray:
+        there = list(state)
+        for n, value in zip(block.core, core, strict=True):
+            there[n] = np.array([value])
+        fill_explicit(block, there, k)
+        return np.array([float(np.ravel(there[n])[0]) for n, _ in known])
+
+    now = explicit(x)
+    unit = np.eye(len(x))[loose]
+    slopes = np.stack([explicit(x + step) - now for step in unit], axis=1)
+    off = np.array([value for _, value in known]) - now
+    if not (np.isfinite(slopes).all() and np.isfinite(off).all()):
+        return x
+    return x + np.asarray(np.linalg.lstsq(slopes, off, rcond=None)[0], dtype=np.float64) @ unit
+
+
+def newton_starts(
+    plan: Plan,
+    block: Block,
+    state: State,
+    k: Sequence[FloatArray],
+    carry: Carry,
+    scale: FloatArray,
+    every: AllSolutions | None = None,
+) -> Starts:
+    """The distinct solutions: those reached from the carried pose and from seeded random poses, and, where the block is
+    polynomial and small, all of them by homotopy.
+
+    Where the carried pose is itself a solution (a later step that leaves this block alone), it is the only one
+    returned.
+    """
+    first = carried_values(plan, block, carry)
+    if any(plan.system.unknowns[n].thing in carry.now.known for n in block.core):
+        one, clocks = _first_instant(plan, block, state, k, 1)
+        outcome = newton(block, one, clocks, first[None], scale, iterations=6)
+        if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
+            return Starts([outcome.x[0]], True)
+    one, clocks = _first_instant(plan, block, state, k, 1)
+    if block.rows == len(block.core) and _mobile(
+        block, one, clocks, _completed(plan, block, one, clocks, carry, first), scale
+    ):
+        return Starts([], True)
+    every = every or all_of(plan, block, scale)
+    roots = every.at(*_first_instant(plan, block, state, k, 1)) if every.applicable else None
+    ends = np.array([] if roots is None else roots.real).reshape(-1, len(first))
+    effort = 1 if roots is None else PATH_EFFORT * roots.paths
+    if roots is None or not roots.complete or every.asked == 1:  # asked again, paths alone have shown to find them all
+        one, clocks = _first_instant(plan, block, state, k, seeds := _seeds(first))
+        outcome = newton(
+            block, one, clocks, _scattered(plan, block, first, scale, seeds), scale, iterations=60, limit=0.5
+        )
+        ends = np.concatenate([outcome.x, ends])
+        effort += NEWTON_EFFORT
+    if not len(ends):
+        return Starts([], True, effort)
+    found = _distinct(plan, block, state, k, ends, scale)
+    if not found and roots is None and (small := _of_any_size(plan, block, scale)) is not None:
+        one, clocks = _first_instant(plan, block, state, k, len(small))
+        outcome = newton(block, one, clocks, small, scale, iterations=60, limit=0.5)
+        found = _distinct(plan, block, state, k, outcome.x, scale)
+        effort += NEWTON_EFFORT
+    return Starts(found, roots is not None and roots.complete, effort)
+
+
+def _distinct(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], ends: FloatArray, scale: FloatArray
+) -> list[FloatArray]:
+    """The solutions among core vectors ``ends`` (F, n), each once and polished."""
+    one, clocks = _first_instant(plan, block, state, k, len(ends))
+    polished = newton(block, one, clocks, ends, scale, iterations=6)
+    found: list[FloatArray] = []
+    most = MET if block.rows == len(block.core) else np.inf  # what is said twice may be rounded differently
+    for x, good in zip(polished.x, polished.converged & (polished.error <= most), strict=True):
+        if good and not any(np.max(np.abs(x - other) / scale) < SAME for other in found):
+            found.append(x)
+    return found
+
+
+def _seeds(first: FloatArray) -> int:
+    """How many starts to try from."""
+    return max(1, min(SEEDS, LARGEST_BATCH // max(1, len(first)) ** 2))
+
+
+def _scattered(plan: Plan, block: Block, first: FloatArray, scale: FloatArray, seeds: int) -> FloatArray:
+    """(seeds, n) core vectors: ``first``, and random ones; directions of unit length, places about where they were."""
+    generator = np.random.default_rng(20121)
+    starts = np.repeat(first[None], seeds, axis=0)
+    angles: dict[int, FloatArray] = {}
+    for j, n in enumerate(block.core):
+        payload = plan.system.unknowns[n].payload
+        if isinstance(payload, PoseCos | PoseSin):
+            if payload.thing not in angles:
+                angles[payload.thing] = generator.uniform(0.0, 2.0 * np.pi, seeds)
+            turn = angles[payload.thing]
+            starts[1:, j] = (np.cos(turn) if isinstance(payload, PoseCos) else np.sin(turn))[1:]
+        else:
+            starts[1:, j] += scale[j] * generator.normal(0.0, 1.0, seeds - 1)
+    return starts
+
+
+def _of_any_size(plan: Plan, block: Block, scale: FloatArray) -> FloatArray | None:
+    """(seeds, n) core vectors of a block of variables alone: their numbers need not be as large as the scene is, and
+    most are positive. None where the block has poses.
+    """
+    if any(plan.system.unknowns[n].thing is not None for n in block.core):
+        return None
+    generator = np.random.default_rng(20122)
+    seeds = _seeds(scale)
+    sizes = (
+        scale
+        * 10.0 ** generator.uniform(-3.0, 0.5, (seeds, 1))
+        * 10.0 ** generator.uniform(-0.3, 0.3, (seeds, len(scale)))
+    )
+    signs = np.where(generator.uniform(size=sizes.shape) < 0.5, -1.0, 1.0)
+    signs[: seeds // 2] = 1.0
+    return sizes * signs
+
+
+def all_of(plan: Plan, block: Block, scale: FloatArray) -> AllSolutions:
+    """What finds all solutions of a block, if it can be used."""
+    inputs = sorted(block.inputs)
+    return AllSolutions(block, scale, dict(zip(inputs, scale_of(plan, inputs).tolist(), strict=True)))
+
+
+def begun_start(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
+) -> Starts | None:
+    """The pose carried over (or drawn) as the solution of a block without freedom; no solution where the block has no
+    full rank there and can move; None where it is none.
+    """
+    one, clocks = _first_instant(plan, block, state, k, 1)
+    first = _completed(plan, block, one, clocks, carry, carried_values(plan, block, carry))
+    outcome = newton(block, one, clocks, first[None], scale, iterations=6)
+    if not (outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < BEGUN):
+        return None
+    if block.rows == len(block.core) and _mobile(block, one, clocks, outcome.x[0], scale):
+        return Starts([], True)
+    return Starts([outcome.x[0]], False)
+
+
+def _mobile(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> bool:
+    """Whether a square block is solved by core values ``x`` (n,) and can move from there."""
+
+    def rows(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        core = (y * scale)[None]
+        return residual_of(block, state, k, core)[0], jacobian_of(block, state, k, core)[0] * scale
+
+    return _error(block, state, k, x, scale) <= SAME and is_mobile(rows, x / scale)
+
+
+def free_start(
+    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
+) -> Starts:
+    """The pose to begin with where freedom is left: for what has a pose already the nearest to it; else things turned
+    as little as possible from how they were drawn, and then moved as little as possible.
+
+    One solution, or none. If the block turns out to have no freedom (redundant equations), its solutions as
+    `newton_starts` finds them.
+    """
+    one, clocks = _first_instant(plan, block, state, k, 1)
+    origin = carried_values(plan, block, carry)
+    metric = block.metric
+    assert metric is not None
+    pull = np.zeros(len(origin))
+    if metric.coupled:
+        there = list(one)
+        for n, value in zip(block.core, origin, strict=True):
+            there[n] = np.array([value])
+        fill_explicit(block, there, clocks)
+        now = np.array([float(np.ravel(there[n])[0]) for n in metric.coupled])
+        before = np.array([carry.now.value(plan.system, n) or 0.0 for n in metric.coupled])
+        pull = metric.pull(now - before)
+    known = carry.now.known
+    unknowns = plan.system.unknowns
+    fresh = turns_of(plan, block, one, clocks, _new_things(plan, block, known), carry)
+
+    if not fresh and _stays(plan, block, one, clocks, carry, origin, pull, scale):
+        return Starts([origin], True)
+
+    # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it,
+    # as is what has a speed to follow it at
+    here = not any(unknowns[n].thing in known for n in block.core)
+    wished = _immediate(block) if here else np.zeros(0, dtype=np.intp)
+
+    def least_from(begin: FloatArray) -> FloatArray | None:
+        held: list[tuple[Turn, float]] = []
+        x: FloatArray | None = begin
+        if fresh:
+            x = least(block, one, clocks, begin, fresh, [], origin, pull, scale, wished)
+            if x is None:
+                return None
+            held = [(turn, turn.heading(x)) for turn in fresh]
+        y = least(block, one, clocks, x, [], held, origin, pull, scale, wished)
+        x, good = projected(block, lambda _: (one, clocks), 0.0, x if y is None else y)
+        return x if good else None
+
+    def cost(x: FloatArray) -> tuple[float, float, float]:
+        turn = float(sum(turn.angle(x) ** 2 for turn in fresh))
+        off = float(np.sum((wishes_of(block, one, clocks, x[None])[0][0, wished] / plan.size) ** 2))
+        return round(off, 9), round(turn, 9), metric.square(x - origin)
+
+    nearest = least_from(origin)
+    if nearest is not None and freedom_of(block, one, clocks, nearest, scale) > 0:
+        if not len(wished) or cost(nearest)[0] == 0.0:
+            return Starts([nearest], True)
+        # the wish is not met from there: perhaps it can be from elsewhere (a stretched chain cannot tell how to fold)
+        begins = sorted(newton_starts(plan, block, state, k, carry, scale).solutions, key=cost)[:BEGINS]
+        found = [nearest, *(x for begin in begins if (x := least_from(begin)) is not None)]
+        return Starts([min(found, key=cost)], True)
+    starts = newton_starts(plan, block, state, k, carry, scale)
+    if nearest is not None and not _error(block, one, clocks, nearest, scale) <= NEARLY_MET:
+        nearest = None  # as near as rods come that do not reach
+    if nearest is not None:
+        others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME]
+        return Starts([nearest, *others], starts.complete)
+    found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
+    return Starts([min(found, key=cost)] if found else [], True)
+
+
+def _new_things(plan: Plan, block: Block, known: Container[int]) -> set[int]:
+    """The things that a block has a part of and that are not ``known``."""
+    things = {plan.system.unknowns[n].thing for n in block.unknowns}
+    return {t for t in things if t is not None and t not in known}
+
+
+def _error(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> float:
+    """The relative residual at core values ``x`` (n,)."""
+    residual, jacobian = residual_of(block, state, k, x[None]), jacobian_of(block, state, k, x[None])
+    return float(relative_error(residual, jacobian, scale)[0])
+
+
+def _stays(
+    plan: Plan,
+    block: Block,
+    state: State,
+    k: Sequence[FloatArray],
+    carry: Carry,
+    origin: FloatArray,
+    pull: FloatArray,
+    scale: FloatArray,
+) -> bool:
+    """Whether a free block has a pose carried over that solves it as well as any: what nothing moves stays."""
+    if any(carry.now.value(plan.system, n) is None for n in block.core):
+        return False
+    return bool(
+        _error(block, state, k, origin, scale) <= ROUNDING
+        and np.max(np.abs(pull), initial=0.0) <= ROUNDING * plan.size
+        and freedom_of(block, state, k, origin, scale) > 0
+    )
+
+
+def _immediate(block: Block) -> NDArray[np.intp]:
+    """The errors of the wishes without a speed."""
+    chosen = np.ones(block.wish_count, dtype=np.bool_)
+    for first, stop, speed in block.wish_speeds:
+        chosen[first:stop] = speed == np.inf
+    return np.nonzero(chosen)[0]

@@ -1,0 +1,263 @@
+"""Where a path that ended has a solution again: on the branch that it was on, tried at later times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.lowering.equations import Form
+from movimentum.planning.plan import Plan
+from movimentum.solver.basis.effort import GivenUp, limited
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block import closed_form
+from movimentum.solver.block.change_points import ROUNDING
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.local import Local
+from movimentum.solver.block.newton import newton
+from movimentum.solver.block.rows import jacobian_of
+from movimentum.solver.block.scaling import scaled
+from movimentum.solver.path.folds import CLOSED, fold_near
+from movimentum.solver.path.follow import Choice, instant, probe_of
+from movimentum.solver.path.piece import FlowTrack, NodeTrack, Piece, SignTrack, StillTrack, solve_block, track_scale
+from movimentum.solver.start.candidates import Selection
+from movimentum.solver.start.search import SELECTOR_TOLERANCE
+
+FloatArray = NDArray[np.float64]
+
+BEFORE, AFTER = 1e-6, 1e-9
+"""Of the stretch: how long before its end a path's pose tells which branch it is on, and how long after its beginning
+that can be told where the two meet."""
+CLEAR, BARELY = 1e-5, 1e-7
+"""Of the largest singular value: a pose with a smaller one is as good as at a fold; from one with less a path cannot
+be followed."""
+NEAREST = 1e-10
+"""Of the stretch: the first time after a path's end that is tried; each next one is twice as far, then node by node."""
+BETWEEN = 3
+"""Times tried between two nodes."""
+
+
+@dataclass(slots=True, eq=False)
+class Branch:
+    """The branch that ``piece`` is on at offset ``tau``, at any other time of the segment."""
+
+    piece: Piece
+    tau: float
+    _cores: dict[int, FloatArray]
+    _clear: float = CLEAR
+    _good: float = 0.0
+
+    @staticmethod
+    def of(piece: Piece, tau: float) -> Branch:
+        """The branch at ``tau``, where the piece has a solution. (Two meet at the end of a path: a little before.)"""
+        tau = max(piece.begin, tau - BEFORE * (tau - piece.begin))
+        with np.errstate(all="ignore"):
+            state, _ = piece.evaluate(piece.instants(np.array([tau])))
+        cores: dict[int, FloatArray] = {}
+        for block, track in zip(piece.plan.blocks, piece.tracks, strict=True):
+            if isinstance(track, NodeTrack):
+                cores[block.number] = np.array([float(np.ravel(state[n])[0]) for n in block.core])
+        return Branch(piece, tau, cores)
+
+    def at(self, tau: float) -> list[Choice] | None:
+        """What a path on this branch begins with at ``tau``; None where it has no solution there that satisfies all
+        inequalities.
+        """
+        piece, plan = self.piece, self.piece.plan
+        instants = piece.instants(np.array([tau]))
+        state: State = [None] * len(plan.system.unknowns)
+        choices: list[Choice] = []
+        with np.errstate(all="ignore"):
+            for block in plan.blocks:
+                choice = self._solved(block, state, instants)
+                if choice is None:
+                    return None
+                choices.append(choice)
+            for selector in plan.selectors:
+                value = float(np.ravel(selector(state, instants.clocks)[0])[0])
+                if not value >= -SELECTOR_TOLERANCE * plan.size:
+                    return None
+        return choices
+
+    def _solved(self, block: Block, state: State, instants: Instants) -> Choice | None:
+        """Set ``state`` for one block."""
+        piece, track = self.piece, self.piece.tracks[block.number]
+        if isinstance(track, FlowTrack):  # an integral of what is solved for ends with the path
+            return None
+        if isinstance(track, StillTrack):
+            solve_block(piece, block, track, state, instants)
+            return Choice(values=track.values)
+        tau = float(instants.tau[0])
+        if isinstance(track, NodeTrack) and tau <= track.until:  # followed all the way: another block's path ended
+            failed = solve_block(piece, block, track, state, instants)
+            if failed is not None and failed.any():
+                return None
+            return Choice(values=tuple(float(np.ravel(state[n])[0]) for n in block.core))
+        if isinstance(track, NodeTrack):
+            scale = track_scale(piece.plan, block)
+            outcome = newton(
+                block, state, instants.clocks, self._cores[block.number][None], scale, iterations=30, limit=0.1
+            )
+            if not (outcome.error[0] <= CLOSED and self._regular(block, state, instants, outcome.x, scale)):
+                return None
+            for j, n in enumerate(block.core):
+                state[n] = outcome.x[:, j]
+            closed_form.fill_explicit(block, state, instants.clocks)
+            return Choice(values=tuple(map(float, outcome.x[0])))
+        if isinstance(track, SignTrack):
+            sign = float(np.ravel(track.sign(instants.tau))[0])
+            margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(sign)
+            if not np.ravel(margin)[0] >= -ROUNDING:
+                return None
+            for n, value in zip(block.core, core, strict=True):
+                state[n] = value
+            closed_form.fill_explicit(block, state, instants.clocks)
+            choice = Choice(sign=sign)
+        else:
+            solve_block(piece, block, track, state, instants)
+            value = float(np.ravel(state[block.unknowns[0]])[0])
+            special = block.form is not Form.PLAIN
+            choice = Choice(values=(value,)) if special else Choice()
+        if block.kernel in (Kernel.ASSIGN, Kernel.LINEAR, Kernel.POLYNOMIAL, Kernel.DYAD) and not all(
+            np.isfinite(state[n]).all() for n in block.unknowns
+        ):
+            return None
+        return choice
+
+    def _regular(self, block: Block, state: State, instants: Instants, x: FloatArray, scale: FloatArray) -> bool:
+        """Whether a pose is clear of the fold at which a path ends: just past it, equations are met within rounding."""
+        rows = scaled(jacobian_of(block, state, instants.clocks, x), scale)[0][0]
+        singular = np.linalg.svd(rows, compute_uv=False)
+        return block.free or bool(len(singular) == len(block.core) and singular[-1] > self._clear * singular[0])
+
+    def first(self, times: FloatArray, bad: float) -> tuple[float, list[Choice]] | None:
+        """The first of ``times`` (ascending, all after ``bad``) at which the branch has a solution, brought back to the
+        time at which it begins to have one; None where there is none.
+        """
+        lost = False
+        nearest: float | None = None
+        for time in map(float, times):
+            choices = self.at(time)
+            if choices is None:
+                bad, lost = time, True
+            elif lost:
+                return self.onset(bad, time, choices)
+            elif nearest is None and time - bad > BEFORE * (float(times[-1]) - bad):
+                nearest = time
+        if lost or nearest is None:
+            return None
+        choices = self.at(nearest)  # there is no time without a solution: only the path could not be followed
+        return None if choices is None else (nearest, choices)
+
+    def onset(self, bad: float, good: float, choices: list[Choice]) -> tuple[float, list[Choice]]:
+        """Between ``bad``, without a solution, and ``good``: the earliest time with one, by bisection."""
+        for _ in range(100):
+            middle = 0.5 * (bad + good)
+            if not bad < middle < good:
+                break
+            here = self.at(middle)
+            if here is None:
+                bad = middle
+                continue
+            good, choices = middle, here
+            for block, choice in zip(self.piece.plan.blocks, choices, strict=True):
+                if block.number in self._cores:
+                    self._cores[block.number] = np.array(choice.values)
+        self._good = good
+        return self._at_fold(good), choices
+
+    def _at_fold(self, tau: float) -> float:
+        """The time of the fold that the branch begins with, where ``tau`` is as near as Newton's method tells."""
+        piece = self.piece
+        found: float | None = None
+        for number, core in self._cores.items():
+            block, track = piece.plan.blocks[number], piece.tracks[number]
+            if isinstance(track, NodeTrack) and tau > track.until:
+                length = float(piece.nodes[-1] - piece.nodes[0]) or 1.0
+                local = Local(block, probe_of(piece, block), 1e-8 * length, tau - length, tau + length)
+                fold = fold_near(local, tau, core, track_scale(piece.plan, block), length)
+                found = found if fold is None else max(found or fold, fold)
+        return tau if found is None else found
+
+    def clear_of(self, begin: float, length: float, choices: list[Choice]) -> tuple[float, list[Choice]]:
+        """A beginning at or just after ``begin`` from which Newton's method can follow a path: where two branches meet
+        it cannot.
+        """
+        if not self._cores:
+            return begin, choices
+        after = AFTER * length
+        self._clear = BARELY
+        while after < BEFORE * length:
+            later = self.at(begin + after)
+            if later is not None:
+                return begin + after, later
+            after *= 4.0
+        return self._good, choices
+
+
+def times_after(begin: float, nodes: FloatArray, end: float) -> FloatArray:
+    """Times at which to look again for a solution that was lost at ``begin``: first near by, then all over ``nodes``
+    and between them.
+    """
+    later = nodes[nodes > begin]
+    if len(later) == 0 or end <= begin:
+        return np.zeros(0)
+    first = float(later[0]) - begin
+    count = max(1, int(np.ceil(np.log2(max(first / (NEAREST * (end - begin)), 2.0)))))
+    near = begin + first * 0.5 ** np.arange(count, 0, -1.0)
+    widths = np.diff(np.append(begin, later))[1:]
+    between = [later[:-1] + widths * k / (BETWEEN + 1.0) for k in range(1, BETWEEN + 1)]
+    return np.unique(np.concatenate([near, later, *between, [end]]))
+
+
+LATE, LATE_NEWTON = 64, 16
+"""Times of a segment at which a first solution is looked for, where there is none to begin with."""
+LARGEST_LATE = 16
+"""Unknowns of a block that is solved by Newton's method; for larger ones every look costs too much."""
+LATE_EFFORT = 6_000
+"""Linearizations that looking for a first solution may take, some seconds; then none is found."""
+
+
+def first_beginning(
+    plan: Plan, start: Fraction, length: float, refused: Selection, chosen: Callable[[float], Selection]
+) -> tuple[float, float, Selection] | None:
+    """The first time of a segment at which there is a solution, where there is none to begin with, the time at or just
+    after it from which a path can be followed, and what is ``chosen`` there.
+
+    None where none is found, not with as much work as `LATE_EFFORT`, or nothing that moves is in the way.
+    """
+    try:
+        with limited(LATE_EFFORT):
+            return _first_beginning(plan, start, length, refused, chosen)
+    except GivenUp:
+        return None
+
+
+def _first_beginning(
+    plan: Plan, start: Fraction, length: float, refused: Selection, chosen: Callable[[float], Selection]
+) -> tuple[float, float, Selection] | None:
+    blocks = [plan.blocks[r.block] for r in refused.rejections if r.block is not None]
+    if length <= 0.0 or not any(block.moving for block in blocks):
+        return None
+    newton_blocks = [block for block in blocks if block.kernel is Kernel.NEWTON]
+    if any(len(block.core) > LARGEST_LATE for block in newton_blocks):
+        return None
+    bad = 0.0
+    for good in map(float, np.linspace(0.0, length, (LATE_NEWTON if newton_blocks else LATE) + 1)[1:]):
+        selection = chosen(good)
+        if selection.choices is None:
+            bad = good
+            continue
+        piece = instant(plan, start, good, selection.choices)
+        branch = Branch.of(piece, good)
+        begin, choices = branch.onset(bad, good, selection.choices)
+        there = selection if newton_blocks else chosen(begin)
+        if there.choices is not None and not newton_blocks:
+            return begin, begin, there
+        clear, choices = branch.clear_of(begin, length, choices)
+        return begin, clear, replace(selection, choices=choices)
+    return None

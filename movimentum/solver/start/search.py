@@ -1,0 +1,491 @@
+"""Where a path begins: which of several solutions (LANGUAGE: "Which solution").
+
+Blocks are tried in order, each with all the solutions it has for what is known so far (depth first, the likeliest
+first); inequalities and redundant equations turn candidates down as soon as all they need is known. Among the complete
+candidates: what continues the motion so far; else the nearest to the wishes; else the nearest to the pose carried over;
+else the least turned from how things were drawn. Everything is evaluated at two instants, the beginning and shortly
+after, so that solutions that meet at the beginning (a mechanism drawn in its dead centre) can still be told apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from heapq import heapify, heappop, heappush
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.lowering.equations import Form
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
+from movimentum.planning.plan import Plan
+from movimentum.planning.structure.graph import groups
+from movimentum.scene.model import Anonymous, ThingAngle
+from movimentum.solver.basis.instants import Instants, at_offsets
+from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.path.follow import Choice
+from movimentum.solver.start.candidates import Candidate, Part, Rejection, Selection, TurnedDown
+from movimentum.solver.start.costs import SAME, squared
+from movimentum.solver.start.options import BlockOptions, Option
+from movimentum.solver.start.placement import placed
+
+if TYPE_CHECKING:
+    from movimentum.solver.start.contradictions import Contradiction
+
+FloatArray = NDArray[np.float64]
+Doubt = Callable[[Sequence[TurnedDown]], "Contradiction | None"]
+
+LEAVES = 256
+LEAF_VALUES = 20_000
+FEWEST_LEAVES = 8
+"""As many complete candidates are compared as have `LEAF_VALUES` values in all, at least so many, at most `LEAVES`."""
+EFFORT = 3_000
+"""When so much has been tried (see `solver.start.options`), other candidates are no longer looked for."""
+FIRST_EFFORT = 6_000
+RESTARTS = 6
+"""The same where none has been found yet; and how often the search begins anew then, in another order, every second
+time with twice the effort.
+"""
+CHECK_TOLERANCE = 1e-8
+"""Relative residual above which a redundant equation contradicts."""
+SELECTOR_TOLERANCE = 1e-9
+PATIENCE = 1500
+"""Effort without any candidate after which `select` first asks whether there can be one; as much again for every block
+that Newton's method solves.
+"""
+REMEMBERED = 24
+REMEMBERED_EACH = 4
+"""Poses kept where something was turned down: in all, and by one equation or block."""
+
+
+def select(
+    plan: Plan,
+    segment_start: Fraction,
+    tau: float,
+    ahead: float,
+    carry: Carry,
+    totals: dict[int, float],
+    doubt: Doubt | None = None,
+) -> Selection:
+    """Choose a solution at offset ``tau``, looking ``ahead`` to tell apart what meets there.
+
+    ``totals``: integrals so far, by unknown number. ``doubt`` is asked whether what was turned down can be met at
+    all: where nothing was found after some work, and where nothing was found at the end.
+    """
+    search = _Search(plan, at_offsets(plan.clocks, segment_start, np.array([tau, tau + ahead])), carry, ahead, totals)
+    search.doubt = doubt
+    with np.errstate(all="ignore"):
+        found = search.run()
+    if found.choices is not None:
+        return found
+    search.ask()
+    return replace(
+        found, turned_down=tuple(search.turned_down), contradiction=search.contradiction, tried=search.blocks.tried
+    )
+
+
+@dataclass(slots=True, eq=False)
+class _Level:
+    """Where the search stands in the options of one block: ``place`` is the next to take. ``blame`` are the levels on
+    which it depends that others were turned down; ``solved``: some complete candidate takes an option of it.
+    """
+
+    options: list[Option]
+    place: int = 0
+    blame: set[int] = field(default_factory=set[int])
+    solved: bool = False
+
+
+class _Search:
+    def __init__(self, plan: Plan, instants: Instants, carry: Carry, ahead: float, totals: dict[int, float]) -> None:
+        self.plan = plan
+        self.instants = instants
+        self.blocks = BlockOptions(plan, instants, carry, ahead, totals)
+        self.state = self.blocks.state
+        self.owner = {n: block.number for block in plan.blocks for n in block.unknowns}
+        self.decisive: set[int] = set()
+        self.shuffled: np.random.Generator | None = None
+        self.turned_down: list[TurnedDown] = []
+        self.doubt: Doubt | None = None
+        self.doubted = 0
+        self.asked = 0
+        self.contradiction: Contradiction | None = None
+        self.selectors_after: dict[int, list[int]] = {}
+        self.checks_after: dict[int, list[int]] = {}
+        self.wishes_after: dict[int, list[int]] = {}
+        self.rank: list[int] = []
+        self.errors_of: dict[int, list[int]] = {}
+        for place, wish in enumerate(plan.wish_of):
+            self.errors_of.setdefault(wish, []).append(place)
+
+    def _place_judgements(self, touched: list[bool]) -> list[tuple[int, int]]:
+        """Decide after which block each selector and check can be judged; returns the blocks that they and wishes tie.
+
+        Blocks that belong to no part (not ``touched``) are solved before all others.
+        """
+        plan = self.plan
+        owner = self.owner
+        links: list[tuple[int, int]] = []
+
+        def attach(unknowns: Iterable[int], table: dict[int, list[int]], item: int) -> None:
+            blocks = sorted({owner[n] for n in unknowns if n in owner})
+            late = sorted((number for number in blocks if touched[number]), key=self.rank.__getitem__)
+            table.setdefault((late or blocks or [-1])[-1], []).append(item)
+            links.extend((late[0], other) for other in late[1:])
+
+        for i, selector in enumerate(plan.system.selectors):
+            attach(symbol_numbers(selector.value), self.selectors_after, i)
+        for i, number in enumerate(plan.checks):
+            attach(plan.system.equations[number].unknowns, self.checks_after, i)
+        for i, wish in enumerate(plan.system.wishes):
+            attach(symbol_numbers(*wish.errors), self.wishes_after, i)
+        return links
+
+    def _ranked(self, branching: set[int]) -> list[int]:
+        """The place of each block in an order of solving in which what has one solution comes as early as it can.
+
+        So a choice is judged by all that follows from it before the next choice is made, and made next is what depends
+        on the latest choices.
+        """
+        blocks = self.plan.blocks
+        needs = [{self.owner[n] for n in b.inputs if n in self.owner} for b in blocks]
+        users: list[list[int]] = [[] for _ in blocks]
+        for number, some in enumerate(needs):
+            for other in some:
+                users[other].append(number)
+        waiting = [len(some) for some in needs]
+        ready = [(number in branching, 0, number) for number, count in enumerate(waiting) if count == 0]
+        heapify(ready)
+        rank = [0] * len(blocks)
+        place = 0
+        while ready:
+            _, _, number = heappop(ready)
+            rank[number] = place
+            place += 1
+            for other in users[number]:
+                waiting[other] -= 1
+                if waiting[other] == 0:  # what hangs on the latest choices next: then it fails soon, if it has to
+                    heappush(ready, (other in branching, -place, other))
+        return rank
+
+    # --- independent parts
+
+    def run(self) -> Selection:
+        plan = self.plan
+        branching = {b.number for b in plan.blocks if self._branches(b)}
+        self.rank = self._ranked(branching)
+        above: list[set[int]] = []
+        owner = self.owner
+        links: list[tuple[int, int]] = []
+        touched: list[bool] = []
+        for block in plan.blocks:  # a block belongs to the parts of the branching blocks it depends on
+            roots = {block.number} if block.number in branching else set[int]()
+            for n in block.inputs:
+                if n in owner and touched[owner[n]]:
+                    roots |= above[owner[n]]
+            above.append({min(roots)} if roots else set())
+            touched.append(bool(roots))
+            ordered = sorted(roots | ({block.number} if roots else set()))
+            links.extend((ordered[0], other) for other in ordered[1:])
+        links.extend(self._place_judgements(touched))
+        choices: dict[int, Choice] = {}
+        parts: list[Part] = []
+        common = [b.number for b in plan.blocks if not touched[b.number]]
+        rejections: list[Rejection] = []
+        for number in [-1, *common]:
+            if number >= 0:
+                found = self.blocks.candidates(plan.blocks[number], rejections)
+                if not found:
+                    self._remember(rejections[-1:])
+                    return Selection(
+                        None, (Part((number,), (), tuple(rejections), True, "only"),), rejections=tuple(rejections)
+                    )
+                self.blocks.take(plan.blocks[number], found[0].choice)
+                choices[number] = found[0].choice
+            refused = self._refused(number)
+            if refused is not None:
+                rejections.append(refused)
+                self._remember([refused])
+                return Selection(
+                    None,
+                    (Part((number,), (), tuple(rejections), True, "only"),),
+                    frozenset(self.decisive),
+                    tuple(rejections),
+                )
+        self.blocks.begin_from(placed(plan, self.state, self.instants.clocks, self.blocks.carry))
+        for part_blocks in groups(len(plan.blocks), links):
+            if not touched[part_blocks[0]]:
+                continue
+            part = self._search_part(sorted(part_blocks, key=self.rank.__getitem__))
+            parts.append(part)
+            if not part.candidates:
+                return Selection(None, tuple(parts), frozenset(self.decisive), part.rejections)
+            best = part.candidates[0]
+            choices.update(best.choices)
+            for number in sorted(part_blocks, key=self.rank.__getitem__):
+                self.blocks.take(plan.blocks[number], best.choices[number])
+        ordered_choices = [choices[b.number] for b in plan.blocks]
+        return Selection(ordered_choices, tuple(parts), frozenset(self.decisive))
+
+    def _branches(self, block: Block) -> bool:
+        return block.form is Form.PLAIN and block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD, Kernel.NEWTON)
+
+    def _search_part(self, numbers: list[int]) -> Part:
+        rejections: list[Rejection] = []
+        closed = self._drawn_closed(numbers, rejections)
+        if closed is None and rejections and rejections[-1].amount == -math.inf:
+            return Part(tuple(numbers), (), tuple(rejections), False, "only")  # no full rank where it is drawn
+        rejections = []
+        leaves, complete = self._searched(numbers, rejections, FIRST_EFFORT if closed is None else EFFORT)
+        for again in range(RESTARTS):
+            if leaves or complete or closed is not None or self.contradiction is not None:
+                break
+            # a wrong early choice may take for ever to be revised: begun anew in other orders, one of them finds what
+            # the first does not (heavy tails: Gomes, Selman & Kautz 1998)
+            self.shuffled = np.random.default_rng(again)
+            leaves, complete = self._searched(numbers, rejections, FIRST_EFFORT * 2 ** (again // 2))
+        self.shuffled = None
+        if closed is not None:
+            leaves.append(closed)
+        leaves = self._distinct(leaves)
+        leaves.sort(key=lambda leaf: leaf.cost)
+        complete = complete and self.blocks.enumerated
+        decided = self._decided(leaves)
+        if decided == "drawn" and closed is not None and self._same(leaves[0], closed):
+            decided = "closed"
+        return Part(tuple(numbers), tuple(leaves), tuple(rejections), complete, decided)
+
+    def _same(self, one: Candidate, other: Candidate) -> bool:
+        """Whether two candidates are the same pose."""
+        return one is other or len(self._distinct([one, other])) == 1
+
+    def _searched(self, numbers: list[int], rejections: list[Rejection], longest: int) -> tuple[list[Candidate], bool]:
+        """Complete candidates for the blocks ``numbers``, and whether these are all; depth first, with an effort of at
+        most ``longest`` until there is one.
+
+        Where a block cannot be solved for what is before it, or a judgement turns it down, another choice is made where
+        one of those is to blame: what lies in between has no part in it (conflict-directed backjumping, Prosser 1993).
+        """
+        plan = self.plan
+        blocks = self.blocks
+        leaves: list[Candidate] = []
+        irreducible = sum(plan.blocks[n].kernel is Kernel.NEWTON and not plan.blocks[n].free for n in numbers)
+        patient = blocks.effort + PATIENCE * (1 + irreducible)
+        most = min(LEAVES, max(FEWEST_LEAVES, LEAF_VALUES // sum(len(plan.blocks[n].unknowns) for n in numbers)))
+        level_of = {number: level for level, number in enumerate(numbers)}
+        begun = blocks.effort
+        stack = [_Level(self._options(numbers, 0, rejections))]
+        taken: list[Option] = []
+        wished: list[float] = []
+        while stack:
+            level = stack[-1]
+            depth = len(stack) - 1
+            del taken[depth:], wished[depth:]
+            number = numbers[depth]
+            if level.place >= len(level.options):
+                stack.pop()
+                self._back(stack, level, self._levels(plan.blocks[number].inputs, level_of))
+                continue
+            spent = blocks.effort - begun
+            if len(leaves) >= most or spent >= (EFFORT + 2 * len(numbers) if leaves else longest + 2 * len(numbers)):
+                return leaves, False
+            if not leaves and blocks.effort > patient:
+                if self.ask():
+                    return leaves, False
+                patient = blocks.effort + PATIENCE * 4 ** min(self.asked, 8)
+            option = level.options[level.place]
+            level.place += 1
+            blocks.effort += 1
+            blocks.take(plan.blocks[number], option.choice)
+            refused = self._refused(number)
+            if refused is not None:
+                if len(rejections) < LEAVES:
+                    rejections.append(refused)
+                level.blame |= self._levels(self._read_by(refused), level_of) - {depth}
+                self._remember([refused])
+                continue
+            taken.append(option)
+            wished.append(self._wished(number))
+            if len(taken) == len(numbers):
+                leaves.append(self._leaf(numbers, taken, sum(wished)))
+                for some in stack:
+                    some.solved = True
+                continue
+            stack.append(_Level(self._options(numbers, len(taken), rejections)))
+        return leaves, True
+
+    def _back(self, stack: list[_Level], failed: _Level, inputs: set[int]) -> None:
+        """Go back from ``failed``, which was taken off the ``stack``: to the level before where it has been part of a
+        solution, else to the last one that is to blame.
+        """
+        if failed.solved or not stack:
+            return
+        blame = failed.blame | inputs
+        while stack and not stack[-1].solved and len(stack) - 1 not in blame:
+            stack.pop()
+        if stack:
+            stack[-1].blame |= {level for level in blame if level < len(stack) - 1}
+
+    def _levels(self, unknowns: Iterable[int], level_of: dict[int, int]) -> set[int]:
+        """The levels of the blocks that find ``unknowns``."""
+        found = {self.owner[n] for n in unknowns if n in self.owner}
+        return {level_of[number] for number in found if number in level_of}
+
+    def _read_by(self, refused: Rejection) -> set[int]:
+        """The unknowns that the inequality or the redundant equation reads which turned something down."""
+        system = self.plan.system
+        if refused.selector is not None:
+            return symbol_numbers(system.selectors[refused.selector].value)
+        return set(system.equations[refused.check].unknowns) if refused.check is not None else set()
+
+    def _drawn_closed(self, numbers: list[int], rejections: list[Rejection]) -> Candidate | None:
+        """The candidate that is the drawing as it stands (laid where it belongs), for blocks of new things only.
+
+        None where the drawing does not satisfy the equations or the inequalities; the last of ``rejections`` then tells
+        of a block that the drawing solves, but that has no full rank there and can move: its structure deceives.
+        """
+        taken: list[Option] = []
+        wished = 0.0
+        for number in numbers:
+            option = self.blocks.as_begun(self.plan.blocks[number], rejections)
+            if option is None:
+                return None
+            self.blocks.take(self.plan.blocks[number], option.choice)
+            if self._refused(number) is not None:
+                return None
+            taken.append(option)
+            wished += self._wished(number)
+        return self._leaf(numbers, taken, wished)
+
+    def _options(self, numbers: list[int], place: int, rejections: list[Rejection]) -> list[Option]:
+        """The candidates of block ``numbers[place]``, the likeliest first: judged by the wishes too, as far as these
+        depend on what has but one solution before the next block that has several.
+        """
+        blocks = self.plan.blocks
+        options = self.blocks.candidates(blocks[numbers[place]], rejections)
+        if not options:
+            self._remember(rejections[-1:], numbers[place:])
+        if self.shuffled is not None:
+            return [options[i] for i in self.shuffled.permutation(len(options))]
+        follow_up: list[int] = []
+        for number in numbers[place + 1 :]:
+            if self._branches(blocks[number]):
+                break
+            follow_up.append(number)
+        if len(options) < 2 or not any(number in self.wishes_after for number in (numbers[place], *follow_up)):
+            return options
+        judged: list[tuple[tuple[float, ...], Option]] = []
+        for option in options:
+            self.blocks.take(blocks[numbers[place]], option.choice)
+            wished = self._wished(numbers[place])
+            for number in follow_up:
+                found = self.blocks.candidates(blocks[number], [])
+                if not found:
+                    break
+                self.blocks.take(blocks[number], found[0].choice)
+                wished += self._wished(number)
+            judged.append(((option.cost[0], wished if math.isfinite(wished) else math.inf, *option.cost[1:]), option))
+        judged.sort(key=lambda item: item[0])
+        return [option for _, option in judged]
+
+    def ask(self) -> bool:
+        """Whether what was turned down since the last time is shown to contradict."""
+        if self.doubt is not None and self.contradiction is None and len(self.turned_down) > self.doubted:
+            self.doubted = len(self.turned_down)
+            self.asked += 1
+            self.contradiction = self.doubt(self.turned_down)
+        return self.contradiction is not None
+
+    def _remember(self, rejections: list[Rejection], unknown: Sequence[int] = ()) -> None:
+        """Keep the pose at which something was turned down; blocks ``unknown`` are not found there."""
+        for rejection in rejections:
+            culprit = rejection.check, rejection.block
+            same = sum((kept.rejection.check, kept.rejection.block) == culprit for kept in self.turned_down)
+            if rejection.selector is not None or same >= REMEMBERED_EACH or len(self.turned_down) >= REMEMBERED:
+                continue
+            hidden = {n for number in unknown for n in self.plan.blocks[number].unknowns}
+            values = tuple(
+                None if value is None or n in hidden else float(np.ravel(value)[0])
+                for n, value in enumerate(self.state)
+            )
+            self.turned_down.append(TurnedDown(rejection, values))
+
+    def _wished(self, number: int) -> float:
+        """How far (squared, in units of the scene's size) the wishes that block ``number`` completes are from met."""
+        total = 0.0
+        for i in self.wishes_after.get(number, ()):
+            for place in self.errors_of.get(i, ()):
+                value = self.plan.wishes[place](self.state, self.instants.clocks)[0]
+                total += squared(float(np.ravel(value)[0]) / self.plan.size)
+        return total
+
+    def _decided(self, leaves: list[Candidate]) -> str:
+        if len(leaves) < 2:
+            return "only"
+        first, second = leaves[0].cost, leaves[1].cost
+        for name, a, b in zip(("continuity", "wish", "carried"), first, second, strict=False):
+            if b - a > SAME * (1.0 + abs(a)):
+                return name
+        return "drawn"
+
+    def _distinct(self, leaves: list[Candidate]) -> list[Candidate]:
+        """Without candidates that differ in nothing visible (the sign of a ``_``, say); the cheaper one stays."""
+        unknowns = self.plan.system.unknowns
+        seen: list[Candidate] = []
+        keys: set[tuple[float, ...]] = set()
+        for leaf in sorted(leaves, key=lambda item: item.cost):
+            shown: list[float] = []
+            for n in sorted(leaf.values):
+                payload = unknowns[n].payload
+                if isinstance(payload, Anonymous | ThingAngle):
+                    continue
+                scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else self.plan.size
+                shown.append(round(leaf.values[n] / scale / 1e-6))
+                shown.append(round(leaf.later[n] / scale / 1e-6))
+            key = tuple(shown)
+            if key not in keys:
+                keys.add(key)
+                seen.append(leaf)
+        return seen
+
+    # --- judged
+
+    def _refused(self, number: int) -> Rejection | None:
+        """Why an inequality or a redundant equation that can be judged after block ``number`` turns the state down."""
+        for i in self.checks_after.get(number, ()):
+            equation = self.plan.system.equations[self.plan.checks[i]]
+            value = self._check_value(i)
+            if not abs(value) <= CHECK_TOLERANCE:
+                return Rejection(value, check=equation.number)
+        if number in self.selectors_after:
+            tolerance = SELECTOR_TOLERANCE * self.plan.size
+            for i in self.selectors_after[number]:
+                value = np.broadcast_to(self.plan.selectors[i](self.state, self.instants.clocks)[0], 2)
+                # where it is just met, what comes next decides; what stays at equality does not satisfy a strict one
+                meets = abs(value[0]) <= tolerance
+                least = 1e-3 * tolerance if self.plan.system.selectors[i].strict else -100.0 * tolerance
+                if not value[0] >= -tolerance or (meets and not value[1] >= least):
+                    self.decisive.add(i)
+                    return Rejection(float(value[0]), selector=i)
+        return None
+
+    def _check_value(self, i: int) -> float:
+        value, size = self.plan.check_values[i](self.state, self.instants.clocks)
+        first = float(np.broadcast_to(value, 2)[0])
+        weight = float(np.broadcast_to(size, 2)[0])
+        return first / max(weight, 1e-300) if math.isfinite(first) else math.inf
+
+    def _leaf(self, numbers: list[int], taken: list[Option], wished: float) -> Candidate:
+        unknowns = [n for number in numbers for n in self.plan.blocks[number].unknowns]
+        both = {n: np.ravel(self.state[n]) for n in unknowns}
+        breaks, carried, turned, moved = (sum(option.cost[i] for option in taken) for i in range(4))
+        return Candidate(
+            choices={number: option.choice for number, option in zip(numbers, taken, strict=True)},
+            values={n: float(value[0]) for n, value in both.items()},
+            later={n: float(value[-1]) for n, value in both.items()},
+            cost=(round(breaks, 6), wished, carried, turned, moved),
+        )

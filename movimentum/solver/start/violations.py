@@ -1,0 +1,101 @@
+"""Where a path comes to violate an inequality, or an equation that it was not found from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.codegen.generate import Compiled
+from movimentum.solver.block.change_points import find_events
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.start.search import SELECTOR_TOLERANCE
+
+FloatArray = NDArray[np.float64]
+
+DISAGREES = 1e-7
+"""Of an equation's terms: a redundant one that is off by more does not hold."""
+
+
+def first_violation(piece: Piece, horizon: float) -> tuple[int, float] | None:
+    """The first time before ``horizon`` at which an inequality is violated along the piece, with its number.
+
+    Where the path itself ends at the horizon, what is violated from there on is no news.
+    """
+    plan = piece.plan
+    best: tuple[int, float] | None = None
+    nodes = piece.nodes[piece.nodes < horizon]
+    nodes = np.append(nodes, min(horizon, piece.end))
+    if len(nodes) < 2 or not plan.selectors:
+        return None
+    with np.errstate(all="ignore"):
+        instants = piece.instants(nodes)
+        state, _ = piece.evaluate(instants)
+        for i, function in enumerate(plan.selectors):
+
+            def slack(tau: FloatArray, function: Compiled = function) -> FloatArray:
+                moments = piece.instants(tau)
+                values = function(piece.evaluate(moments)[0], moments.clocks)[0]
+                return np.broadcast_to(values, len(tau)) / plan.size + SELECTOR_TOLERANCE
+
+            values = np.broadcast_to(function(state, instants.clocks)[0], len(nodes)) / plan.size + SELECTOR_TOLERANCE
+            if np.nanmin(values) > 0.3 * (np.nanmax(values) - np.nanmin(values)):
+                continue
+            events = find_events(slack, nodes, values)
+            for low, _ in events.gaps:
+                if low < horizon and (best is None or low < best[1]):
+                    before = nodes[nodes < low]
+                    best = i, _crossing(slack, float(before[-1]) if len(before) else low, low)
+    return best
+
+
+def _crossing(slack: Callable[[FloatArray], FloatArray], good: float, bad: float) -> float:
+    """The time in [good, bad] from which on a value is below zero; ``slack`` is more by the tolerance, and zero at
+    ``bad``. The latter where it is not above zero before.
+    """
+
+    def holds(tau: float) -> bool:
+        return bool(slack(np.array([tau]))[0] > SELECTOR_TOLERANCE)
+
+    end = bad
+    if not holds(good):
+        return end
+    for _ in range(60):
+        middle = 0.5 * (good + bad)
+        if not good < middle < bad:
+            break
+        good, bad = (middle, bad) if holds(middle) else (good, middle)
+    return good
+
+
+def first_disagreement(piece: Piece, horizon: float) -> tuple[int, float] | None:
+    """The first time before ``horizon`` at which an equation that the plan took for redundant no longer holds, with the
+    equation's number.
+    """
+    plan = piece.plan
+    nodes = piece.nodes[piece.nodes < horizon]
+    if len(nodes) < 2 or not plan.checks:
+        return None
+
+    def off(number: int, tau: FloatArray) -> NDArray[np.bool_]:
+        instants = piece.instants(tau)
+        state, bad = piece.evaluate(instants)
+        value, size = plan.check_values[number](state, instants.clocks)
+        return np.broadcast_to(np.abs(value) > DISAGREES * np.maximum(size, 1e-300), len(tau)) & ~bad
+
+    best: tuple[int, float] | None = None
+    with np.errstate(all="ignore"):
+        for number, equation in enumerate(plan.checks):
+            places = np.nonzero(off(number, nodes))[0]
+            if len(places) == 0:
+                continue
+            good, wrong = float(nodes[max(places[0] - 1, 0)]), float(nodes[places[0]])
+            for _ in range(60):
+                middle = 0.5 * (good + wrong)
+                if not good < middle < wrong:
+                    break
+                good, wrong = (good, middle) if off(number, np.array([middle]))[0] else (middle, wrong)
+            if best is None or wrong < best[1]:
+                best = equation, wrong
+    return best

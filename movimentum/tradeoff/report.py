@@ -1,0 +1,175 @@
+"""The trade between time and accuracy as a table, as JSON, and as a plot; and what there is to learn from it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import PurePath
+
+from movimentum.encoding.plot import Panel, Point
+from movimentum.terminal import visible
+from movimentum.tradeoff.pictures import PictureTrade
+from movimentum.tradeoff.tiers import SolverTrade
+
+Rates = Sequence[tuple[Fraction, float]]
+
+LITTLE = 0.1
+"""A tier that saves less than this part of the time a picture takes buys nothing."""
+INVISIBLE = 0.02
+"""Pixels: an error below it changes no colour of an anti-aliased edge by more than a few of 255 levels."""
+
+
+def _time(seconds: float) -> str:
+    for unit, factor in (("s", 1.0), ("ms", 1e3), ("us", 1e6)):
+        if seconds * factor >= 1.0:
+            return f"{seconds * factor:.3g} {unit}"
+    return f"{seconds * 1e9:.3g} ns"
+
+
+def trade_text(script: str, solver: SolverTrade, pictures: PictureTrade, rates: Rates) -> str:
+    """Tables in plain text, and sentences."""
+    frames = f"{solver.frames:,} frame{'' if solver.frames == 1 else 's'}"
+    parts = [
+        f"{visible(script)}: {frames}, compared at {solver.samples} of them with {solver.digits} digits\n\n",
+        _table(
+            ["accuracy", "start", "per frame", "residual", "position error"],
+            [
+                [
+                    tier.name,
+                    _time(tier.start),
+                    _time(tier.frame),
+                    f"{tier.residual:.1e}",
+                    "the truth" if tier.name == "exact" else f"{tier.error:.1e} px",
+                ]
+                for tier in solver.tiers
+            ],
+        ),
+        f"\n{pictures.size[0]} x {pictures.size[1]} pixels, compared with {pictures.supersampling} x supersampling\n\n",
+        _table(
+            ["picture", "per frame", "rms error of 255"],
+            [[cost.name, _time(cost.frame), f"{cost.error:.2f}"] for cost in pictures.costs],
+        ),
+        "\n",
+        _table(
+            ["frames per time unit", "drawn in", "farthest step"],
+            [[f"{float(fps):g}", _time(float(fps) * _drawing(pictures)), f"{step:.3g} px"] for fps, step in rates],
+        ),
+        "\n",
+        *(f"{sentence}\n" for sentence in lessons(solver, pictures)),
+    ]
+    return "".join(parts)
+
+
+def _drawing(pictures: PictureTrade) -> float:
+    return next(cost.frame for cost in pictures.costs if cost.name == "quality standard")
+
+
+def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
+    """What the numbers say about which tier to take."""
+    tiers = {tier.name: tier for tier in solver.tiers}
+    draft, standard, high, exact = (tiers[name] for name in ("draft", "standard", "high", "exact"))
+    count, drawing = solver.frames, _drawing(pictures)
+    found: list[str] = []
+    saved = (standard.start - draft.start) + count * (standard.frame - draft.frame)
+    whole = standard.start + count * (standard.frame + drawing)
+    if saved <= 0.0:
+        found.append("`draft` buys nothing here: solving the frames takes no longer than interpolating them.")
+    elif saved < LITTLE * whole:
+        found.append(
+            f"`draft` buys nothing here: it saves {_time(saved)} of the {_time(whole)} that solving and drawing take."
+        )
+    else:
+        found.append(f"`draft` saves {_time(saved)} of {_time(whole)} and is off by {draft.error:.1e} px.")
+    if draft.error > INVISIBLE:
+        found.append(f"In a picture `draft` can be seen: {draft.error:.2g} px.")
+    if standard.error < INVISIBLE:
+        found.append(
+            f"For pictures `high` and `exact` buy nothing: `standard` is within {standard.error:.1e} px of the truth."
+        )
+    else:
+        found.append(f"`standard` is off by {standard.error:.1e} px where the mechanism is singular: take `high`.")
+    times = high.frame / max(standard.frame, 1e-12)
+    found.append(
+        f"For tables `high` brings {standard.error:.0e} px down to {high.error:.0e} px for {times:.3g} times the time"
+        f" per frame, `exact` takes {exact.frame / max(standard.frame, 1e-12):.3g} times."
+    )
+    costs = {cost.name: cost for cost in pictures.costs}
+    plain, fine = costs["quality standard"], costs["quality high"]
+    if fine.error >= 0.9 * plain.error:
+        found.append("`--quality high` buys nothing here: it is as far from the truth as `standard`.")
+    if costs["quality draft"].frame >= 0.9 * plain.frame:
+        found.append("`--quality draft` buys nothing here: it is drawn no faster.")
+    return found
+
+
+def trade_json(script: str, solver: SolverTrade, pictures: PictureTrade, rates: Rates) -> str:
+    """One object; times in seconds, lengths in pixels."""
+    return json.dumps(
+        {
+            "script": script,
+            "solver": {
+                "frames": solver.frames,
+                "samples": solver.samples,
+                "size": solver.size,
+                "digits": solver.digits,
+                "tiers": [
+                    {
+                        "accuracy": tier.name,
+                        "start": tier.start,
+                        "frame": tier.frame,
+                        "residual": tier.residual,
+                        "error": tier.error,
+                        **({} if tier.claim is None else {"claim": tier.claim}),
+                    }
+                    for tier in solver.tiers
+                ],
+            },
+            "pictures": {
+                "size": list(pictures.size),
+                "frames": pictures.frames,
+                "supersampling": pictures.supersampling,
+                "costs": [{"picture": c.name, "frame": c.frame, "rms": c.error} for c in pictures.costs],
+            },
+            "rates": [{"fps": float(fps), "step": step} for fps, step in rates],
+            "lessons": lessons(solver, pictures),
+        },
+        indent=1,
+        ensure_ascii=False,
+        allow_nan=False,
+    )
+
+
+def panels(script: str, solver: SolverTrade, pictures: PictureTrade) -> list[Panel]:
+    """Two diagrams: of solving and of drawing, time per frame against error."""
+    least = 1e-17
+    tiers = tuple(
+        Point(
+            f"{tier.name} (the truth)" if tier.name == "exact" else tier.name,
+            1e3 * tier.frame,
+            max(tier.error, least),
+            group,
+        )
+        for group, tier in enumerate(solver.tiers)
+    )
+    drawn = tuple(Point(cost.name, 1e3 * cost.frame, cost.error, group) for group, cost in enumerate(pictures.costs))
+    name = PurePath(script).name
+    return [
+        Panel(f"{name}: solving", "milliseconds per frame", "position error, pixels", tiers),
+        Panel(f"{name}: drawing", "milliseconds per frame", "rms error of 255", drawn),
+    ]
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns aligned: the first to the left, numbers to the right."""
+    every = [list(head), *map(list, rows)]
+    widths = [max(len(row[k]) for row in every) for k in range(len(head))]
+    lines = [
+        "  ".join(
+            cell.ljust(width) if k == 0 else cell.rjust(width)
+            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        )
+        for row in every
+    ]
+    lines.insert(1, "  ".join("-" * width for width in widths))
+    return "".join(line.rstrip() + "\n" for line in lines)

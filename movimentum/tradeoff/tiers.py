@@ -1,0 +1,239 @@
+"""What each tier of accuracy costs and what it buys, measured on one timeline."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from movimentum.expressions import Expr
+from movimentum.planning.lowering.equations import Equation, Form
+from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
+from movimentum.scene.model import Scene
+from movimentum.solver.accuracy.draft import drafted
+from movimentum.solver.accuracy.refinement import RefinedMotion, refined
+from movimentum.solver.arithmetic.double_double import WideArithmetic
+from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
+from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
+from movimentum.solver.basis.instants import at_times
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.path.removable import evaluated
+from movimentum.solver.poses import Poses
+from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.solver import solve
+from movimentum.timeline.model import Timeline
+
+SAMPLES = 48
+"""Frames at which tiers are compared with `exact`, evenly spread, where there are more."""
+RUNS = 5
+PATIENCE_S = 1.0
+"""A measurement is repeated `RUNS` times, or less often where that would take longer."""
+TIMED_FRAMES = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Tier:
+    """``start``: seconds to compile and find the path, and to prepare frames; ``frame``: seconds per frame.
+
+    ``residual``: the largest of the script's own equations and of rigidity, relative to the scene's size. ``error``:
+    the farthest an anchor is from where `exact` has it (pixels). ``claim``: what `draft` says that its error is.
+    """
+
+    name: str
+    start: float
+    frame: float
+    residual: float
+    error: float
+    claim: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SolverTrade:
+    """The four tiers, on ``frames`` frames, compared at ``samples`` of them; ``size``: the scene's (pixels)."""
+
+    frames: int
+    samples: int
+    size: float
+    digits: int
+    tiers: tuple[Tier, ...]
+
+
+def timed(work: Callable[[], Any], runs: int = RUNS) -> float:
+    """Median seconds of ``work`` over several runs."""
+    seconds: list[float] = []
+    while len(seconds) < runs and (not seconds or sum(seconds) < PATIENCE_S):
+        begin = time.perf_counter()
+        work()
+        seconds.append(time.perf_counter() - begin)
+    return median(seconds)
+
+
+def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int], None]) -> SolverTrade:
+    """Measure all tiers; the timeline must have a solution."""
+    count = timeline.frame_count
+    places = sorted({round(k) for k in np.linspace(0, count - 1, min(SAMPLES, count))})
+    times = [timeline.frame_time(place) for place in places]
+    many = min(count, TIMED_FRAMES)
+    motion = solve(timeline)
+    begin = timed(lambda: solve(timeline))
+    progress(1, 6)
+    exact = refined(motion, "exact", digits)
+    began = time.perf_counter()
+    exact.poses_at(times[:1])
+    exact_start = time.perf_counter() - began
+    began = time.perf_counter()
+    truth = exact.poses_at(times)
+    exact_frame = (time.perf_counter() - began) / len(times)
+    progress(3, 6)
+
+    draft, claim = drafted(motion)
+    draft_start = timed(lambda: drafted(motion))
+    every, rough = motion.poses(0, many), draft.poses(0, many)
+    chosen = np.array([place for place in places if place < many], dtype=np.int64)
+    scene = timeline.scene
+    error = max(_farthest(scene, every, rough), _farthest(scene, draft.poses_at(times), truth))
+    tiers = [
+        Tier(
+            "draft",
+            begin + draft_start,
+            timed(lambda: draft.poses(0, many)) / many,
+            _residual(draft, times, WideArithmetic()),
+            error,
+            claim,
+        ),
+        Tier(
+            "standard",
+            begin,
+            timed(lambda: motion.poses(0, many)) / many,
+            _residual(motion, times, WideArithmetic()),
+            _farthest(scene, every.select(chosen), truth.select(slice(0, len(chosen)))),
+        ),
+    ]
+    progress(4, 6)
+    high = refined(motion, "high")
+    began = time.perf_counter()
+    high.poses_at(times[:1])
+    high_start = time.perf_counter() - began
+    some = min(many, 2048)
+    better = high.poses_at(times)
+    tiers.append(
+        Tier(
+            "high",
+            begin + high_start,
+            timed(lambda: high.poses(0, some)) / some,
+            _residual(high, times, WideArithmetic()),
+            _farthest(scene, better, truth),
+        )
+    )
+    progress(5, 6)
+    residual = _residual(exact, times[:: max(1, len(times) // 12)], exact.arithmetic)
+    tiers.append(Tier("exact", begin + exact_start, exact_frame, residual, 0.0))
+    progress(6, 6)
+    return SolverTrade(count, len(times), motion.size, digits, tuple(tiers))
+
+
+def _farthest(scene: Scene, some: Poses, others: Poses) -> float:
+    """The farthest any anchor is in one from where it is in the other, over the frames that both have solved."""
+    both = some.solved & others.solved
+    worst = 0.0
+    for thing in scene.things:
+        for anchor in thing.anchors if thing.is_body else ():
+            way = some.world(thing.number, anchor.local) - others.world(thing.number, anchor.local)
+            worst = max(worst, float(np.max(np.hypot(way[both, 0], way[both, 1]), initial=0.0)))
+    return worst
+
+
+def measure_rate(motion: Motion | RefinedMotion, fps: Fraction) -> float:
+    """How far the fastest anchor goes from one frame to the next at ``fps`` (pixels): what a lower rate loses."""
+    timeline = motion.timeline
+    count = min(int((timeline.end - timeline.start) * fps) + 1, TIMED_FRAMES)
+    poses = motion.poses_at([timeline.start + k / fps for k in range(count)])
+    worst = 0.0
+    for thing in timeline.scene.things:
+        for anchor in thing.anchors if thing.is_body else ():
+            way = np.diff(poses.world(thing.number, anchor.local), axis=0)
+            worst = max(worst, float(np.max(np.hypot(way[:, 0], way[:, 1]), initial=0.0)))
+    return worst
+
+
+# --- residuals
+
+
+def _residual(motion: Motion | RefinedMotion, times: Sequence[Fraction], arithmetic: Arithmetic) -> float:
+    """The largest residual at ``times``, evaluated in ``arithmetic`` from the solution as the tier has it."""
+    base = motion if isinstance(motion, Motion) else motion.base
+    evaluator = Evaluator(arithmetic)
+    worst = 0.0
+    for number, piece, some in _by_piece(base, times):
+        if isinstance(motion, RefinedMotion):
+            state = motion.state(number, piece, some)[0]
+            if not isinstance(arithmetic, DigitsArithmetic):  # as it is told: rounded to floats
+                rounded = motion.arithmetic.rounded
+                state = [None if value is None else arithmetic.floats(rounded(value)) for value in state]
+        else:
+            instants = at_times(piece.plan.clocks, base.stretches[number].segment.start, some)
+            with np.errstate(all="ignore"):
+                floats, bad = evaluated(piece, instants)
+            if bad.any():
+                continue
+            state = [
+                None if value is None else arithmetic.floats(np.broadcast_to(value, len(some))) for value in floats
+            ]
+        worst = max(worst, _of_state(base, piece, evaluator, state, some))
+    return worst
+
+
+def _by_piece(motion: Motion, times: Sequence[Fraction]) -> Iterator[tuple[int, Piece, list[Fraction]]]:
+    for number, stretch in enumerate(motion.stretches):
+        inside = [time for time in times if motion.timeline.segment_at(time) == number]
+        for piece, end in _with_ends(stretch):
+            if isinstance(piece, Dead):
+                continue
+            some = [t for t in inside if piece.begin <= float(t - stretch.segment.start) < end]
+            if some:
+                yield number, piece, some
+
+
+def _with_ends(stretch: Stretch) -> Iterator[tuple[Piece | Dead, float]]:
+    begins = [piece.begin for piece in stretch.pieces[1:]]
+    yield from zip(stretch.pieces, [*begins, float("inf")], strict=True)
+
+
+def _of_state(motion: Motion, piece: Piece, evaluator: Evaluator, state: list[Number], times: list[Fraction]) -> float:
+    system = piece.plan.system
+    known = {n for n, value in enumerate(state) if value is not None}
+    rows = [
+        e
+        for e in system.equations
+        if e.form is Form.PLAIN
+        and symbol_numbers(e.original or e.residual) <= known
+        and not any(isinstance(system.unknowns[n].payload, Rate) for n in e.unknowns)
+    ]
+    outputs = [e.original or e.residual for e in rows]
+
+    def leaf(node: Expr) -> Number:
+        if node.op == "clock":
+            return evaluator.arithmetic.rationals([time - node.start for time in times])
+        assert isinstance(node.payload, int)
+        return state[node.payload]
+
+    worst = 0.0
+    with np.errstate(all="ignore"):
+        values = evaluator.values(ordered(outputs), outputs, leaf)
+        for row, value in zip(rows, values, strict=True):
+            off = np.abs(evaluator.arithmetic.rounded(value))
+            if _is_angle(row):  # angles agree modulo a turn
+                off = np.minimum(off, np.abs(off - 360.0))
+            size = 1.0 if row.constraint is None else motion.size
+            worst = max(worst, float(np.max(off[np.isfinite(off)], initial=0.0)) / size)
+    return worst
+
+
+def _is_angle(row: Equation) -> bool:
+    return row.original is not None and row.original.op in ("add", "atan2d")
