@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from movimentum.solver.path.follow import Choice
+from movimentum.solver.continuation.tracks import Choice
 
 if TYPE_CHECKING:
     from movimentum.solver.start.contradictions import Contradiction
