@@ -1,4 +1,4 @@
-"""The command line: options, and nothing else. What the commands do is in `pipeline`, what they say in `console`."""
+"""The command line: options, and nothing else. What the commands do is in `workflow`, what they say in `console`."""
 
 from __future__ import annotations
 
@@ -32,13 +32,14 @@ from movimentum.console import (
 from movimentum.errors import MovimentumError
 from movimentum.output.files import refuse_overwriting
 from movimentum.parameters import FrameRange, FrameRangeType, PairType, RationalType, TraceType, WordsType
-from movimentum.pipeline import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, MAX_PIXELS, Choices, Picture
 from movimentum.signals import ignore_interrupts
 from movimentum.terminal import typed
+from movimentum.workflow.choices import Choices, Picture
+from movimentum.workflow.limits import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, MAX_PIXELS
 
 if TYPE_CHECKING:
-    from movimentum.pipeline import Outcome
     from movimentum.source import SourceText
+    from movimentum.workflow.choices import Outcome
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -362,11 +363,11 @@ def run(
     )
 
     def once() -> int:
-        from movimentum import pipeline
+        from movimentum.workflow.animate import animate
 
         def work(source: SourceText) -> Outcome:
             with console.progress("rendering") as progress:
-                return pipeline.animate(source, target, choices, picture, progress)
+                return animate(source, target, choices, picture, progress)
 
         code, outcome = _made(console, script, work)
         if outcome is not None:
@@ -389,8 +390,8 @@ def _watch(console: Console, script: str, once: Callable[[], int], target: Path,
     """Call ``once``, which writes ``target``, at every change of the script or its pictures, until Ctrl-C; returns that
     exit code. ``open_it``: the file is opened the first time it exists.
     """
-    from movimentum import pipeline
     from movimentum.cli.watch import watch
+    from movimentum.workflow.read import mentioned_files, read
 
     waiting, written = open_it, False
 
@@ -407,7 +408,7 @@ def _watch(console: Console, script: str, once: Callable[[], int], target: Path,
             console.show_bug(error)
         console.say(f"watching {script}; Ctrl-C ends it")
         try:
-            return pipeline.mentioned_files(pipeline.read(script))
+            return mentioned_files(read(script))
         except MovimentumError:
             return ()
 
@@ -471,10 +472,10 @@ def check(
 
     Errors, warnings and notes, and for every step what was left to solve and what is still free.
     """
-    from movimentum import pipeline
+    from movimentum.workflow.check import check
 
     with console.working("checking"):
-        report, source = pipeline.check(
+        report, source = check(
             script,
             Choices(
                 fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting, max_operations=max_operations
@@ -578,7 +579,7 @@ def record(console: Console, *, scripts: tuple[str, ...], to: Path | None) -> in
     """
     from movimentum.golden.record import golden_of
     from movimentum.golden.record import record as write_golden
-    from movimentum.pipeline import Outcome
+    from movimentum.workflow.choices import Outcome
 
     _named(scripts)
     worst = DONE
@@ -618,7 +619,7 @@ def golden_check(console: Console, *, scripts: tuple[str, ...], to: Path | None,
     from movimentum.golden.page import write_report
     from movimentum.golden.record import golden_of
     from movimentum.golden.record import record as write_golden
-    from movimentum.pipeline import Outcome
+    from movimentum.workflow.choices import Outcome
 
     _named(scripts)
     worst = DONE
@@ -706,8 +707,8 @@ def solve(
     Columns: frame, time, Thing.Anchor.x and .y of every anchor, Thing.angle of every thing (degrees, counting full
     turns), every named variable. World coordinates in pixels, y up.
     """
-    from movimentum import pipeline
     from movimentum.interop.tables import SUFFIXES
+    from movimentum.workflow.tabulate import tabulate
 
     if digits is not None and accuracy != "exact":
         raise click.UsageError("--digits needs --accuracy exact: the other tiers have the digits of a float64.")
@@ -718,7 +719,7 @@ def solve(
 
     def work(source: SourceText) -> Outcome:
         with console.progress("solving") as progress:
-            return pipeline.tabulate(source, target, choices, None if frames is None else frames.of, progress)
+            return tabulate(source, target, choices, None if frames is None else frames.of, progress)
 
     code, outcome = _made(console, script, work)
     if outcome is not None and target is not None:
@@ -782,13 +783,13 @@ def import_(
 
     Which of the three it is, is seen by what it says.
     """
-    from movimentum import pipeline
+    from movimentum.workflow.exchange import Import, imported
 
     if snap_angle is not None and not snap:
         raise click.UsageError("--snap-angle needs --snap.")
     target = None if output == "-" else _output(file, output, ".mov")
-    how = pipeline.Import(snap, 36.0 if snap_angle is None else snap_angle, drives)
-    code, outcome = _made(console, file, lambda source: pipeline.imported(source, target, how, strict))
+    how = Import(snap, 36.0 if snap_angle is None else snap_angle, drives)
+    code, outcome = _made(console, file, lambda source: imported(source, target, how, strict))
     if outcome is not None and target is not None:
         console.say(f"{target}: written; look at it with `movimentum check {typed(target)}`")
     return code
@@ -835,7 +836,7 @@ def export(
     max_operations: int,
 ) -> int:
     """Write the scene of SCRIPT in another program's format."""
-    from movimentum import pipeline
+    from movimentum.workflow.exchange import exported
 
     if at is not None and form != "linkages":
         raise click.UsageError("--at is for linkages: formulas have a value for every frame.")
@@ -843,7 +844,7 @@ def export(
     choices = Choices(
         fps=fps, strict=strict, max_frames=max_frames, max_nesting=max_nesting, max_operations=max_operations
     )
-    code, outcome = _made(console, script, lambda source: pipeline.exported(source, target, form, at, choices))
+    code, outcome = _made(console, script, lambda source: exported(source, target, form, at, choices))
     if outcome is not None and target is not None:
         console.say(f"{target}: written")
     return code
@@ -903,7 +904,7 @@ def trade(
     Every tier of --accuracy and every --quality: time, and the error against a truth of 50 digits, or of many times the
     pixels.
     """
-    from movimentum import pipeline
+    from movimentum.workflow.tradeoff import TradeReport, trade
 
     target: Path | None = None
     if output is not None:
@@ -918,11 +919,11 @@ def trade(
         max_nesting=max_nesting,
         max_operations=max_operations,
     )
-    reports: list[pipeline.TradeReport] = []
+    reports: list[TradeReport] = []
 
     def work(source: SourceText) -> Outcome:
         with console.progress("measuring") as progress:
-            report, outcome = pipeline.trade(source, target, choices, progress)
+            report, outcome = trade(source, target, choices, progress)
         reports.append(report)
         return outcome
 
@@ -961,11 +962,11 @@ def _output(script: str, output: str | None, suffix: str) -> Path:
 
 def _made(console: Console, script: str, work: Callable[[SourceText], Outcome]) -> tuple[int, Outcome | None]:
     """The exit code and outcome of ``work`` on the script; what it has to say is shown with the script's lines."""
-    from movimentum import pipeline
+    from movimentum.workflow.read import read
 
     source: SourceText | None = None
     try:
-        source = pipeline.read(script)
+        source = read(script)
         with console.working("working"):
             outcome = work(source)
     except MovimentumError as error:

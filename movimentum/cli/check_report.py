@@ -12,8 +12,8 @@ from movimentum.text import listed
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import MotionReport, PartReport, StepReport
-    from movimentum.pipeline import CheckReport
     from movimentum.source import SourceText, Span
+    from movimentum.workflow.check import CheckReport
 
 MOST_GROUPS = 3
 """Groups of things that move as one, told in a line; JSON has all of them."""

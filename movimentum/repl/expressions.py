@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum import pipeline
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.scene.model import Claim as SceneClaim
@@ -30,6 +29,7 @@ from movimentum.syntax.tree import (
     StepHeader,
     postorder,
 )
+from movimentum.workflow.stages import arranged, built, moved
 
 if TYPE_CHECKING:
     from movimentum.expressions import Expr
@@ -98,8 +98,8 @@ def _solved_for(session: Session, text: str) -> Reading:
     variable = Name(name, span=statement.left.span)
     items.insert(headers[step] + 1, Statement(variable, Comparison.EQUAL, statement.left, span=statement.left.span))
     try:
-        changed = pipeline.built(Script(tuple(items)), session.work.source)
-        motion = pipeline.moved(pipeline.arranged(changed, session.work.choices))
+        changed = built(Script(tuple(items)), session.work.source)
+        motion = moved(arranged(changed, session.work.choices))
     except MovimentumError as error:
         raise Refused(error.diagnostics[:1], SourceText("<prompt>", text.strip())) from error
     used = {node.name for node in postorder(statement.left) if isinstance(node, Name)}
@@ -163,8 +163,8 @@ def _claimed(session: Session, text: str, expression: Expression) -> SceneClaim:
     headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
     items.insert(headers[number] + 1, Claim(expression, Comparison.EQUAL, expression, span=expression.span))
     try:
-        scene = pipeline.built(Script(tuple(items)), session.work.source)
-        timeline = pipeline.arranged(scene, session.work.choices)
+        scene = built(Script(tuple(items)), session.work.source)
+        timeline = arranged(scene, session.work.choices)
     except ScriptError as error:
         item = error.diagnostics[0]
         if item.code == "claim/undetermined":

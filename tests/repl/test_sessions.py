@@ -13,9 +13,9 @@ from PIL import Image
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from movimentum.pipeline import Choices
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import COMMANDS, answer, split, step
+from movimentum.workflow.choices import Choices
 from tests.solver.scenes import motion_of
 
 SLIDER = """.config(20, 300, 300);
