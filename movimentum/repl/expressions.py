@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.errors import MovimentumError, ScriptError
+from movimentum.repl.reading import Reading
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.scene.model import Claim as SceneClaim
 from movimentum.source import SourceText, Span
@@ -44,14 +45,6 @@ _RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], NDArray[np.bool_
     Comparison.ABOVE: np.greater,
     Comparison.AT_LEAST: np.greater_equal,
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """An expression: its values in poses, (F, 1) for a scalar and (F, 2) for a vector."""
-
-    text: str
-    values: Callable[[Poses], FloatArray]
 
 
 def lowered(session: Session, text: str) -> tuple[Expr, ...]:

@@ -19,7 +19,7 @@ from movimentum.workflow.stages import arranged, moved, understand
 
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
-    from movimentum.repl.expressions import Reading
+    from movimentum.repl.reading import Reading
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import Motion
     from movimentum.solver.poses import Poses

@@ -408,7 +408,7 @@ def test_completion(talk):
     from movimentum.repl.prompt import SessionCompleter
 
     say = talk()
-    completer = SessionCompleter(lambda: say.session)
+    completer = SessionCompleter(lambda: say.session, list(COMMANDS))
 
     def offered(text):
         return [c.text for c in completer.get_completions(Document(text), CompleteEvent())]
