@@ -20,8 +20,8 @@ from movimentum.solver.kinds import dispatch
 from movimentum.solver.kinds.newton import choice_of
 from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.solver.solutions.newton_starts import Starts, all_of, begun_start, free_start
-from movimentum.solver.start.candidates import Rejection
 from movimentum.solver.start.costs import Measures
+from movimentum.solver.start.rejections import Rejection
 
 FloatArray = NDArray[np.float64]
 
