@@ -51,7 +51,7 @@ def step_of(jacobian: FloatArray, residual: FloatArray, scale: FloatArray, squar
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class NewtonResult:
     """``x`` (F, n); ``converged`` (F,); ``error`` (F,) the last relative residual."""
 
     x: FloatArray
@@ -68,7 +68,7 @@ def newton(
     *,
     iterations: int = 12,
     limit: float | None = None,
-) -> Outcome:
+) -> NewtonResult:
     """Solve the block from ``start`` (F, n). ``limit`` bounds a single step (in units of ``scale``), for starts from
     afar.
 
@@ -99,7 +99,7 @@ def newton(
                 break
             last = size
         error = relative_error(residual, jacobian_of(block, u, k, x), scale)
-    return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
+    return NewtonResult(x, np.isfinite(error) & (error <= 1e-9), error)
 
 
 def _sparse_newton(
@@ -110,7 +110,7 @@ def _sparse_newton(
     scale: FloatArray,
     iterations: int,
     limit: float | None,
-) -> Outcome:
+) -> NewtonResult:
     """`newton` for a large free block, one instant after the other."""
     size = float(np.max(scale))
     error = np.full(len(x), np.inf)
@@ -122,7 +122,7 @@ def _sparse_newton(
         clocks = tuple(np.broadcast_to(clock, len(x))[f : f + 1] for clock in k)
         x[f], off, _ = chord_newton(block, one, clocks, x[f], iterations, None if limit is None else limit * size)
         error[f] = off
-    return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
+    return NewtonResult(x, np.isfinite(error) & (error <= 1e-9), error)
 
 
 def freedom_of(block: Newton, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:

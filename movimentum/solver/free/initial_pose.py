@@ -219,12 +219,12 @@ def _sparse_least(
     wished: NDArray[np.intp],
 ) -> FloatArray | None:
     """The same steps from sparse saddle point systems (`solver.block.sparse`)."""
-    from movimentum.solver.block.sparse import Quadratic
+    from movimentum.solver.block.sparse import QuadraticProgram
 
     form = block.metric
     x = start.copy()
     for _ in range(80):
-        step_of = Quadratic(block, state, k, x)
+        step_of = QuadraticProgram(block, state, k, x)
         for turn, angle in held:
             c, s = float(np.cos(angle)), float(np.sin(angle))
             step_of.row(*turn.across(c, s), turn.sine.at(x) * c - turn.cosine.at(x) * s)

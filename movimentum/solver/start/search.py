@@ -29,7 +29,7 @@ from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.start.candidates import Candidate, Part, Selection
 from movimentum.solver.start.costs import SAME, squared
-from movimentum.solver.start.options import BlockOptions, Option
+from movimentum.solver.start.options import BlockOptions, BlockSolution
 from movimentum.solver.start.placement import placed
 from movimentum.solver.start.rejections import Rejection, TurnedDown
 
@@ -94,7 +94,7 @@ class _Level:
     which it depends that others were turned down; ``solved``: some complete candidate takes an option of it.
     """
 
-    options: list[Option]
+    options: list[BlockSolution]
     place: int = 0
     blame: set[int] = field(default_factory=set[int])
     solved: bool = False
@@ -279,7 +279,7 @@ class _Search:
         level_of = {number: level for level, number in enumerate(numbers)}
         begun = blocks.effort
         stack = [_Level(self._options(numbers, 0, rejections))]
-        taken: list[Option] = []
+        taken: list[BlockSolution] = []
         wished: list[float] = []
         while stack:
             level = stack[-1]
@@ -348,7 +348,7 @@ class _Search:
         None where the drawing does not satisfy the equations or the inequalities; the last of ``rejections`` then tells
         of a block that the drawing solves, but that has no full rank there and can move: its structure deceives.
         """
-        taken: list[Option] = []
+        taken: list[BlockSolution] = []
         wished = 0.0
         for number in numbers:
             option = self.blocks.as_begun(self.plan.blocks[number], rejections)
@@ -361,7 +361,7 @@ class _Search:
             wished += self._wished(number)
         return self._leaf(numbers, taken, wished)
 
-    def _options(self, numbers: list[int], place: int, rejections: list[Rejection]) -> list[Option]:
+    def _options(self, numbers: list[int], place: int, rejections: list[Rejection]) -> list[BlockSolution]:
         """The candidates of block ``numbers[place]``, the likeliest first: judged by the wishes too, as far as these
         depend on what has but one solution before the next block that has several.
         """
@@ -378,7 +378,7 @@ class _Search:
             follow_up.append(number)
         if len(options) < 2 or not any(number in self.wishes_after for number in (numbers[place], *follow_up)):
             return options
-        judged: list[tuple[tuple[float, ...], Option]] = []
+        judged: list[tuple[tuple[float, ...], BlockSolution]] = []
         for option in options:
             self.blocks.take(blocks[numbers[place]], option.choice)
             wished = self._wished(numbers[place])
@@ -479,7 +479,7 @@ class _Search:
         weight = float(np.broadcast_to(size, 2)[0])
         return first / max(weight, 1e-300) if math.isfinite(first) else math.inf
 
-    def _leaf(self, numbers: list[int], taken: list[Option], wished: float) -> Candidate:
+    def _leaf(self, numbers: list[int], taken: list[BlockSolution], wished: float) -> Candidate:
         unknowns = [n for number in numbers for n in self.plan.blocks[number].unknowns]
         both = {n: np.ravel(self.state[n]) for n in unknowns}
         breaks, carried, turned, moved = (sum(option.cost[i] for option in taken) for i in range(4))
