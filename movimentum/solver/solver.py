@@ -21,9 +21,10 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, PathBeginning, Stretch, Trouble
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.deceptive import deceptive
+from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 from movimentum.solver.start.rejections import TurnedDown
 from movimentum.solver.start.resumption import Branch, first_beginning, times_after
-from movimentum.solver.start.search import SELECTOR_TOLERANCE, select
+from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
 

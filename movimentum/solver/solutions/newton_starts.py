@@ -243,15 +243,7 @@ def free_start(
     one, clocks = _first_instant(plan, block, state, k, 1)
     origin = carried_values(plan, block, carry)
     metric = block.metric
-    pull = np.zeros(len(origin))
-    if metric.coupled:
-        there = list(one)
-        for n, value in zip(block.core, origin, strict=True):
-            there[n] = np.array([value])
-        fill_explicit(block, there, clocks)
-        now = np.array([float(np.ravel(there[n])[0]) for n in metric.coupled])
-        before = np.array([carry.now.value(plan.system, n) or 0.0 for n in metric.coupled])
-        pull = metric.pull(now - before)
+    pull = _pull(plan, block, one, clocks, carry, origin)
     known = carry.now.known
     unknowns = plan.system.unknowns
     fresh = turns_of(plan, block, one, clocks, _new_things(plan, block, known), carry)
@@ -297,6 +289,22 @@ def free_start(
         return Starts([nearest, *others], starts.complete)
     found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
     return Starts([min(found, key=cost)] if found else [], True)
+
+
+def _pull(
+    plan: Plan, block: Free, one: State, clocks: Sequence[FloatArray], carry: Carry, origin: FloatArray
+) -> FloatArray:
+    """What unknowns found before the block add to the gradient of its motion: (n,), zero where they did not move."""
+    metric = block.metric
+    if not metric.coupled:
+        return np.zeros(len(origin))
+    there = list(one)
+    for n, value in zip(block.core, origin, strict=True):
+        there[n] = np.array([value])
+    fill_explicit(block, there, clocks)
+    now = np.array([float(np.ravel(there[n])[0]) for n in metric.coupled])
+    before = np.array([carry.now.value(plan.system, n) or 0.0 for n in metric.coupled])
+    return metric.pull(now - before)
 
 
 def _new_things(plan: Plan, block: Newton, known: Container[int]) -> set[int]:
