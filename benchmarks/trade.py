@@ -126,8 +126,8 @@ written by `benchmarks/trade.py`. Times are medians, on one thread of this machi
 
 **Solving: `standard`.** Over the gallery a frame takes {standard} to solve and {drawing} to draw. So a faster tier
 could save at most {share:.1%} of the time that a picture takes. `draft` takes {draft} and needs {prepared} more to
-prepare. Its error is up to {draft_error:.2g} px ({visible} of {count} scripts have more than {invisible} px, which can be
-seen). It is worth it only for very many frames of mechanisms with large loops, such as Walschaerts' gear.
+prepare. Its error is up to {draft_error:.2g} px ({visible} of {count} scripts have more than {invisible} px, which
+can be seen). It is worth it only for very many frames of mechanisms with large loops, such as Walschaerts' gear.
 
 `standard` is within {standard_error:.0e} px of the truth in the whole gallery, which no picture can show. `high` costs
 {high:.0f} times as much per frame and gives every coordinate to the last bit. It is meant for tables. It is *necessary*
@@ -136,16 +136,16 @@ times as much and is meant for oracles and formulas.
 
 **Drawing: `standard`.** Anti-aliased polygons are within {plain:.2f} of 255 levels (rms, median) of a picture
 supersampled 8 times. Sprites of fine detail are within 3 to 9, because they are filtered differently when they are
-enlarged. `high` reduces the error to {fine:.2f} for {fine_time:.1f} times the time. `draft` raises it to {jagged:.1f} and
-takes {jagged_time:.1f} times the time. The palette of a GIF adds {palette:.2f}. At half the scale, shown at full size,
-the error is {half:.1f}.
+enlarged. `high` reduces the error to {fine:.2f} for {fine_time:.1f} times the time. `draft` raises it to {jagged:.1f}
+and takes {jagged_time:.1f} times the time. The palette of a GIF adds {palette:.2f}. At half the scale, shown at full
+size, the error is {half:.1f}.
 
 ## Solving
 
 Start-up means compiling and finding the path. Residuals are those of the script's own equations and of rigidity,
 evaluated with more digits, relative to the scene's size. An error is the largest distance of any anchor from its place
-in 50 digits, in pixels (0: every coordinate is the nearest float). What is only integrated along the path is the same in
-all tiers.
+in 50 digits, in pixels (0: every coordinate is the nearest float). What is only integrated along the path is the same
+in all tiers.
 
 {solving}
 

@@ -108,7 +108,7 @@ class WordsType(_WordsBase):
         words = [word.strip() for word in str(value).split(",") if word.strip()]
         for word in words:
             if word not in self.words:
-                self.fail(f"{word!r} is none of {', '.join(self.words)}.", param, ctx)
+                self.fail(f"{word!r} is not one of {', '.join(self.words)}.", param, ctx)
         return frozenset(words)
 
 

@@ -103,14 +103,14 @@ def read(path: str) -> SourceText:
         reason = (getattr(problem, "strerror", None) or str(problem)).lower()
         raise _usage("usage/script", f"cannot read {shown}: {reason}") from problem
     if len(data) > MAX_SCRIPT_BYTES:
-        raise _script("limit/script", f"{shown} is larger than {MAX_SCRIPT_BYTES // 2**20} MiB, which no script needs")
+        raise _script("limit/script", f"{shown} is larger than the limit of {MAX_SCRIPT_BYTES // 2**20} MiB")
     try:
         return SourceText(shown, data.decode("utf-8-sig"))
     except UnicodeDecodeError as problem:
         line = data.count(b"\n", 0, problem.start) + 1
         raise _script(
             "syntax/encoding",
-            f"{shown} is not text: byte {problem.start} (line {line}) is no UTF-8",
+            f"{shown} is not text: byte {problem.start} (line {line}) is not UTF-8",
             "a script is a plain text file; save it as UTF-8",
         ) from problem
 
@@ -369,9 +369,9 @@ def imported(source: SourceText, target: Path | None, how: Import, strict: bool)
     if how.snap and kind in (Kind.MECHANISM, Kind.FORMULAS):
         raise _usage("usage/import", f"--snap is for linkage files: {kind.told} has no angles to repair")
     if how.drives and kind is Kind.FORMULAS:
-        raise _usage("usage/import", "--drive is for Pyslvs' mechanism expressions: formulas say what their inputs are")
+        raise _usage("usage/import", "--drive is for Pyslvs' mechanism expressions: formulas name their own inputs")
     if how.drives and kind is Kind.LINKAGE:
-        raise _usage("usage/import", "--drive is for Pyslvs' mechanism expressions; draw a linkage with a wish")
+        raise _usage("usage/import", "--drive is for Pyslvs' mechanism expressions; pull a linkage with a wish")
     found: tuple[Diagnostic, ...] = ()
     match kind:
         case Kind.MECHANISM:
@@ -423,7 +423,7 @@ def exported(source: SourceText, target: Path | None, form: str, at: Fraction | 
 
         triangles = triangles_of(solution.motion)
         comments = [
-            f"{visible(Path(source.path).name)}: angles in degrees; where there is a list, a value for each frame",
+            f"{visible(Path(source.path).name)}: angles in degrees; a list has a value for each frame",
             *(f"{name}: {told}" for name, told in triangles.names),
         ]
         text = formulas_text(triangles.formulas, comments)

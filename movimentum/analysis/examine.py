@@ -141,12 +141,12 @@ def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
                 message=f"the free motion of {names or 'what is solved here'} was followed less accurately than usual",
                 span=scene.steps[stretch.segment.step].span,
                 notes=(
-                    f"after {many} it would not have come to an end otherwise; constraints are met all the same",
-                    "how far it is off is not known"
+                    f"with the usual accuracy it would not have ended after {many}; constraints are satisfied anyway",
+                    "the error is not known"
                     if np.isinf(track.tolerance)
-                    else f"each step may be off by {known} pixels along what is free",
+                    else f"each step may be off by {known} pixels along the free motion",
                 ),
-                helps=("a constraint that takes the freedom away makes it exact; what drives it may be slowed down",),
+                helps=("a constraint that takes the freedom away makes it exact; a slower drive helps too",),
             )
 
 
@@ -165,7 +165,7 @@ def _ill_conditioned(motion: Motion, index: int) -> Iterator[Diagnostic]:
         yield Diagnostic(
             code="solve/ill-conditioned",
             severity=Severity.NOTE,
-            message=f"nearly singular at t = {when}, with a condition of {number(found.condition, 2)}:"
+            message=f"nearly singular at t = {when}, with a condition number of {number(found.condition, 2)}:"
             f" {names or 'what is solved here'}",
             span=span_of_blocks(stretch, (found.block,)),
             notes=(
@@ -210,7 +210,7 @@ def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
             yield Diagnostic(
                 code="constraint/redundant",
                 severity=Severity.NOTE,
-                message=f"the constraints on `{thing.name}` say one thing more than places it (and agree)",
+                message=f"the constraints on `{thing.name}` say one thing more than is needed to place it (and agree)",
                 span=thing.name_span,
             )
 
@@ -239,7 +239,7 @@ def _idle_selectors(motion: Motion) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 code="constraint/idle-selector",
                 severity=Severity.NOTE,
-                message="this inequality never decides anything: no solution is turned down by it",
+                message="this inequality never decides anything: it rejects no solution",
                 span=span,
             )
 
@@ -260,7 +260,7 @@ def _unsolved_frame(motion: Motion, missing: Shortfall) -> Diagnostic:
     else:
         span = next((c.span for c in stretch.segment.active if c.number == missing.constraint), None)
         message = f"this is off by {number(missing.amount)} at t = {time} (frame {missing.frame}),"
-        message += " which the solver could not mend"
+        message += " which the solver could not repair"
         note = "the equations are too nearly singular there, or contradict each other from there on"
     return Diagnostic(
         code="solve/not-converged",

@@ -77,7 +77,7 @@ def frame_rate_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
     other = solve(arrange(timeline.scene, fps=timeline.fps * OTHER_RATE, max_frames=10**9))
     times = sorted({*_times(motion), *_times(other)})
     rates = [number(float(rate), 6) for rate in (other.timeline.fps, timeline.fps)]
-    how = f"at {rates[0]} frames a time unit instead of {rates[1]}"
+    how = f"at {rates[0]} frames per time unit instead of {rates[1]}"
     yield _told("check/fps-invariance", how, _apart(motion, other, times))
 
 
@@ -92,9 +92,9 @@ def _told(code: str, how: str, found: Apart) -> Diagnostic:
     return Diagnostic(
         code,
         Severity.ERROR,
-        f"{how} the motion is another from t = {time_text(found.first or 0.0)} on: {where}",
+        f"{how} the motion is different from t = {time_text(found.first or 0.0)} on: {where}",
         notes=("the path is not determined well enough there: see what `branch` says in the debugger",),
-        helps=("an inequality that holds on one of the two paths only keeps the motion on it",),
+        helps=("an inequality that holds on only one of the two paths keeps the motion on it",),
     )
 
 

@@ -130,9 +130,9 @@ def check_text(report: CheckReport, source: SourceText, *, color: bool, freedom:
     parts.extend(_line(step, freedom) for step in report.steps)
     path = visible(source.path)
     if report.exit_code:
-        parts.append(f"{path}: not good yet\n")
+        parts.append(f"{path}: failed\n")
     elif report.frames is not None and report.duration is not None:
-        parts.append(f"{path}: good; {counted(report.frames, 'frame')}, {report.duration:g} time units\n")
+        parts.append(f"{path}: passed; {counted(report.frames, 'frame')}, {report.duration:g} time units\n")
     return "".join(parts)
 
 

@@ -65,7 +65,7 @@ def image_block(indices: NDArray[np.uint8]) -> bytes:
             at += data[at] + 1
         at += 1
     if data[at] != 0x2C or data[at + 9] & 0xC0 or data[-1] != 0x3B:
-        raise AssertionError("Pillow wrote a GIF that is not understood")
+        raise AssertionError("Pillow wrote a GIF that cannot be read")
     return data[at + 10 : -1]
 
 

@@ -296,7 +296,9 @@ def _refuse_large_jpeg(painter: Painter, path: Path) -> None:
 def _refuse_larger(painter: Painter, limit: int, name: str) -> None:
     if max(painter.size) > limit:
         width, height = painter.size
-        raise _usage("limit/pixels", f"{width} x {height} pixels: {name} ends at {limit} each way", "--scale 0.5")
+        raise _usage(
+            "limit/pixels", f"{width} x {height} pixels: the limit of {name} is {limit} each way", "--scale 0.5"
+        )
 
 
 def _too_fast(fps: Fraction) -> Diagnostic:
@@ -304,7 +306,7 @@ def _too_fast(fps: Fraction) -> Diagnostic:
         "render/gif-rate",
         Severity.WARNING,
         f"GIF shows at most {gif.FASTEST} frames a second: {float(fps):g} are thinned out to {gif.FASTEST}",
-        notes=("browsers slow down what is faster to 10 a second",),
+        notes=("browsers slow faster animations down to 10 frames a second",),
         helps=(f"--fps {gif.FASTEST}", "-o out.webp"),
     )
 

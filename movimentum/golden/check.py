@@ -184,7 +184,7 @@ def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[D
     poses = made.poses()
     table = _table(golden, header, len(poses.frames))
     if len(poses.frames) != len(table) or (table[:, 0] != poses.frames).any():
-        yield _error("golden/changed", "other frames were recorded than would be now")
+        yield _error("golden/changed", "the recorded frames are not those that would be recorded now")
         return
     place = {name: k for k, name in enumerate(header)}
     old = {name: table[:, place[name]] for name in names}

@@ -35,7 +35,7 @@ def read_manifest(folder: Path) -> Manifest:
     except RecursionError as error:
         raise ValueError("golden.json is nested too deeply") from error
     if not isinstance(about, dict):
-        raise ValueError("golden.json is no object")
+        raise ValueError("golden.json is not an object")
     found = cast("dict[str, object]", about)
     if found.get("format") != FORMAT:
         raise ValueError(f"its format is {found.get('format')!r}, not {FORMAT}"[:200])

@@ -30,7 +30,7 @@ def refuse_disorder(formulas: Formulas) -> None:
             if kind == "P" and word in later:
                 code, message = "formula/unknown", f"{formula}: nothing before it gives the point `{word}`"
             elif kind != "P" and word in points:
-                code, message = "formula/kind", f"{formula}: `{word}` is a point, and no number"
+                code, message = "formula/kind", f"{formula}: `{word}` is a point, not a number"
             else:
                 continue
             raise ScriptError([Diagnostic(code, Severity.ERROR, message, formula.span)])

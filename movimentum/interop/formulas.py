@@ -109,7 +109,7 @@ def read_formulas(source: SourceText) -> Formulas:
     for words, span in pieces:
         known, formula = _KNOWN.match(words), _FORMULA.match(words)
         if known is None and formula is None:
-            raise _error("formula/syntax", "this is no formula", span, "PLLP[P1, L1, L2, P2](P3)")
+            raise _error("formula/syntax", "this is not a formula", span, "PLLP[P1, L1, L2, P2](P3)")
         if formula is not None:
             _once(formula[3], targets, span)
             found.append(formula)
@@ -167,9 +167,11 @@ def _value(text: str, span: Span) -> FloatArray:
     try:
         value = np.array(json.loads(text.replace("(", "[").replace(")", "]")), dtype=np.float64)
     except (ValueError, TypeError, OverflowError, RecursionError):
-        raise _error("formula/value", "this is no number, point or list of them", span, "P0 = [60, 20]") from None
+        raise _error(
+            "formula/value", "this is not a number, a point or a list of them", span, "P0 = [60, 20]"
+        ) from None
     if value.ndim > 2 or not (np.abs(value) < 1e150).all():
-        raise _error("formula/value", "this is no number, point or list of them", span, "P0 = [60, 20]")
+        raise _error("formula/value", "this is not a number, a point or a list of them", span, "P0 = [60, 20]")
     return value
 
 
@@ -235,9 +237,9 @@ def _argument(
             "formula/unknown", f"{formula}: nothing gives the {kind} `{word}`", formula.span, f"`{word} = …` gives it"
         )
     if letter == "P" and (found.ndim == 0 or found.shape[-1] != 2):
-        raise _error("formula/kind", f"{formula}: `{word}` is no point", formula.span, f"{word} = [60, 20]")
+        raise _error("formula/kind", f"{formula}: `{word}` is not a point", formula.span, f"{word} = [60, 20]")
     if letter != "P" and (found.ndim > 1 or word in points):
-        raise _error("formula/kind", f"{formula}: `{word}` is a point, and no number", formula.span, f"{word} = 60")
+        raise _error("formula/kind", f"{formula}: `{word}` is a point, not a number", formula.span, f"{word} = 60")
     return found
 
 
@@ -259,7 +261,7 @@ def _refuse_other_counts(formula: Formula, arguments: Sequence[FloatArray]) -> N
     }
     if len(set(counts.values())) > 1:
         told = ", ".join(f"`{word}` has {count}" for word, count in counts.items())
-        raise _error("formula/counts", f"{formula}: not as many values of each: {told}", formula.span)
+        raise _error("formula/counts", f"{formula}: different numbers of values: {told}", formula.span)
 
 
 def _unreachable(formula: Formula, faults: Sequence[_Fault]) -> ScriptError:

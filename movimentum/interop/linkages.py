@@ -74,7 +74,12 @@ def read_linkage(source: SourceText) -> tuple[Linkage, tuple[Diagnostic, ...]]:
         if section is None:
             found.append(_left_out("import/line", "this line belongs to no section", span, "begin a section with v"))
         elif numbers is None:
-            found.append(_left_out("import/line", f"this line is no {_KIND[section]}", span, _SHAPE[section]))
+            article = "an" if section == "a" else "a"
+            found.append(
+                _left_out(
+                    "import/line", f"this line does not describe {article} {_KIND[section]}", span, _SHAPE[section]
+                )
+            )
         else:
             lines[section].append((numbers, span))
     linkage = _linked(lines, found)
@@ -115,7 +120,9 @@ def _linked(lines: dict[str, list[tuple[tuple[float, ...], Span]]], found: list[
                 found.append(_left_out("import/degenerate", f"this {name} is between vertices at the same place", span))
             elif (key := (kind, indices[: len(indices) % 2], frozenset(indices))) in taken:
                 first = (Label(taken[key], "here"),)
-                found.append(replace(_left_out("import/duplicate", f"this {name} has been there", span), labels=first))
+                found.append(
+                    replace(_left_out("import/duplicate", f"this {name} is already there", span), labels=first)
+                )
             else:
                 taken[key] = span
                 result.append(indices)

@@ -65,7 +65,7 @@ class _Reader:
         if token.kind != kind and token.text not in wanted:
             what = " or ".join(f"`{word}`" for word in wanted) if wanted else f"a {kind}"
             told = f"`{token.text}`" if token.text else "the end"
-            raise _error("mechanism/syntax", f"here is {told} where {what} should be", token.span)
+            raise _error("mechanism/syntax", f"found {told} where {what} should be", token.span)
         self.place += 1
         return token
 
@@ -88,7 +88,7 @@ def _tokens(source: SourceText) -> Iterator[_Token]:
     while place < len(source.text):
         match = _TOKEN.match(source.text, place)
         if match is None:
-            raise _error("mechanism/syntax", f"`{source.text[place]}` means nothing here", Span(place, place + 1))
+            raise _error("mechanism/syntax", f"`{source.text[place]}` has no meaning here", Span(place, place + 1))
         if match.lastgroup != "skip":
             yield _Token(str(match.lastgroup), match[0], Span(place, match.end()))
         place = match.end()
@@ -232,7 +232,7 @@ def _driven_link(joints: Sequence[Joint], pair: tuple[int, int]) -> str:
             raise _usage(f"--drive {base},{driven}: joints are numbered 0 to {len(joints) - 1}")
     if base == driven:
         if joints[base].kind == "R":
-            raise _usage(f"--drive {base},{driven}: joint {base} is no slider, and cannot be its own base")
+            raise _usage(f"--drive {base},{driven}: joint {base} is not a slider and cannot be its own base")
         return joints[base].links[0]
     common = [link for link in joints[base].links if link in joints[driven].links]
     if GROUND in common:

@@ -45,12 +45,12 @@ def kind_of(source: SourceText) -> Kind:
     if _SECTION.search(text):
         return Kind.LINKAGE
     helps = (
-        "a linkage file: `v`, and below it two numbers a line",
+        "a linkage file: `v`, and below it two numbers on each line",
         "M[J[R, P[0, 0], L[ground, link_1]]]",
         "PLLP[P1, L1, L2, P2](P3)",
     )
     if text.strip():
-        message = "this is neither a linkage file nor a mechanism expression nor triangular formulas"
+        message = "this is neither a linkage file, nor a mechanism expression, nor triangular formulas"
     else:
         message = (
             f"there is nothing in {source.path} but comments" if source.text.strip() else f"{source.path} is empty"

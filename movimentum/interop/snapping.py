@@ -52,9 +52,9 @@ def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
                 Diagnostic(
                     "import/angle",
                     Severity.WARNING,
-                    f"the angle {corner[0]} {corner[1]} {corner[2]} is {is_now:.6g} degrees, no multiple of {angle:g}:"
-                    " left as it is",
-                    helps=(f"--snap-angle {_divisor(is_now):g} has it as a multiple",),
+                    f"the angle {corner[0]} {corner[1]} {corner[2]} is {is_now:.6g} degrees, which is not a multiple of"
+                    f" {angle:g}: left as it is",
+                    helps=(f"--snap-angle {_divisor(is_now):g} makes it a multiple",),
                 )
             )
             whole = is_now
@@ -66,7 +66,7 @@ def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
             Diagnostic(
                 "import/unrepaired",
                 Severity.WARNING,
-                f"equal lengths and whole angles contradict each other by {off:.2g}: this is as near as it gets",
+                f"equal lengths and whole angles contradict each other by {off:.2g}: this is as near as possible",
                 helps=("leave out --snap, or give another --snap-angle",),
             )
         )

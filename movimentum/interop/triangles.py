@@ -69,7 +69,7 @@ def _only_plan(motion: Motion) -> Plan:
             names = listed([f"`{scene.things[t].name}`" for t in sorted(n for n in numbers if n is not None)])
             spans = [scene.constraints()[c].span for e in block.equations
                      if (c := plans[0].system.equations[e].constraint) is not None]  # fmt: skip
-            why = "can still move" if block.free else "must be solved for together, and not triangle by triangle"
+            why = "can still move" if block.free else "must be solved together, not triangle by triangle"
             raise _refused(scene, "export/not-triangular", f"{names or 'variables'} {why}", spans[0] if spans else None)
     return plans[0]
 

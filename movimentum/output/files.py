@@ -126,7 +126,7 @@ def _overwriting(path: Path, output: Path, found: str | Path) -> UsageError:
             Diagnostic(
                 "usage/overwrites-input",
                 Severity.ERROR,
-                f"{output} is read by this command{same}: nothing that is read is written over",
+                f"{output} is read by this command{same}: input files are never overwritten",
                 helps=(f"-o {typed(free)}",),
             )
         ]
@@ -159,7 +159,7 @@ def read_limited(path: Path, limit: int, *, lines: int | None = None) -> bytes:
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     with open(handle, "rb") as stream:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
-            raise OSError(errno.EINVAL, "it is no regular file", str(path))
+            raise OSError(errno.EINVAL, "it is not a regular file", str(path))
         data = stream.read(limit + 1) if lines is None else b"".join(stream.readline(limit + 1) for _ in range(lines))
     if len(data) > limit:
         raise OSError(errno.EFBIG, f"it is larger than {limit:,} bytes", str(path))

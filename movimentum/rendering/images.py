@@ -166,8 +166,8 @@ def picture_file(
     try:
         status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):  # a folder, a pipe that would never end, a device
-            what = "a folder" if os.path.isdir(path) else "no regular file"
-            raise _error("asset/unreadable", f"`{path}` is {what}, not an image", span)
+            what = "a folder, not an image" if os.path.isdir(path) else "not a regular file"
+            raise _error("asset/unreadable", f"`{path}` is {what}", span)
         if status.st_size > MAX_SPRITE_BYTES:  # some decoders read a whole file before they look at it
             raise _too_large(path, f"{status.st_size:,} bytes", span)
         with warnings.catch_warnings():
@@ -185,7 +185,7 @@ def picture_file(
     except (FileNotFoundError, NotADirectoryError) as error:
         raise _error("asset/missing", f"there is no file `{path}`", span) from error
     except UnidentifiedImageError as error:
-        raise _error("asset/unreadable", f"`{path}` is no image in a format that is read", span, _CONVERT) from error
+        raise _error("asset/unreadable", f"`{path}` is not an image in a supported format", span, _CONVERT) from error
     except MemoryError as error:
         raise _too_large(path, "more than fits into memory", span) from error
     except Exception as error:  # decoders of broken files raise nearly anything

@@ -76,7 +76,7 @@ def lettering(things: Iterable[Thing]) -> Iterator[Diagnostic]:
             f"no font has {named}{' and more' if len(lacking) > 8 else ''} of the label `{thing.name}`;"
             f" `{REPLACEMENT}` is drawn instead",
             thing.span,
-            helps=("install a font that has it (Noto Sans has nearly everything), or write it otherwise",),
+            helps=("install a font that has it (Noto Sans has nearly everything), or write it differently",),
         )
 
 

@@ -40,7 +40,7 @@ def split_output(argument: str, suffixes: Sequence[str]) -> tuple[str, str | Non
     if found is None:
         return argument.strip(), None
     if not found[2].lower().endswith(tuple(suffixes)):
-        raise refused("file", f"`{found[2]}` is no {' or '.join(suffixes)}", f"-o plot{suffixes[0]}")
+        raise refused("file", f"`{found[2]}` is not a {' or '.join(suffixes)} file", f"-o plot{suffixes[0]}")
     return found[1].strip(), found[2]
 
 

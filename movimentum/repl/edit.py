@@ -38,7 +38,7 @@ def check(session: Session, argument: str) -> Answer:
     plain(argument, "check")
     diagnostics = session.work.diagnostics
     if not diagnostics:
-        return replace(session, suggestions=()), "nothing to complain about"
+        return replace(session, suggestions=()), "there are no messages"
     return told(session, diagnostics)
 
 
@@ -47,7 +47,7 @@ def conflicts(session: Session, argument: str) -> Answer:
     plain(argument, "conflicts")
     codes = ("constraint/conflict", "solve/unreachable", "solve/not-converged", "constraint/redundant", "claim/broken")
     found = [d for d in session.work.diagnostics if d.code in codes or d.severity is Severity.ERROR]
-    return told(session, found) if found else (session, "nothing contradicts, nothing is stated twice")
+    return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 
 
 def _changed(session: Session, text: str) -> Answer:
@@ -83,7 +83,7 @@ def try_statement(session: Session, text: str, commands: Iterable[str] = ()) -> 
         found = [replace(item, helps=(*item.helps, *helps)) if near else item for item in error.diagnostics[:1]]
         raise Refused(found, SourceText("<prompt>", text)) from error
     if statement is None:
-        raise refused("unknown-command", f"`{word}` is no command, and `{text}` is no statement", *helps)
+        raise refused("unknown-command", f"`{word}` is not a command, and `{text}` is not a statement", *helps)
     return _stated(session, text)
 
 
@@ -168,7 +168,7 @@ def apply(session: Session, argument: str) -> Answer:
     """``apply N``: put in what was suggested."""
     count = len(session.suggestions)
     if not count:
-        raise refused("nothing-suggested", "nothing is suggested; `check` and `solutions` do", "check")
+        raise refused("nothing-suggested", "there are no suggestions; `check` and `solutions` make some", "check")
     text = argument.strip()
     if not text.isdecimal() or len(text) > 9 or not 1 <= int(text) <= count:
         raise refused("argument", f"suggestions go from 1 to {count}", "apply 1")
@@ -222,10 +222,10 @@ def write(session: Session, argument: str) -> Answer:
 
 
 COMMANDS = (
-    Command("check", "check", "everything that there is to say, with numbered suggestions", check),
+    Command("check", "check", "all messages, with numbered suggestions", check),
     Command("conflicts", "conflicts", "what contradicts, has no solution, or is stated twice", conflicts),
     Command("drop", "drop KEY", "end what is stated under a key from this step on", drop),
-    Command("apply", "apply N", "put in what was suggested under that number", apply),
+    Command("apply", "apply N", "put in the suggestion with that number", apply),
     Command("undo", "undo", "take back the last change", undo),
     Command("redo", "redo", "take back the last undo", redo),
     Command("diff", "diff", "the changes, against the file", diff),

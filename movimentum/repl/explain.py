@@ -175,7 +175,7 @@ def drag(session: Session, argument: str) -> Answer:
         )
     words = {
         Outcome.REACHED: f"`{left}` gets there",
-        Outcome.BLOCKED: f"`{left}` comes no nearer than {off}: what is stated holds it back",
+        Outcome.BLOCKED: f"`{left}` comes no nearer than {off}: the statements hold it back",
         Outcome.SINGULAR: f"`{left}` is stuck {off} from there: in this pose no velocity brings it nearer",
     }
     lines = [words[found.outcome], *_displaced(session, found.moments)]
@@ -223,7 +223,7 @@ def solutions(session: Session, argument: str) -> Answer:
     suggestions: list[str] = []
     for part in found:
         names = ", ".join(f"`{scene.things[t].name}`" for t in part.things)
-        more = "" if part.complete else ", found by looking: there may be more"
+        more = "" if part.complete else ", found by a search: there may be more"
         lines.append(f"{counted(len(part.solutions), 'solution')} for {names or 'what is not drawn'}{more}")
         for n, solution in enumerate(part.solutions, 1):
             mark = "->" if solution.current else "  "
@@ -273,15 +273,15 @@ def branch(session: Session, argument: str) -> Answer:
 
 COMMANDS = (
     Command("why", "why NAME", "the constraints that determine a thing, an anchor or a variable, in their order", why),
-    Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what stands in the way", formula),
+    Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what prevents one", formula),
     Command(
         "free",
         "free [--matrix [NAME]]",
-        "what can still move, and what would stop it; or the matrix that says so",
+        "what can still move, and what would stop it; or the matrix behind it",
         free,
     ),
     Command("wiggle", "wiggle FILE.gif", "each free motion there and back, one after the other", wiggle),
-    Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull at it at this moment, and see what comes along", drag),
+    Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull at it at this moment, and see what moves with it", drag),
     Command("solutions", "solutions [-o FILE.png]", "every solution at this moment, and what selects it", solutions),
     Command("branch", "branch", "how close the solver's choices were over the whole animation", branch),
 )

@@ -58,7 +58,7 @@ def lowered(session: Session, text: str) -> tuple[Expr, ...]:
     """An expression as it is understood in the step that the moment belongs to: one `Expr`, or two for a vector."""
     statement = _parsed(f"{text} = 0;", text)
     if any(isinstance(node, Blank) for node in postorder(statement.left)):
-        raise refused("expression", "a `_` is any value, so there is none to show")
+        raise refused("expression", "`_` is any value, so there is none to show")
     return _claimed(session, text, statement.left).left
 
 
@@ -150,7 +150,7 @@ def _parsed(whole: str, text: str) -> Statement:
             item = replace(item, message=message, span=Span(max(end - 1, 0), end), labels=(), helps=())
         raise Refused([item], SourceText("<prompt>", text.rstrip())) from error
     if len(items) != 1 or not isinstance(items[0], Statement):
-        raise refused("expression", f"`{text.strip()}` is no single expression or condition")
+        raise refused("expression", f"`{text.strip()}` is not a single expression or condition")
     return items[0]
 
 

@@ -93,7 +93,7 @@ def constraints(session: Session, argument: str) -> Answer:
 
 
 def residuals(session: Session, argument: str) -> Answer:
-    """``residuals``: the same, the worst first."""
+    """``residuals``: the same, with the worst first."""
     plain(argument, "residuals")
     rows = sorted(_constraint_rows(session, ""), key=lambda row: -float(row[5]))
     return session, table([["off by", "line", "constraint"], *([row[4], row[1], row[0]] for row in rows)])
@@ -198,7 +198,7 @@ def _drawn(times: FloatArray, values: FloatArray) -> str:
     """A curve in Braille: two by four dots a character."""
     good = np.isfinite(values)
     if not good.any():
-        return "no value anywhere"
+        return "no value at any time"
     low, high = float(values[good].min()), float(values[good].max())
     span = high - low or 1.0
     fine: FloatArray = np.linspace(float(times[0]), float(times[-1]), 8 * COLUMNS) if len(times) > 1 else times
@@ -226,7 +226,7 @@ def picture(session: Session, argument: str) -> Answer:
     """``picture [FILE]``: this moment with names, anchors and free motions drawn in."""
     name = argument.strip().removeprefix("-o").strip() or f"{Path(session.file).stem or 'moment'}.png"
     if not name.lower().endswith(".png"):
-        raise refused("file", f"`{name}` is no .png", f"picture {Path(name).stem}.png")
+        raise refused("file", f"`{name}` is not a .png file", f"picture {Path(name).stem}.png")
     from movimentum.pipeline import Picture
 
     show_all = Picture(at=session.time, show=frozenset({"names", "anchors", "free"}), workers=1)
@@ -240,10 +240,10 @@ COMMANDS = (
     Command(
         "constraints",
         "constraints [KEY]",
-        "what is in force, since when, until when, and how well it is met",
+        "what is in force, since when, until when, and how well it is satisfied",
         constraints,
     ),
-    Command("residuals", "residuals", "the same, the worst first", residuals),
+    Command("residuals", "residuals", "the same, with the worst first", residuals),
     Command("plan", "plan", "the blocks in which this step is solved, and their kernels", plan),
     Command("plot", "plot EXPR [-o FILE]", "its course over the animation, here or as .svg or .png", plot),
     Command("picture", "picture [FILE]", "this moment as a .png, with names, anchors and free motions", picture),

@@ -35,7 +35,7 @@ def matrix_text(session: Session, part: PartMatrix) -> str:
     if m == 0:
         lines.append("no equation says anything about it")
     elif m > MOST or n > MOST:
-        lines.append(f"{m} x {n}: too large to be shown; {MOST} x {MOST} is the largest that is")
+        lines.append(f"{m} x {n}: too large to show; the limit is {MOST} x {MOST}")
     else:
         names = [_row_name(session, row) for row in part.rows]
         lines += _panels(names, part.columns, part.jacobian)
@@ -49,7 +49,7 @@ def matrix_text(session: Session, part: PartMatrix) -> str:
 def units_text(session: Session) -> str:
     """In what units all matrices of a scene are."""
     size = number(session.stretch.plan.size)
-    return f"rows have length 1; lengths count in sizes of the scene ({size} px), angles in 57 degrees"
+    return f"rows have length 1; lengths in units of the scene's size ({size} px), angles in units of 57 degrees"
 
 
 def _panels(names: Sequence[str], columns: Sequence[str], values: FloatArray) -> Iterator[str]:

@@ -43,7 +43,7 @@ def at(session: Session, argument: str) -> Answer:
         return session, where(session)
     time = rational(argument, exponents=True)
     if time is None:
-        raise refused("time", f"`{argument.strip()}` is no time", "at 1.5", "at 4/3")
+        raise refused("time", f"`{argument.strip()}` is not a time", "at 1.5", "at 4/3")
     if not timeline.start <= time <= timeline.end:
         first, last = time_text(float(timeline.start)), time_text(float(timeline.end))
         raise refused("time", f"time {argument.strip()} is outside the animation, from {first} to {last}", f"at {last}")
@@ -55,7 +55,7 @@ def frame(session: Session, argument: str) -> Answer:
     timeline = session.work.timeline
     count = timeline.frame_count
     if not re.fullmatch(r"\s*-?\d{1,9}\s*", argument):
-        raise refused("frame", f"`{argument.strip()}` is no frame number", "frame 0", f"frame {count - 1}")
+        raise refused("frame", f"`{argument.strip()}` is not a frame number", "frame 0", f"frame {count - 1}")
     number = int(argument)
     if not -count <= number < count:
         raise refused("frame", f"there is no frame {number}: they go from 0 to {count - 1}", f"frame {count - 1}")
@@ -104,7 +104,7 @@ def run_until(session: Session, argument: str) -> Answer:
     """``run until CONDITION``: on to the first frame in which it holds."""
     words = argument.split(None, 1)
     if len(words) != 2 or words[0] != "until":
-        raise refused("argument", "`run` goes on until something holds", "run until Rod.B.x < 300")
+        raise refused("argument", "`run` continues until a condition holds", "run until Rod.B.x < 300")
     holds = condition(session, words[1])
     work = session.work
     count = work.timeline.frame_count
@@ -113,7 +113,7 @@ def run_until(session: Session, argument: str) -> Answer:
         places = (holds(poses) & poses.solved).nonzero()[0]
         if len(places):
             return _moved(session, work.timeline.frame_time(int(poses.frames[places[0]])))
-    raise refused("never", f"`{words[1]}` holds in no frame after this one", "frame 0")
+    raise refused("never", f"`{words[1]}` does not hold in any later frame", "frame 0")
 
 
 def watch(session: Session, argument: str) -> Answer:
@@ -129,9 +129,11 @@ def watch(session: Session, argument: str) -> Answer:
 COMMANDS = (
     Command("at", "at T", "go to a time: `at 1.5`, `at 4/3`", at),
     Command("frame", "frame N", "go to a frame, from 0; -1 is the last", frame),
-    Command("next", "next", "one frame on", following),
+    Command("next", "next", "one frame forward", following),
     Command("back", "back", "one frame back", back),
     Command("steps", "steps", "the steps, with their lines", steps),
-    Command("run", "run until CONDITION", "on to the first frame where it holds: `run until Rod.B.x < 300`", run_until),
+    Command(
+        "run", "run until CONDITION", "go on to the first frame where it holds: `run until Rod.B.x < 300`", run_until
+    ),
     Command("watch", "watch [EXPR]", "show an expression after every move; alone: stop watching", watch),
 )

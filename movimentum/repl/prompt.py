@@ -71,7 +71,7 @@ def make_prompt(session: Callable[[], Session]) -> PromptSession[Any]:
 
     def message() -> str:
         moment = time_text(float(session().time))
-        return f"t={moment}> " if session().work.moves else "(mend) "
+        return f"t={moment}> " if session().work.moves else "(errors) "
 
     return PromptSession(
         message,

@@ -60,9 +60,9 @@ def _help(name: str) -> str:
             raise _unknown(name)
         return f"{command.usage}\n  {command.help}"
     rows = [[command.usage, command.help] for command in COMMANDS.values()]
-    rows.append(["STATEMENT;", "try it: it takes effect at this step, under the key convention, at once"])
-    rows.append(["help [COMMAND], COMMAND?", "this, or about one command"])
-    rows.append(["quit", "end (so does the end of the input); in a terminal, it asks where changes are not saved"])
+    rows.append(["STATEMENT;", "try it: it takes effect at once, at this step, under the key convention"])
+    rows.append(["help [COMMAND], COMMAND?", "this list, or help for one command"])
+    rows.append(["quit", "end (so does the end of the input); in a terminal, it asks if changes are not saved"])
     return table(rows)
 
 
@@ -103,7 +103,7 @@ def step(session: Session, line: str) -> tuple[Session, bool]:
         complain(error.diagnostics, session.work.source)
         return session, False
     except (OSError, RecursionError, ArithmeticError, NotImplementedError, MemoryError) as error:
-        message = f"that could not be done: {str(error) or type(error).__name__}"
+        message = f"this could not be done: {str(error) or type(error).__name__}"
         complain([Diagnostic("repl/failed", Severity.ERROR, message)], None)
         return session, False
     return session, True
@@ -118,7 +118,7 @@ def greet(session: Session) -> Session:
     try:
         say(navigate.where(session))
     except Refused:
-        say("the script has to be mended before there is a motion to look at; `help` lists the commands")
+        say("the script has errors, so there is no motion to look at; `help` lists the commands")
     return session
 
 
@@ -196,7 +196,7 @@ def _typed(session: Session) -> int:
         if line is None or line.strip().rstrip(";") in QUIT:
             if current[0].text == current[0].original:
                 return 0
-            reply = typed("there are unsaved changes, which `write` would save; quit all the same? [y/N] ")
+            reply = typed("there are unsaved changes, which `write` would save; quit anyway? [y/N] ")
             if reply is None or reply.strip().lower() in ("y", "yes", *QUIT):
                 return 0
             prompt.message = message  # a question asked in between stays otherwise

@@ -64,17 +64,17 @@ def _claim(
             word = {"integral": ".i", "derivative": ".d"}[node.op]
             findings.error(
                 "claim/not-a-reading",
-                f"a claim reads what comes out, and `{word}(…)` has to be solved for",
+                f"a claim reads results, but `{word}(…)` has to be solved for",
                 claim.span,
-                helps=(f"state `v = {word}(…);` and claim about `v`",),
+                helps=(f"state `v = {word}(…);` and make a claim about `v`",),
             )
             return
         if _is_blank(node):
             findings.error(
                 "claim/not-a-reading",
-                "`_` in a claim can only stand for a whole side or a component of one: nothing solves for it",
+                "`_` in a claim can only be a whole side or a component of one: nothing solves for it",
                 claim.span,
-                helps=("write `[_, 100]` for a point of which only the height is claimed",),
+                helps=("write `[_, 100]` to claim only the height of a point",),
             )
             return
     yield Claim(

@@ -69,7 +69,7 @@ def _size(
     for argument, what in ((width, "the width"), (height, "the height")):
         value = exact(argument, what, findings)
         if value is not None and (value.denominator != 1 or value <= 0):
-            findings.error("kind/out-of-range", f"{what} is a whole number of pixels, from 1 up", argument.span)
+            findings.error("kind/out-of-range", f"{what} must be a whole number of pixels, 1 or more", argument.span)
             value = None
         if value is not None:
             found.append(int(value))

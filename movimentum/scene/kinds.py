@@ -121,7 +121,7 @@ class Inference:
         for *_, product, index in self._products:
             self._findings.error(
                 "kind/mismatch",
-                "one of these factors must be a vector, and nothing tells which",
+                "one of these factors must be a vector, but nothing says which",
                 product.operands[index + 1].span,
                 labels=(Label(product.operands[index].span, "this one?"),),
                 helps=("state the vector's components: `v = [_, _];`",),
@@ -149,7 +149,7 @@ class Inference:
                 return self._variables.setdefault(meaning.name, Cell())
             case Vector():
                 for component in node.components:
-                    self.require(component, Kind.SCALAR, "a vector's components are scalars")
+                    self.require(component, Kind.SCALAR, "the components of a vector must be scalars")
                 return Cell(Kind.VECTOR, node.span)
             case Member():
                 meaning = meanings[id(node)]
@@ -158,13 +158,13 @@ class Inference:
                 return Cell(Kind.VECTOR, node.span) if isinstance(meaning, AnchorRef) else scalar
             case Rotate():
                 self.require(node.operand, Kind.VECTOR, "only a vector can be rotated")
-                self.require(node.angle, Kind.SCALAR, "the angle of a rotation is a scalar")
+                self.require(node.angle, Kind.SCALAR, "the angle of a rotation must be a scalar")
                 return Cell(Kind.VECTOR, node.span)
             case Negate():
                 return self._cells[id(node.operand)]
             case Power():
-                self.require(node.base, Kind.SCALAR, "only a scalar has powers")
-                self.require(node.exponent, Kind.SCALAR, "an exponent is a scalar")
+                self.require(node.base, Kind.SCALAR, "only a scalar can be raised to a power")
+                self.require(node.exponent, Kind.SCALAR, "an exponent must be a scalar")
                 return scalar
             case Sum():
                 first, *rest = node.operands
@@ -177,7 +177,7 @@ class Inference:
                 return self._call(node)
             case Range():
                 for part in (node.subject, *node.values, *node.bounds):
-                    self.require(part, Kind.SCALAR, "a range is made of scalars")
+                    self.require(part, Kind.SCALAR, "a range must consist of scalars")
                 return scalar
             case _:
                 return Cell()
@@ -198,7 +198,7 @@ class Inference:
         for index, operator in enumerate(node.operators):
             factor = node.operands[index + 1]
             if operator is Operator.OVER:
-                self.require(factor, Kind.SCALAR, "only a scalar can be divided by")
+                self.require(factor, Kind.SCALAR, "a divisor must be a scalar")
                 continue
             left, result = result, Cell()
             item = (left, self._cells[id(factor)], result, node, index)
@@ -243,10 +243,10 @@ class Inference:
         if factor is result:
             return
         if factor.kind is not None and result.kind is not None and factor.kind is not result.kind:
-            labels = [Label(result.evidence, f"taken for a {result.kind} here")] if result.evidence else []
+            labels = [Label(result.evidence, f"used as a {result.kind} here")] if result.evidence else []
             self._findings.error(
                 "kind/mismatch",
-                f"this product is a {factor.kind}, and is used as a {result.kind}",
+                f"this product is a {factor.kind}, but it is used as a {result.kind}",
                 Span(node.operands[0].span.start, node.operands[index + 1].span.end),
                 _is(factor.kind),
                 labels=labels,

@@ -123,7 +123,7 @@ def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> 
     if max(part.depth for part in value) > MAX_DEPTH:
         context.findings.error(
             "limit/nesting",
-            f"this goes deeper than the limit of {MAX_DEPTH} operations",
+            f"this is nested deeper than the limit of {MAX_DEPTH} operations",
             nodes[-1].span,
             helps=("give a name to a part of it: `x = …;`",),
         )
@@ -241,7 +241,7 @@ def report_not_yet(node: Expression, findings: Findings) -> None:
         "kind/not-yet",
         "a z other than 0 is not possible yet: things live in the plane",
         node.span,
-        helps=("leave the third component out, or write 0",),
+        helps=("leave out the third component, or write 0",),
     )
 
 
@@ -341,9 +341,9 @@ def _why(node: Expression) -> tuple[str, ...]:
     if isinstance(node, Call):
         match node.function:
             case "q":
-                return ("a root is taken of numbers from 0 up",)
+                return ("a root needs a number of 0 or more",)
             case "ln":
-                return ("a logarithm is taken of numbers above 0",)
+                return ("a logarithm needs a number greater than 0",)
             case "asin" | "acos":
                 return (f"`.{node.function}` takes numbers from -1 to 1",)
             case "mod":

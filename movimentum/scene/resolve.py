@@ -150,9 +150,9 @@ def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable
         if name.lower() in ("c", "color", "colour"):
             helps = (f"a colour is three numbers: `{thing.name}.red`, `.green` and `.blue`, 0 to 255",)
     elif name in ("length", "l", "Length", "LENGTH") and len(known) > 1:
-        helps = (f"how far apart two anchors are is `({thing.name}.{known[1]} - {thing.name}.{known[0]}).l`",)
+        helps = (f"the distance between two anchors is `({thing.name}.{known[1]} - {thing.name}.{known[0]}).l`",)
     elif not thing.is_body:
-        helps = ("a line has no anchors of its own: name those that it is drawn through",)
+        helps = ("a line has no anchors of its own: name the anchors that it is drawn through",)
     elif known:
         helps = (f"`{thing.name}` has " + ", ".join(f"`{item}`" for item in known[:12]),)
     else:
@@ -174,6 +174,6 @@ def _report_thing_as_value(node: Name, thing: Thing, findings: Findings) -> None
         node.span,
         labels=(Label(thing.name_span, f"`{thing.name}` is defined here"),),
         helps=(
-            f"name an anchor of it, such as `{thing.name}.{first}`" if thing.anchors else f"`{thing.name}.{first}`",
+            f"name one of its anchors, such as `{thing.name}.{first}`" if thing.anchors else f"`{thing.name}.{first}`",
         ),
     )

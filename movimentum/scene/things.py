@@ -199,7 +199,7 @@ def _report_unknown_base(
     if base.name in later:
         findings.error(
             "name/unknown-anchor",
-            f"`{base.name}` is not defined yet: an anchor builds on earlier ones",
+            f"`{base.name}` is not defined yet: an anchor can refer only to earlier ones",
             base.span,
             helps=(f"define `{base.name}` before `{item.name}`",) if base.name != item.name else (),
         )
@@ -207,9 +207,11 @@ def _report_unknown_base(
     guess = findings.nearest(base.name, earlier)
     findings.error(
         "name/unknown-anchor",
-        f"there is no anchor `{base.name}` to build `{item.name}` on",
+        f"`{item.name}` refers to `{base.name}`, but there is no such anchor",
         base.span,
-        helps=(f"did you mean `{guess}`?",) if guess else ("an anchor builds on earlier ones of the same thing",),
+        helps=(f"did you mean `{guess}`?",)
+        if guess
+        else ("an anchor can refer only to earlier anchors of the same thing",),
     )
 
 

@@ -313,7 +313,7 @@ def _number(token: Token) -> Number:
                 "this number is out of range",
                 span,
                 notes=(
-                    f"numbers lie between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, in at most 1000 characters",
+                    f"numbers are between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, with at most 1000 characters",
                 ),
             )
         )

@@ -72,7 +72,7 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
     resume = False
     if "SEMICOLON" in accepted and (new_line or found == "@") and not helps:
         helps = ("end the statement with `;`",)
-        labels = (Label(Span(max(before - 1, start), before), "`;` missing behind this?"),)
+        labels = (Label(Span(max(before - 1, start), before), "`;` missing after this?"),)
         resume = found == "@" or found[0].isalpha() or found == ".config"
     error = Diagnostic(
         "syntax/unexpected",
@@ -169,7 +169,7 @@ def _unreadable(text: str, place: int) -> Diagnostic | None:
         return Diagnostic(
             "syntax/name",
             Severity.ERROR,
-            f"`{name[0]}` is no name: a name begins with a letter",
+            f"`{name[0]}` is not a name: a name begins with a letter",
             Span(place, place + len(name[0])),
             helps=(f"write `{name[1]}`",) if name[1][:1].isalpha() else (),
         )
@@ -180,7 +180,7 @@ def _unreadable(text: str, place: int) -> Diagnostic | None:
     if character == "\u00b0" and unit:
         helps = (f"angles are always in degrees: `.config({unit[1].strip()})`",)
     if not helps and character.isalpha():
-        helps = ("a name is made of the letters A to Z, a to z, digits and `_`",)
+        helps = ("a name consists of the letters A to Z, a to z, digits and `_`",)
     return _character(character, place, helps)
 
 
@@ -189,7 +189,7 @@ def _character(character: str, place: int, helps: tuple[str, ...]) -> Diagnostic
     return Diagnostic(
         "syntax/character",
         Severity.ERROR,
-        f"{name} (U+{ord(character):04X}) means nothing in a script",
+        f"{name} (U+{ord(character):04X}) has no meaning in a script",
         Span(place, place + 1),
         helps=helps,
     )
@@ -221,7 +221,7 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
     return Diagnostic(
         "syntax/unknown-word",
         Severity.ERROR,
-        f"there is no {kind} `.{word}`" + (" that can stand here" if kind == "word" else ""),
+        f"there is no {kind} `.{word}`" + (" that fits here" if kind == "word" else ""),
         Span(match.start(), match.end()),
         helps=helps,
     )

@@ -137,7 +137,7 @@ def _check_characters(text: str, max_characters: int) -> None:
                 Diagnostic(
                     "syntax/binary",
                     Severity.ERROR,
-                    f"this is no script: it has the control character U+{ord(control[0]):04X}",
+                    f"this is not a script: it has the control character U+{ord(control[0]):04X}",
                     Span(control.start(), control.end()),
                     helps=("a script is plain text in UTF-8",),
                 )

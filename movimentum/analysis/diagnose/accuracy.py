@@ -16,7 +16,7 @@ def draft_note(error: float) -> Diagnostic:
     return Diagnostic(
         "solve/draft",
         Severity.NOTE,
-        f"draft: frames are interpolated, and off by at most some {number(error)} pixels",
+        f"draft: frames are interpolated; the error is at most about {number(error)} pixels",
         helps=("--accuracy standard",),
     )
 
@@ -35,7 +35,7 @@ def refinement_diagnostics(motion: RefinedMotion) -> tuple[tuple[Diagnostic, ...
                 Severity.WARNING,
                 f"only {max(0, int(attained.digits))} of {int(asked)} digits are certain at"
                 f" t = {time_text(float(attained.time))}, where the mechanism is singular",
-                notes=("several solutions meet there, and more digits do not tell them apart",),
+                notes=("several solutions meet there, and more digits cannot distinguish them",),
             ),
         )
     if attained.rough:
@@ -43,7 +43,7 @@ def refinement_diagnostics(motion: RefinedMotion) -> tuple[tuple[Diagnostic, ...
             Diagnostic(
                 "solve/rough",
                 Severity.NOTE,
-                f"{listed(list(attained.rough))}: integrated along the path in float64 (some 12 digits, free motions"
+                f"{listed(list(attained.rough))}: integrated along the path in float64 (about 12 digits, free motions"
                 " 8); what depends on it is no more exact",
             ),
         )

@@ -56,7 +56,7 @@ def _told(trials: Trials, index: int, beginning: Beginning, part: Part) -> Itera
     if len(groups) == 1:
         if loose:
             names = listed([f"`{name}`" for name in loose])
-            message = f"{len(part.candidates)} solutions {where} differ in {names} only, and look the same"
+            message = f"{len(part.candidates)} solutions {where} differ only in {names} and look the same"
             yield Diagnostic("constraint/same-picture", Severity.NOTE, message, span)
         return
     part = replace(part, candidates=tuple(group[0] for group in groups))

@@ -184,13 +184,13 @@ def _told(broken: Broken, size: float) -> Diagnostic:
     found, wanted = (_vector(side, digits) for side in (broken.left, broken.right))
     asked = wanted if right == wanted else f"`{right}`, which is {wanted}"
     finite = np.isfinite(broken.worst)
-    helps = ["what is claimed or what is constrained is wrong: the claim itself moves nothing"]
+    helps = ["either the claim or a constraint is wrong: the claim itself moves nothing"]
     if finite and broken.worst <= max(NEARLY * size, 10.0 * broken.tolerance):
         enough = _rounded_up(broken.worst)
-        helps.append(f"`.within({enough})` behind it accepts what comes out")
-    off = f"it is {number(broken.amount)} off there" if finite else "it has no value there"
+        helps.append(f"`.within({enough})` after it accepts this result")
+    off = f"it is off by {number(broken.amount)} there" if finite else "it has no value there"
     if finite and broken.worst > 1.001 * broken.amount:
-        off += f", {number(broken.worst)} at t = {time_text(broken.worst_time)} at the most"
+        off += f", and by at most {number(broken.worst)}, at t = {time_text(broken.worst_time)}"
     what = f"`{left}` is {found}, not {word}{asked}"
     for text, values in ((right, broken.right), (left, broken.left)):
         if not np.isfinite(values).all():
@@ -201,9 +201,9 @@ def _told(broken: Broken, size: float) -> Diagnostic:
         message=f"{what}: the claim fails from t = {time_text(broken.time)} (frame {broken.frame})",
         span=claim.span,
         notes=(
-            f"{off}; it may be {number(broken.tolerance)} off"
+            f"{off}; the tolerance is {number(broken.tolerance)}"
             + (" (1e-9 of the scene's size)" if claim.tolerance is None else ""),
-            f"looked at in {counted(broken.instants, 'instant')}: every frame, and the solver's own grid",
+            f"checked at {counted(broken.instants, 'instant')}: every frame and the solver's own grid",
         ),
         helps=tuple(helps),
     )

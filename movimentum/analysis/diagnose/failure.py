@@ -69,7 +69,7 @@ def _no_longer(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diag
     some = "these constraints" if conflict is None else counted(len(conflict.constraints), "constraint")
     return replace(
         told,
-        message=f"{some} agree at first, and contradict each other from t = {_at(stretch, trouble.begin)} on",
+        message=f"{some} agree at first, but contradict each other from t = {_at(stretch, trouble.begin)} on",
         notes=(f"the amounts are those at t = {_at(stretch, tau)}", *told.notes),
     ), 1 if at_once and conflict is not None else 3
 
@@ -191,11 +191,11 @@ def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float
     when = _at(stretch, tau)
     if selection is None:
         message = f"the motion leaves this inequality again and again from t = {when} on"
-        notes.append("every solution that satisfies it is drawn across it at once; the search for another was given up")
+        notes.append("every solution that satisfies it crosses it at once; the search for another was given up")
     elif selector.constraint is not None:
         message = f"no solution satisfies this inequality at t = {when}"
     else:
-        message = f"at t = {when} this has no solution (a length cannot be negative, an angle has one side)"
+        message = f"at t = {when} this has no solution (a length cannot be negative, an angle points one way)"
     step = stretch.segment.step
     reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
@@ -211,7 +211,7 @@ def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float
 def _ways_out(constraint: Constraint) -> tuple[str, ...]:
     other = {"<": ">", ">": "<"}.get(str(constraint.relation), "=")
     return (
-        f"`{constraint.key} {other} …` takes the other side",
+        f"`{constraint.key} {other} …` selects the other side",
         f"`{constraint.key} {constraint.relation} _;` in an earlier step ends it",
     )
 
@@ -235,9 +235,7 @@ def _undefined(stretch: Stretch, block: Block, tau: float) -> Diagnostic:
         message=f"{name} has no finite value from t = {_at(stretch, tau)} on",
         span=spans[-1] if spans else None,
         notes=(f"a division by zero, {note}",),
-        helps=(
-            "`.max(…, 0)` keeps a root's argument from going below zero; `--on-failure skip` leaves such frames out",
-        ),
+        helps=("`.max(…, 0)` keeps the argument of a root at 0 or above; `--on-failure skip` leaves such frames out",),
     )
 
 
@@ -256,8 +254,8 @@ def _not_found(stretch: Stretch, selection: Selection) -> Diagnostic:
         message=f"no solution was found at t = {_at(stretch, 0.0)}",
         span=span,
         notes=(
-            "nothing proves that there is none: the search may not have found what exists",
-            f"{counted(selection.tried, 'block')} of equations were tried, and no constraints are shown to contradict",
+            "nothing proves that there is none: the search may have missed it",
+            f"{counted(selection.tried, 'block')} of equations were tried, and no contradiction was shown",
         ),
         helps=("give the things coordinates near the solution, so that the search begins there",),
     )

@@ -67,7 +67,7 @@ def _namesake(scene: Scene, thing: Thing) -> str | None:
         if other.number not in scene.mentioned:
             continue
         if stem(other.name) == stem(thing.name):
-            return f"`{other.name}`, which is named like it, is mentioned: was it forgotten?"
+            return f"the similarly named `{other.name}` is mentioned: was `{thing.name}` forgotten?"
     return None
 
 

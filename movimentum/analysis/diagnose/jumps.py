@@ -46,7 +46,7 @@ def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
         jumped: int | None = None
         if thing is not None and far > (least if over else max(FRAMES * travel, least)):
             jumped = thing
-            yield _told(stretch, beginning, thing, number(far), f"it moves {number(travel)} a frame there")
+            yield _told(stretch, beginning, thing, number(far), f"it moves {number(travel)} per frame there")
         turned, thing = _most_turned(scene, carry.now, after, seen)
         if thing is None or thing == jumped:
             continue
@@ -55,7 +55,7 @@ def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
         if turned > (LEAST if over else max(FRAMES * turning, LEAST)):
             degrees = f"{number(float(np.degrees(turned)))} degrees"
             slow = number(float(np.degrees(turning)))
-            yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees a frame there")
+            yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees per frame there")
 
 
 def _after(stretch: Stretch, beginning: Beginning) -> Snapshot | None:

@@ -134,7 +134,7 @@ def _told(
     left, bottom = (float(np.floor(value - margin)) for value in low)
     right, top = (float(np.ceil(value + margin)) for value in high)
     notes = [
-        f"what is drawn reaches from [{number(left, 6)}, {number(bottom, 6)}] to [{number(right, 6)}, {number(top, 6)}]"
+        f"the drawing reaches from [{number(left, 6)}, {number(bottom, 6)}] to [{number(right, 6)}, {number(top, 6)}]"
     ]
     if others:
         notes.insert(0, f"so is {listed(others, 4)}")
@@ -155,7 +155,7 @@ def _remedy(scene: Scene, low: tuple[float, float], high: tuple[float, float]) -
         width, height = (max(side, round(value)) for side, value in zip(scene.config.size, high, strict=True))
         return f"`.config({fps}, {width}, {height})` holds everything"
     return (
-        f"`.config({fps})` without a size fits the canvas to everything; one of"
+        f"`.config({fps})` without a size fits the canvas to everything; a size of"
         f" {round(high[0] - min(low[0], 0.0))} x {round(high[1] - min(low[1], 0.0))} does, if everything is moved by"
         f" [{number(max(0.0, -low[0]), 6)}, {number(max(0.0, -low[1]), 6)}]"
     )

@@ -68,7 +68,7 @@ def bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic | Non
         code="solve/unreachable",
         severity=Severity.ERROR,
         message=f"{names or 'the scene'} bind{'s' if ',' not in names else ''} at"
-        f" t = {_at(stretch, trouble.begin, length)}: there is no solution from then on{until}{where}",
+        f" t = {_at(stretch, trouble.begin, length)}: there is no solution from then {until}{where}",
         span=chosen[-1].span if chosen else None,
         label=label,
         labels=tuple(labels),
@@ -111,9 +111,9 @@ def _until(motion: Motion, stretch: Stretch, trouble: Trouble) -> str:
     if end >= length:
         following = motion.stretches[motion.stretches.index(stretch) + 1 :]
         if not following or any(t.kind == "start" and t.begin == 0.0 for t in following[0].troubles):
-            return ""
+            return "on"
         end = length
-    return f" until t = {_at(stretch, end, length)}"
+    return f"until t = {_at(stretch, end, length)}"
 
 
 def _conflict(
@@ -146,7 +146,7 @@ def _amount(scene: Scene, conflict: Conflict) -> str:
     """
     short = [(t, f) for t, f in conflict.stretch.items() if abs(f - 1.0) > 1e-12]
     if not short:
-        return f"they are {number(max(conflict.off.values()))} out of reach" if conflict.off else ""
+        return f"they are out of reach by {number(max(conflict.off.values()))}" if conflict.off else ""
     t, factor = max(short, key=lambda item: abs(item[1] - 1.0))
     thing = scene.things[t]
     points = [anchor.local for anchor in thing.anchors]
@@ -161,5 +161,5 @@ def _last_good(motion: Motion, stretch: Stretch, trouble: Trouble) -> str:
     begin = float(stretch.segment.start) + trouble.begin
     last = int(np.ceil((begin - float(timeline.start)) * float(timeline.fps) - 1e-9)) - 1
     if last < 0:
-        return "there is no good frame before"
+        return "there is no good frame before that"
     return f"the last good frame is {last}, at t = {time_text(float(timeline.frame_time(last)))}"

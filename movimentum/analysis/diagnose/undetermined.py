@@ -40,7 +40,7 @@ def meant_clocks(motion: FreeMotion) -> tuple[str, ...]:
     """Help for variables that are named like the language's own clocks and constants, where nothing determines them."""
     names = [(name, clock) for name in motion.variables if (clock := clock_meant(name)) is not None]
     return tuple(
-        f"`{name}` is a variable like any other, and nothing determines it: did you mean `.{clock}`?"
+        f"`{name}` is an ordinary variable, and nothing determines it: did you mean `.{clock}`?"
         for name, clock in names
     )
 
@@ -53,12 +53,12 @@ def unstated_clocks(scene: Scene, found: Sequence[Diagnostic]) -> Iterator[Diagn
     stated = {item.key for item in scene.constraints() if item.relation is Relation.EQUAL}
     for name, variable in scene.variables.items():
         clock = clock_meant(name)
-        if clock is None or name in stated or f"`{name}` is a variable like" in asked:
+        if clock is None or name in stated or f"`{name}` is an ordinary variable" in asked:
             continue
         yield Diagnostic(
             code="name/clock",
             severity=Severity.WARNING,
-            message=f"`{name}` is a variable like any other, and no statement says what it is",
+            message=f"`{name}` is an ordinary variable, and no statement says what it is",
             span=variable.span,
             helps=(f"did you mean `.{clock}`?",),
         )

@@ -53,7 +53,7 @@ def wish_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
         if found is not None:
             yield found
     if len(lives) > MOST:
-        message = f"of {len(lives):,} wishes, only what became of the first {MOST} is told"
+        message = f"only the first {MOST} of {len(lives):,} wishes are reported"
         yield Diagnostic("limit/messages", Severity.NOTE, message)
 
 
@@ -108,11 +108,11 @@ def _told(motion: Motion, life: _Life, evaluated: _Evaluated) -> Diagnostic | No
         late = np.nonzero(off > tolerance)[0]
         begin = int(late[-1]) + 1 if len(late) else 0
         worst = float(np.max(off[begin:]))
-        when = f"at t = {time_text(round(float(time[begin]), 4))}" if begin else "from the beginning on"
+        when = f"at t = {time_text(round(float(time[begin]), 4))}" if begin else "from the beginning"
         return Diagnostic(
             "wish/reached",
             Severity.NOTE,
-            f"`{name}` has what is wished for it {when}, to within {number(worst, 2)}",
+            f"`{name}` {'reaches its goal' if begin else 'is at its goal'} {when}, to within {number(worst, 2)}",
             life.constraint.span,
         )
     return _missed(motion, life, last, name)
@@ -149,7 +149,7 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
         return Diagnostic(
             "wish/under-way",
             Severity.NOTE,
-            f"`{name}` is {number(last)} from what is wished for it when that ends, and coming nearer",
+            f"`{name}` is {number(last)} from its goal when the wish ends, and coming nearer",
             life.constraint.span,
             helps=("a later end or a greater `.speed(…)` lets it arrive",),
         )
@@ -161,16 +161,16 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
         return Diagnostic(
             "wish/singular",
             Severity.WARNING,
-            f"`{name}` is stuck {number(last)} from what is wished for it: in this pose no velocity brings it nearer,"
-            " beside it one does",
+            f"`{name}` is stuck {number(last)} from its goal: in this pose no velocity brings it nearer,"
+            " but in a nearby pose one does",
             life.constraint.span,
             notes=("a dead centre, or a straight chain that is pushed along its line",),
-            helps=("a wish a little to one side, or another pose to begin with, gets it going",),
+            helps=("a wish a little to one side, or another pose to begin with, gets it moving",),
         )
     return Diagnostic(
         "wish/blocked",
         Severity.NOTE,
-        f"`{name}` is blocked {number(last)} from what is wished for it: what else is stated lets it come no nearer",
+        f"`{name}` is blocked {number(last)} from its goal: the other statements let it come no nearer",
         life.constraint.span,
     )
 
@@ -184,7 +184,7 @@ def _opposed(motion: Motion, life: _Life, last: float, name: str, wishes: Sequen
     return Diagnostic(
         "wish/blocked",
         Severity.NOTE,
-        f"`{name}` is held {number(last)} from what is wished for it by other wishes: for {listed(quoted)}",
+        f"other wishes hold `{name}` {number(last)} from its goal: those for {listed(quoted)}",
         life.constraint.span,
         helps=(f"`{keys[0]} ~ _;` ends {'that' if len(keys) == 1 else 'one'}",),
     )
