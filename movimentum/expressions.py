@@ -120,7 +120,7 @@ def const(value: float) -> Expr:
 
 
 def ratio(value: Fraction) -> Expr:
-    """A rational number; where a float cannot hold it, its ``origin`` is the quotient that it stands for."""
+    """A rational number. If a float cannot hold it, its ``origin`` is the quotient that it stands for."""
     if max(abs(value.numerator), value.denominator) >= 2**53:
         return const(float(value))
     return div(const(float(value.numerator)), const(float(value.denominator)))
@@ -131,7 +131,7 @@ def _fold(value: float, op: str, *args: Expr) -> Expr:
 
 
 def symbol(name: Hashable) -> Expr:
-    """An unknown, or whatever the owner of ``name`` says it is."""
+    """An unknown, or whatever ``name`` means to its owner."""
     return Expr("symbol", (), name)
 
 
@@ -209,7 +209,7 @@ def power(a: Expr, exponent: float) -> Expr:
 
 
 def call(op: str, *args: Expr) -> Expr:
-    """A function of the table above, folded where all arguments are constant and the value is finite."""
+    """A function of the table above, folded if all arguments are constant and the value is finite."""
     node = Expr(op, args)
     if op in ("integral", "derivative"):
         raise ValueError(f"{op} has a constructor of its own")
@@ -328,7 +328,7 @@ _NUMERIC: dict[str, Callable[..., float]] = {
 
 
 def evaluate_op(op: str, payload: Hashable, values: list[float]) -> float:
-    """One operation on floats; nan where it is undefined or overflows."""
+    """One operation on floats; nan if it is undefined or overflows."""
     try:
         if op == "pow":
             if not isinstance(payload, float):

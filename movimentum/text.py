@@ -1,4 +1,4 @@
-"""Numbers, times and lists in the words of diagnostics."""
+"""Numbers, times and lists as diagnostics show them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def time_text(value: float) -> str:
 
 
 def listed(items: Sequence[str], most: int = 6) -> str:
-    """``a``, ``a and b``, ``a, b and c``; many end in "and 3 more"."""
+    """``a``, ``a and b``, ``a, b and c``; a long list ends in "and 3 more"."""
     if len(items) > most:
         return ", ".join(items[: most - 1]) + f" and {len(items) - most + 1} more"
     if len(items) < 2:

@@ -53,7 +53,7 @@ from movimentum.syntax.tree import (
 def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixels: int = MAX_PIXELS) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
-    ``image_size`` tells an image's (width, height) by its path, which is the one in the script joined to the script's
+    ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
     folder. Raises ScriptError with all errors of the script (and its warnings) at once.
     """
     findings = Findings()
@@ -100,7 +100,7 @@ def _folder(source: SourceText) -> str:
 
 
 def _steps(script: Script, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[Draft]]:
-    """Step times and spans, and the statements whose names are known."""
+    """Step times and spans, and the statements whose names are all known."""
     times: list[Fraction] = []
     spans: list[Span] = []
     drafts: list[Draft] = []
@@ -169,7 +169,7 @@ def _draft(statement: Statement | Claim, step: int, table: ThingTable, findings:
 
 
 def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, list[Draft]]:
-    """The kinds of all expressions, and the statements without mistakes in them."""
+    """The kinds of all expressions, and the statements without errors."""
     inference = Inference(findings)
     sound: list[Draft] = []
     for draft in drafts:
@@ -218,7 +218,7 @@ def _statements(
 
 
 def _speed(statement: Statement, findings: Findings) -> float | None:
-    """How fast a wish may be followed; None where nothing says so."""
+    """How fast a wish may be followed; None if nothing limits it."""
     if statement.speed is None:
         return None
     if statement.comparison is not Comparison.WISH:

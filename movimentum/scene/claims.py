@@ -1,4 +1,4 @@
-"""Claims: what should come out, read like constraints and kept apart from them."""
+"""Claims: expected results, read like constraints and kept apart from them."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _tolerance(claim: tree.Claim, findings: Findings) -> Fraction | None:
 
 
 def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findings: Findings) -> None:
-    """Complain about variables that only claims mention: nothing gives them a value."""
+    """Report variables that only claims mention: nothing gives them a value."""
     known = {name for draft in stated if draft.right is not None for name, _ in _variables(draft)}
     told: set[str] = set()
     for draft in claimed:

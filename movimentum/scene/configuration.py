@@ -22,7 +22,7 @@ _MAX_FPS = 10**9
 
 
 def build_config(configs: list[Config], max_pixels: int, findings: Findings) -> model.Config:
-    """The configuration; what is wrong in it is reported and replaced by its default."""
+    """The configuration; a wrong value is reported and replaced by its default."""
     if not configs:
         return model.Config(DEFAULT_FPS)
     first, *more = configs

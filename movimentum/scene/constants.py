@@ -34,7 +34,7 @@ MAX_BITS = 1000
 
 
 def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | None:
-    """The exact value of numbers joined by ``+ - * /``; None after an error, which calls it ``what``."""
+    """The exact value of numbers joined by ``+ - * /``; None after an error, whose message calls it ``what``."""
     if isinstance(root, Text):
         findings.error("kind/mismatch", f"{what} must be a number, not a text", root.span)
         return None
@@ -91,7 +91,7 @@ def constant(root: Expression | Text, what: str, findings: Findings) -> float | 
 
 
 def constant_expression(root: Expression | Text, what: str, findings: Findings) -> Expr | None:
-    """The same as a constant that knows how it was computed."""
+    """The same, as a constant that knows how it was computed."""
     if isinstance(root, Text):
         findings.error("kind/mismatch", f"{what} must be a number, not a text", root.span)
         return None

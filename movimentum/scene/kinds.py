@@ -36,7 +36,7 @@ class Kind(StrEnum):
 
 
 class Cell:
-    """The kind of one expression, possibly shared with others, and the place where it became known."""
+    """The kind of one expression, possibly shared with others, and the place that determined it."""
 
     __slots__ = ("evidence", "kind", "parent")
 
@@ -46,7 +46,7 @@ class Cell:
         self.evidence = evidence
 
     def root(self) -> Cell:
-        """The cell that stands for all that are known to be of one kind with this one."""
+        """The cell that represents all cells known to have the same kind as this one."""
         cell = self
         while cell.parent is not None:
             if cell.parent.parent is not None:
@@ -72,7 +72,7 @@ class Inference:
         self._products: list[Multiplication] = []
 
     def kind(self, node: Expression) -> Kind:
-        """The kind of a node; what nothing decides is a scalar."""
+        """The kind of a node; a scalar if nothing decides it."""
         return self._cells[id(node)].root().kind or Kind.SCALAR
 
     def variable_kind(self, name: str) -> Kind:
@@ -94,7 +94,7 @@ class Inference:
             self._findings.error("kind/mismatch", because, node.span, _is(cell.kind), labels=self._reasons(node, cell))
 
     def equate(self, first: Expression, second: Expression, because: str) -> None:
-        """Both must be of one kind; ``because`` says why, as a whole sentence."""
+        """Both must be of the same kind; ``because`` says why, as a whole sentence."""
         a, b = self._cells[id(first)].root(), self._cells[id(second)].root()
         if a is b:
             return
@@ -110,7 +110,7 @@ class Inference:
         _join(a, b)
 
     def finish(self) -> None:
-        """Decide what waited for others: which factor of a product is its vector."""
+        """Decide what had to wait: which factor of a product is its vector."""
         self._propagate()
         # What is left waits for a choice. A product that nothing asks to be a vector is a product of scalars.
         for item in self._products:
@@ -128,7 +128,7 @@ class Inference:
             )
 
     def _propagate(self) -> None:
-        """Draw conclusions from products until there are no more, forwards and backwards by turns."""
+        """Draw conclusions from products until there are no more, forwards and backwards in turn."""
         before = -1
         while self._products and len(self._products) != before:
             before = len(self._products)
@@ -255,7 +255,7 @@ class Inference:
         _join(factor, result)
 
     def _reasons(self, node: Expression, cell: Cell) -> list[Label]:
-        """Where else it was seen that ``node`` is what it is, unless that is plain from itself."""
+        """The other place that determined the kind of ``node``, unless the node itself shows it."""
         evidence = cell.evidence
         if evidence is None or (node.span.start <= evidence.start and evidence.end <= node.span.end):
             return []

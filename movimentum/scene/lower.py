@@ -59,10 +59,10 @@ from movimentum.syntax.tree import (
 )
 
 MAX_DEPTH = 400
-"""How deep an `Expr` may be: what walks it later may recurse."""
+"""How deep an `Expr` may be, because later code that walks it may recurse."""
 
 _LONG = 8
-"""A sum or product with more members is paired up like a tournament, so that its depth stays small."""
+"""The members of a longer sum or product are paired like a tournament, so that its depth stays small."""
 
 _FUNCTIONS = {
     "q": "sqrt",
@@ -91,7 +91,7 @@ Value = tuple[Expr, ...]
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What an expression is lowered with: ``step_time`` and the number of its ``constraint``; ``blanks`` counts the
+    """The context for lowering an expression: ``step_time`` and the number of its ``constraint``; ``blanks`` counts the
     ``_`` of the whole script; diagnostics go to ``findings``.
     """
 
@@ -323,7 +323,7 @@ def _paired(join: Callable[[T, T], T], items: Sequence[T]) -> T:
 
 
 def _checked(node: Expression, value: Value, values: dict[int, Value], context: Context) -> Value:
-    """``value``, or ones where constants have led out of the real numbers (which is told once, where it happens)."""
+    """``value``, or ones if constants have led out of the real numbers (which is reported once, where it happens)."""
     good = all(part.value is None or math.isfinite(part.value) for part in value)
     grows = isinstance(node, Call) and node.function == "i"  # of a constant, and no constant itself
     if good and not grows and any(part.value is None for part in value):

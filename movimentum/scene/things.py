@@ -1,4 +1,4 @@
-"""Definitions to things: shapes, anchors and options, with everything that can be wrong with them."""
+"""Definitions to things: shapes, anchors and options, and all errors in them."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Options:
 def build_things(
     definitions: list[Definition], folder: str, image_size: ImageSize, findings: Findings
 ) -> tuple[tuple[Thing, ...], ThingTable]:
-    """All things in order of definition, and their names. Of two with one name, the first is kept."""
+    """All things in order of definition, and their names. If two have the same name, the first is kept."""
     kept: dict[str, Definition] = {}
     for definition in definitions:
         first = kept.setdefault(definition.name, definition)
@@ -144,7 +144,7 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
 
 
 def _anchors(definitions: list[AnchorDefinition], findings: Findings) -> list[Anchor]:
-    """The anchors, in the coordinates that they are written in; one that is wrong stands at the origin."""
+    """The anchors, in the coordinates in which they are written; a wrong one is placed at the origin."""
     found: dict[str, Anchor] = {}
     later = {item.name for item in definitions}
     for item in definitions:

@@ -1,4 +1,4 @@
-"""Syntax errors in words: what was found, what could have stood there, and what was probably meant."""
+"""Syntax errors in words: what was found, what was expected, and what was probably meant."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|.", re.DOTALL)
 
 
 def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, int, bool]:
-    """What went wrong, at which offset, and whether reading can go on right there (a ``;`` was forgotten before it).
+    """The error, its offset, and whether reading can continue right there (because a ``;`` was forgotten before it).
 
     ``text`` is the script's; the part that was read began at ``start``.
     """
@@ -86,7 +86,7 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
 
 
 def expected_words(accepted: frozenset[str]) -> str:
-    """What could have stood there, in words, the likeliest first."""
+    """What was expected there, in words, the likeliest first."""
     names = set(accepted) - {"$END"}
     words: list[str] = []
     if "CONFIG" in names or ("AT" in names and "NAME" in names):
@@ -106,7 +106,7 @@ def expected_words(accepted: frozenset[str]) -> str:
         words.append("a shape")
         names -= _SHAPES | {"STRING"}
     if len(names) > 1:
-        names -= {"SPEED"}  # it belongs behind wishes only, and nobody looks for it here
+        names -= {"SPEED"}  # it belongs only after wishes, and nobody expects it here
     if names > {"WITHIN"} and "WORD" in names:
         names -= {"WITHIN"}
     words.extend(_WORDS[name] for name in _ORDER if name in names)
@@ -124,7 +124,7 @@ def expected_words(accepted: frozenset[str]) -> str:
 
 
 def _end_before(text: str, start: int, place: int) -> int:
-    """Where the last thing that is no space and no comment ends before ``place``."""
+    """The end of the last text before ``place`` that is neither space nor comment."""
     end = start
     for match in _PIECE.finditer(text, start, place):
         piece = match[0]
@@ -148,7 +148,7 @@ def _unexpected_end(text: str, before: int, accepted: frozenset[str]) -> Diagnos
 
 
 def _unreadable(text: str, place: int) -> Diagnostic | None:
-    """Texts without end, characters that mean nothing."""
+    """Texts without an end, characters without a meaning."""
     character = text[place]
     if character == "'" and not re.match(r"'(?:[^'\r\n]|'')*'", text[place:]):
         line_end = re.compile(r"[\r\n]|$").search(text, place)
@@ -196,7 +196,7 @@ def _character(character: str, place: int, helps: tuple[str, ...]) -> Diagnostic
 
 
 def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic | None:
-    """A word with a dot that the language does not have, where one of its words would have fitted."""
+    """A word with a dot that the language does not have, in a place where one of its words would fit."""
     match = _DOTTED.match(text, place)
     if not match:
         return None

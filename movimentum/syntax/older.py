@@ -1,4 +1,4 @@
-"""Spellings of the notes of 2012, of other languages and of mathematics: what each is written as here."""
+"""Spellings from the 2012 notes, from other languages and from mathematics, and how to write each of them here."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SIGNS = {
     "\u00be": ("write `3/4`",),
     "\u221e": ("there is no infinity: leave out the bound",),
 }
-"""What signs that mean nothing in a script were probably meant to say."""
+"""The probable meaning of signs that have no meaning in a script."""
 
 _MEMBERS = {"length": "l", "l": "l", "LENGTH": "l", "Length": "l", "len": "l", "abs": "l", "norm": "l"}
 _DISTANCES = ("dist", "distance", "Distance")
@@ -29,8 +29,8 @@ _STEP = re.compile(r"@\s*\+?[^:;@=\r\n]*$")
 
 
 def called(text: str, place: int, word: str) -> str | None:
-    """What a function that is none here (``.length(v)``, ``distance(P, Q)``, ``rotate(v, a)``) is written as; ``place``
-    is where its ``(`` stands.
+    """How to write a function that does not exist here (``.length(v)``, ``distance(P, Q)``, ``rotate(v, a)``);
+    ``place`` is the offset of its ``(``.
     """
     arguments = _arguments(text, place)
     if arguments is None:
@@ -47,7 +47,7 @@ def called(text: str, place: int, word: str) -> str | None:
 
 
 def written(text: str, before: int, place: int, found: str) -> str | None:
-    """Help for what stands at ``place`` behind what ends at ``before``, where it is a spelling from elsewhere."""
+    """Help for the text at ``place``, after the text that ends at ``before``, if it is a spelling from elsewhere."""
     behind, ahead = text[max(0, before - 80) : before], text[place : place + 80]
     name = re.search(r"(?<![A-Za-z0-9_])\.?([A-Za-z]+)$", behind)
     if found == "(" and name is not None:
@@ -74,7 +74,7 @@ def written(text: str, before: int, place: int, found: str) -> str | None:
 
 
 def _comma(text: str, before: int, behind: str, ahead: str) -> str | None:
-    """Help for a comma that cannot stand where it does."""
+    """Help for a comma in the wrong place."""
     digits, more = re.search(r"(?<![\w.])(\d+)$", behind), re.match(r",(\d+)", ahead)
     if digits and more and not _in_vector(text, before):
         return f"a decimal point is a dot: `{digits[1]}.{more[1]}`"
@@ -93,7 +93,7 @@ def _in_vector(text: str, place: int) -> bool:
 
 
 def _arguments(text: str, place: int) -> list[str] | None:
-    """The arguments in the brackets that open at ``place``; None where they do not close in the statement."""
+    """The arguments in the brackets that open at ``place``; None if they do not close in the statement."""
     depth, start, found = 0, place + 1, list[str]()
     for i, character in enumerate(text[place : place + 300], place):
         if character in "([{":
