@@ -1,4 +1,4 @@
-"""What there is to say about a motion: errors, warnings and notes, from what the solver recorded."""
+"""The diagnostics of a motion: errors, warnings and notes, from what the solver recorded."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
 
 MOST_NOTES = 8
-"""So many things may each have a note of their own; more are told together."""
+"""Up to this many things have a note each; more are reported together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +36,7 @@ class Examination:
     """``diagnostics``: in order of time; ``steps``: a report for each segment.
 
     ``fault``: 0, 1 (the script contradicts itself) or 3 (no solution at some time): the exit code that failing
-    deserves. ``doubted``: some frame that a path promised is not solved: poses are to be judged one by one.
+    deserves. ``doubted``: some frame that a path promised is not solved, so poses must be judged one by one.
     """
 
     diagnostics: tuple[Diagnostic, ...]
@@ -46,8 +46,8 @@ class Examination:
 
 
 def examine(motion: Motion) -> Examination:
-    """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds."""
-    with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
+    """Diagnose a motion. Evaluates every frame once, to make sure that the paths keep their promises."""
+    with np.errstate(all="ignore"):  # an overflow is reported as what it makes impossible
         return _examined(motion)
 
 
@@ -90,7 +90,7 @@ def _examined(motion: Motion) -> Examination:
         from movimentum.analysis.diagnose.wishes import wish_diagnostics
 
         found.extend(wish_diagnostics(motion))
-    missing = None if motion.accuracy == "draft" else first_shortfall(motion)  # it says what it is off by
+    missing = None if motion.accuracy == "draft" else first_shortfall(motion)  # it reports its own error
     if missing is not None and fault == 0:
         found.append(_unsolved_frame(motion, missing))
         fault = 3
@@ -107,7 +107,7 @@ def _examined(motion: Motion) -> Examination:
 
 
 def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
-    """The motion is too fast, for too long, to be followed closely enough to see all that may happen on its way."""
+    """The motion is too fast, for too long, to be followed closely enough to see everything on its way."""
     for piece in stretch.pieces:
         if isinstance(piece, Dead) or piece.resolved:
             continue
@@ -123,7 +123,7 @@ def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
 
 
 def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
-    """Free motion that was integrated with less accuracy than usual, because it would not have come to an end."""
+    """Free motion that was integrated with less accuracy than usual, because otherwise it would not have ended."""
     for piece in stretch.pieces:
         if isinstance(piece, Dead):
             continue
@@ -244,7 +244,7 @@ def _idle_selectors(motion: Motion) -> Iterator[Diagnostic]:
             )
 
 
-# --- the last word
+# --- the final check
 
 
 def _unsolved_frame(motion: Motion, missing: Shortfall) -> Diagnostic:

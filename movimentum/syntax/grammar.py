@@ -5,8 +5,6 @@ are kept in ``tables.json`` beside this module, with the digest of their grammar
 then, they are made again in memory. This command saves them::
 
     python -m movimentum.syntax.grammar
-
-
 """
 
 from __future__ import annotations

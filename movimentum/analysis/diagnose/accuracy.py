@@ -1,4 +1,4 @@
-"""What there is to say about the accuracy that a user asked for."""
+"""Messages about the accuracy that a user asked for."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FLOAT_DIGITS = 15.0
 
 
 def draft_note(error: float) -> Diagnostic:
-    """How far off a draft is (world pixels), as measured on the path."""
+    """The error of a draft (world pixels), as measured on the path."""
     return Diagnostic(
         "solve/draft",
         Severity.NOTE,

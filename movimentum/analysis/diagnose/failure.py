@@ -1,4 +1,4 @@
-"""Why there is no solution, told once: contradictions, binds, inequalities that leave nothing."""
+"""Why there is no solution, reported once: contradictions, binds, inequalities that leave no solution."""
 
 from __future__ import annotations
 
@@ -22,11 +22,13 @@ if TYPE_CHECKING:
     from movimentum.solver.start.contradictions import Contradiction
 
 AT_ONCE = 2e-3
-"""Of a step: constraints that agree for less than that contradict each other, and only meet where it begins."""
+"""Of a step: constraints that agree for a shorter time contradict each other, and only happen to agree where the step
+begins.
+"""
 SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
 STEADY = 1e-4
-"""By what part of itself the amount of such a contradiction may vary."""
+"""By which fraction the amount of such a contradiction may vary."""
 
 
 def failure_diagnostic(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
@@ -84,7 +86,7 @@ def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[D
     selectors = [r for r in selection.rejections if r.selector is not None]
     contradiction = selection.contradiction
     always = contradiction is not None and _holds_all_along(stretch, contradiction)
-    # what a first step says of all its time is a contradiction; what is driven there, or stated there later, is a reach
+    # stated by a first step for all its time, it is a contradiction; driven there or stated later, it is a reach
     first = stretch.segment.step == 0 and trouble.until >= float(stretch.segment.end - stretch.segment.start)
     past = driven_past(stretch, selection) and not (first and always)
     if past and (bound := bind(motion, stretch, trouble)) is not None:
@@ -106,7 +108,7 @@ def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[D
 def _holds_all_along(stretch: Stretch, contradiction: Contradiction) -> bool:
     """Whether a contradiction at a segment's beginning is the same at some other moments of it.
 
-    One that grows or shrinks is that of a drive, which is beyond its reach all the time.
+    One that grows or shrinks belongs to a drive that is beyond its reach all the time.
     """
     from movimentum.solver.start.contradictions import apart, later
 
@@ -170,8 +172,8 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
 def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:
     """Every solution violates some inequality.
 
-    Where a later step states something else that an inequality from before does not allow, or a length that no length
-    can have, that is a reach; what a step's own inequality leaves nothing of is a contradiction.
+    It is a reach if a later step states something that an earlier inequality does not allow, or a length that is
+    impossible. It is a contradiction if a step's own inequality leaves no solution.
     """
     plan = stretch.plan
     selection = trouble.selection
@@ -217,7 +219,7 @@ def _ways_out(constraint: Constraint) -> tuple[str, ...]:
 
 
 def _is_formula(block: Block) -> bool:
-    """Whether a block only computes: it has no solution where its formula has no finite value."""
+    """Whether a block only computes: it has no solution if its formula has no finite value."""
     return block.kernel in (Kernel.ASSIGN, Kernel.LINEAR)
 
 

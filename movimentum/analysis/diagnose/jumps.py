@@ -1,4 +1,4 @@
-"""Jumps: what stands elsewhere all at once, where a step begins or an inequality makes the motion go over to another
+"""Jumps: things that are suddenly elsewhere, because a step begins or an inequality makes the motion go over to another
 solution.
 """
 
@@ -18,9 +18,9 @@ from movimentum.source import Span
 from movimentum.text import number, time_text
 
 FRAMES = 1.5
-"""So many frames' way, as things moved before, are no jump."""
+"""The distance that things move in this many frames is not a jump."""
 LEAST = 1e-6
-"""Of the scene's size, or in radians: what is no jump in any case."""
+"""Of the scene's size, or in radians: less is never a jump."""
 
 
 def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
@@ -31,7 +31,7 @@ def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
     scene = motion.timeline.scene
     for beginning in stretch.beginnings:
         if beginning.reason == "reach":
-            continue  # where a solution comes back is told with the time at which there was none
+            continue  # the return of a solution is reported with the time without one
         if beginning.reason == "step" and (index == 0 or stretch.segment.step == 0):
             continue
         after = _after(stretch, beginning)
@@ -59,7 +59,7 @@ def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
 
 
 def _after(stretch: Stretch, beginning: Beginning) -> Snapshot | None:
-    """The pose in which a path begins; None where none does."""
+    """The pose in which a path begins; None if none does."""
     if beginning.selection.choices is None:
         return None
     piece = next(
@@ -143,5 +143,5 @@ def _travel_per_frame(motion: Motion, beginning: Beginning) -> float:
 
 
 def _frames(motion: Motion, carry: Carry) -> float:
-    """How many times as long as the time between what is carried a frame takes."""
+    """The length of a frame in units of the time between the carried moments."""
     return 1.0 / carry.span / float(motion.timeline.fps) if carry.span > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""Free motion and variables that nothing determines, told with a statement that would determine them."""
+"""Free motion and variables that nothing determines, reported with a statement that would determine them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iter
 
 
 def meant_clocks(motion: FreeMotion) -> tuple[str, ...]:
-    """Help for variables that are named like the language's own clocks and constants, where nothing determines them."""
+    """Help for variables that are named like the language's own clocks and constants, if nothing determines them."""
     names = [(name, clock) for name in motion.variables if (clock := clock_meant(name)) is not None]
     return tuple(
         f"`{name}` is an ordinary variable, and nothing determines it: did you mean `.{clock}`?"
@@ -46,8 +46,8 @@ def meant_clocks(motion: FreeMotion) -> tuple[str, ...]:
 
 
 def unstated_clocks(scene: Scene, found: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
-    """A warning for each variable that is named like a clock, that no statement is about, and that what is ``found`` to
-    be wrong does not ask about yet: likely its cause.
+    """A warning for each variable that is named like a clock and that no statement is about, unless a diagnostic in
+    ``found`` already asks about it. It is probably the cause of them.
     """
     asked = "\n".join(text for item in found for text in item.helps)
     stated = {item.key for item in scene.constraints() if item.relation is Relation.EQUAL}
