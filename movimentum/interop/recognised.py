@@ -1,4 +1,4 @@
-"""Which format a text is in, by what it says."""
+"""The format of a text, judged by its content."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ _SECTION = re.compile(r"(?:^|[\r\n])[ \t]*[vefa]")
 
 
 def kind_of(source: SourceText) -> Kind:
-    """The format of a text; raises `ScriptError` where it is in none that is known.
+    """The format of a text; raises `ScriptError` if it has no known format.
 
     A mechanism begins with ``M[``; formulas have a function with brackets, or begin with a value; a linkage has a line
-    that opens a section. Comments (``#``) count for nothing.
+    that opens a section. Comments (``#``) are ignored.
     """
     text = without_comments(source.text)
     if _MECHANISM.match(text):

@@ -1,4 +1,4 @@
-"""Commands that ask how the scene is solved, and what else could be."""
+"""Commands about how the scene is solved, and about its alternatives."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from movimentum.solver.segment_motion import Dead
 from movimentum.text import counted, number, time_text
 
 PATIENCE_S, LEAST_S = 1.4, 0.5
-"""What finding a formula may take, all in all (who asks waits two seconds), and what it gets at least."""
+"""The time for finding a formula in all (the user waits two seconds), and the least time that it gets."""
 
 
 def why(session: Session, argument: str) -> Answer:
@@ -90,7 +90,7 @@ def _name(argument: str, example: str) -> str:
 
 
 def free(session: Session, argument: str) -> Answer:
-    """``free``: each free motion in words, and what would stop it; ``free --matrix``: the matrix that says so."""
+    """``free``: each free motion in words, and what would stop it; ``free --matrix``: the matrix behind it."""
     word, _, name = argument.strip().partition(" ")
     if word == "--matrix":
         return session, _matrices(session, name.strip())
@@ -115,7 +115,7 @@ def free(session: Session, argument: str) -> Answer:
 
 
 def _matrices(session: Session, name: str) -> str:
-    """The matrix of every connected part, or of that with the thing or variable ``name``."""
+    """The matrix of every connected part, or of the part with the thing or variable ``name``."""
     from movimentum.analysis.interactive.matrix import part_matrices
     from movimentum.repl.matrix import matrix_text, units_text
 
@@ -249,7 +249,7 @@ def _piece(session: Session) -> tuple[Piece, float]:
 
 
 def branch(session: Session, argument: str) -> Answer:
-    """``branch``: how sure the choice of every solution was, over the whole animation."""
+    """``branch``: how safe the choice of every solution was, over the whole animation."""
     plain(argument, "branch")
     from movimentum.analysis.interactive.branches import branches
 

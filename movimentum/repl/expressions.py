@@ -1,4 +1,4 @@
-"""Expressions and conditions typed at the prompt: understood as the script's own, read off its motion."""
+"""Expressions and conditions typed at the prompt: read like those of the script, and evaluated on its motion."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def lowered(session: Session, text: str) -> tuple[Expr, ...]:
 
 
 def reading(session: Session, text: str) -> Reading:
-    """What an expression comes to; nan where it has no value."""
+    """The value of an expression; nan if it has none."""
     from movimentum.analysis.evaluate import reader
 
     known = session.work.readings.get((session.step, text))
@@ -82,8 +82,9 @@ def reading(session: Session, text: str) -> Reading:
 
 
 def _solved_for(session: Session, text: str) -> Reading:
-    """An expression that cannot just be read off the motion (a derivative, an integral, a `_`): the script is solved
-    once more, with a variable that is that expression. Without a clock or an integral it is so from the first step on.
+    """An expression that cannot be evaluated on the motion alone (a derivative, an integral, a `_`): the script is
+    solved again, with a variable that equals the expression. Without a clock or an integral it is so from the first
+    step on.
     """
     statement = _parsed(f"{text} = 0;", text)
     scene = session.work.scene
@@ -120,8 +121,8 @@ def _names(scene: Scene) -> set[str]:
 
 
 def condition(session: Session, text: str) -> Callable[[Poses], NDArray[np.bool_]]:
-    """A condition such as ``Rod.B.x < 300``: whether it holds in poses (F,). An equality holds where a billionth of the
-    scene's size does not matter.
+    """A condition such as ``Rod.B.x < 300``: whether it holds in poses (F,). An equality holds to within a billionth of
+    the scene's size.
     """
     whole = f"{text.strip().removesuffix(';')};"
     statement = _parsed(whole, text)

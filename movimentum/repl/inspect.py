@@ -1,4 +1,4 @@
-"""Commands that look at the moment, or at all of the motion."""
+"""Commands that show the moment, or the whole motion."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ COLUMNS, ROWS = 64, 12
 
 
 def shown_values(session: Session, texts: Sequence[str]) -> str:
-    """``EXPR = value``, a line each; where there is none, why."""
+    """``EXPR = value``, one on each line; if there is no value, the reason."""
     poses = session.poses()
     return "\n".join(_shown(session, text, reading(session, text).values(poses)[0].tolist()) for text in texts)
 
@@ -45,7 +45,7 @@ def _named(session: Session, text: str) -> list[str]:
 
 
 def _lack(session: Session, name: str) -> str | None:
-    """Why a variable has no value now; None where it has one."""
+    """Why a variable has no value now; None if it has one."""
     mask = session.poses().missing.get(name)
     if mask is None or not mask[0]:
         return None
@@ -86,7 +86,7 @@ def show(session: Session, argument: str) -> Answer:
 
 
 def constraints(session: Session, argument: str) -> Answer:
-    """``constraints [KEY]``: what holds now, from where, until when, and how well."""
+    """``constraints [KEY]``: what holds now, since when, until when, and how well."""
     rows = _constraint_rows(session, argument)
     head = ["constraint", "line", "since", "until", "off by"]
     return session, table([head, *([row[0], *row[1:5]] for row in rows)], right=frozenset({1}))
@@ -141,7 +141,7 @@ def _constraint_rows(session: Session, key: str) -> list[list[str]]:
 
 
 def plan(session: Session, argument: str) -> Answer:
-    """``plan``: what is solved for, in which order, and by what."""
+    """``plan``: what is solved for, in which order, and by which kernel."""
     plain(argument, "plan")
     the_plan = session.stretch.plan
     names = [unknown.name for unknown in the_plan.system.unknowns]
@@ -195,7 +195,7 @@ def plot(session: Session, argument: str) -> Answer:
 
 
 def _drawn(times: FloatArray, values: FloatArray) -> str:
-    """A curve in Braille: two by four dots a character."""
+    """A curve in Braille: two by four dots per character."""
     good = np.isfinite(values)
     if not good.any():
         return "no value at any time"

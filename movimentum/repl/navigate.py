@@ -51,7 +51,7 @@ def at(session: Session, argument: str) -> Answer:
 
 
 def frame(session: Session, argument: str) -> Answer:
-    """``frame N``; from the end where it is negative."""
+    """``frame N``; counted from the end if it is negative."""
     timeline = session.work.timeline
     count = timeline.frame_count
     if not re.fullmatch(r"\s*-?\d{1,9}\s*", argument):
@@ -63,7 +63,7 @@ def frame(session: Session, argument: str) -> Answer:
 
 
 def following(session: Session, argument: str) -> Answer:
-    """``next``: one frame on."""
+    """``next``: one frame forward."""
     plain(argument, "next")
     timeline = session.work.timeline
     if session.frame + 1 >= timeline.frame_count:
@@ -82,7 +82,7 @@ def back(session: Session, argument: str) -> Answer:
 
 
 def steps(session: Session, argument: str) -> Answer:
-    """``steps``: all of them, the one looked at marked."""
+    """``steps``: all steps, with the current one marked."""
     plain(argument, "steps")
     work = session.work
     rows: list[list[str]] = []
@@ -101,7 +101,7 @@ def steps(session: Session, argument: str) -> Answer:
 
 
 def run_until(session: Session, argument: str) -> Answer:
-    """``run until CONDITION``: on to the first frame in which it holds."""
+    """``run until CONDITION``: go on to the first frame in which it holds."""
     words = argument.split(None, 1)
     if len(words) != 2 or words[0] != "until":
         raise refused("argument", "`run` continues until a condition holds", "run until Rod.B.x < 300")
@@ -117,7 +117,7 @@ def run_until(session: Session, argument: str) -> Answer:
 
 
 def watch(session: Session, argument: str) -> Answer:
-    """``watch EXPR``: show it after every move; without an expression: none any more."""
+    """``watch EXPR``: show it after every move; without an expression: stop watching."""
     text = argument.strip()
     if not text:
         return replace(session, watches=()), "nothing is watched any more"

@@ -41,7 +41,7 @@ def keys(session: Session) -> list[str]:
 
 
 class SessionCompleter(Completer):
-    """Commands at the beginning of a line, what can be named behind them, keys where a key is wanted."""
+    """Commands at the beginning of a line, names after them, and keys where a key is expected."""
 
     def __init__(self, session: Callable[[], Session]) -> None:
         self._session = session
@@ -67,7 +67,7 @@ class SessionCompleter(Completer):
 
 
 def make_prompt(session: Callable[[], Session]) -> PromptSession[Any]:
-    """The prompt, which shows the time that is looked at."""
+    """The prompt, which shows the current time."""
 
     def message() -> str:
         moment = time_text(float(session().time))
@@ -83,7 +83,7 @@ def make_prompt(session: Callable[[], Session]) -> PromptSession[Any]:
 
 
 def _colours() -> Lexer | None:
-    """The colours of scripts, where Pygments is installed."""
+    """The colours of scripts, if Pygments is installed."""
     try:
         from prompt_toolkit.lexers import PygmentsLexer
 

@@ -1,6 +1,4 @@
-"""The debugger's loop: a line in, an answer out. Nothing typed ends it but `quit` and the end of the input; Ctrl-C ends
-a command.
-"""
+"""The debugger's loop: a line in, an answer out. Only `quit` and the end of the input end it; Ctrl-C ends a command."""
 
 from __future__ import annotations
 
@@ -32,7 +30,7 @@ _RELATION = re.compile(r"\s*[=<>~]|\.")
 
 
 def answer(session: Session, line: str) -> Answer:
-    """What a line does: a command, or a statement to try. `Refused` where it cannot be done."""
+    """Carry out a line: a command, or a statement to try. `Refused` if it cannot be done."""
     text = line.strip()
     if not text:
         return session, ""
@@ -49,7 +47,7 @@ def answer(session: Session, line: str) -> Answer:
 
 
 def _words() -> list[str]:
-    """Everything that may stand at the beginning of a line."""
+    """Everything that may begin a line."""
     return [*COMMANDS, "help", "quit", "exit"]
 
 
@@ -77,7 +75,7 @@ def say(text: str) -> None:
 
 
 def _put(text: str) -> None:
-    """What is fit to be shown."""
+    """The text made safe to show."""
     if not text or sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]
         return
     encoding = sys.stdout.encoding or "ascii"  # perhaps a terminal without Braille
@@ -86,7 +84,7 @@ def _put(text: str) -> None:
 
 
 def complain(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> None:
-    """What cannot be done, in the form that all diagnostics have."""
+    """A refusal, in the form of all diagnostics."""
     shown = source or SourceText("<prompt>", "")
     _put(render_text(diagnostics, shown, color=wants_color(sys.stdout)).rstrip("\n"))
 
@@ -110,7 +108,7 @@ def step(session: Session, line: str) -> tuple[Session, bool]:
 
 
 def greet(session: Session) -> Session:
-    """What is wrong with the script, if anything, and where the session begins."""
+    """The errors of the script, if any, and where the session begins."""
     diagnostics = [d for d in session.work.diagnostics if d.severity is not Severity.NOTE]
     if diagnostics:
         session, text = edit.told(session, diagnostics)
@@ -123,13 +121,13 @@ def greet(session: Session) -> Session:
 
 
 def split(commands: str) -> list[str]:
-    """``-c 'COMMAND; …'``: the commands, parted by ``;`` or a line end outside of quotes."""
+    """``-c 'COMMAND; …'``: the commands, separated by ``;`` or a line end outside quotes."""
     return [part for part in re.findall(r"(?:[^;'\r\n]|'[^']*'?)+", commands) if part.strip()]
 
 
 def interact(session: Session, commands: str | None) -> int:
     """Run ``commands``, or lines from standard input until it ends; returns 0, or 1 if any line of ``commands`` (or of
-    an input that is no terminal) could not be done.
+    an input that is not a terminal) could not be done.
     """
     typed = commands is None and is_terminal(sys.stdin)
     lines: Iterator[str]
@@ -145,7 +143,7 @@ def interact(session: Session, commands: str | None) -> int:
         try:
             session, done = step(session, line)
         except KeyboardInterrupt:
-            if commands is not None:  # who runs one line of commands means all of them
+            if commands is not None:  # commands given together end together
                 raise
             done = False
             complain([INTERRUPTED], None)
@@ -156,7 +154,7 @@ def interact(session: Session, commands: str | None) -> int:
 
 
 def _piped() -> Iterator[str]:
-    """The lines of standard input, if there is one; bytes that are no text are shown as escapes. `UsageError` where it
+    """The lines of standard input, if there is one; bytes that are not text are shown as escapes. `UsageError` if it
     cannot be read.
     """
     stream = sys.stdin
@@ -182,7 +180,7 @@ def _typed(session: Session) -> int:
     message = prompt.message
 
     def typed(question: str | None = None) -> str | None:
-        """What is typed; None for the end of the input, nothing for Ctrl-C."""
+        """The typed line; None for the end of the input, empty for Ctrl-C."""
         try:
             with patch_stdout():
                 return str(prompt.prompt() if question is None else prompt.prompt(question))
@@ -199,7 +197,7 @@ def _typed(session: Session) -> int:
             reply = typed("there are unsaved changes, which `write` would save; quit anyway? [y/N] ")
             if reply is None or reply.strip().lower() in ("y", "yes", *QUIT):
                 return 0
-            prompt.message = message  # a question asked in between stays otherwise
+            prompt.message = message  # otherwise a question asked in between stays
             continue
         try:
             current[0], _ = step(current[0], line)

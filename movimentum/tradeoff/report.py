@@ -1,4 +1,4 @@
-"""The trade between time and accuracy as a table, as JSON, and as a plot; and what there is to learn from it."""
+"""The trade between time and accuracy as a table, as JSON, and as a plot; and the conclusions from it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from movimentum.tradeoff.tiers import SolverTrade
 Rates = Sequence[tuple[Fraction, float]]
 
 LITTLE = 0.1
-"""A tier that saves less than this part of the time a picture takes buys nothing."""
+"""A tier that saves less than this fraction of the time for a picture gains nothing."""
 INVISIBLE = 0.02
 """Pixels: an error below it changes no colour of an anti-aliased edge by more than a few of 255 levels."""
 
@@ -66,7 +66,7 @@ def _drawing(pictures: PictureTrade) -> float:
 
 
 def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
-    """What the numbers say about which tier to take."""
+    """What the numbers say about the choice of a tier."""
     tiers = {tier.name: tier for tier in solver.tiers}
     draft, standard, high, exact = (tiers[name] for name in ("draft", "standard", "high", "exact"))
     count, drawing = solver.frames, _drawing(pictures)
@@ -161,7 +161,7 @@ def panels(script: str, solver: SolverTrade, pictures: PictureTrade) -> list[Pan
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns aligned: the first to the left, numbers to the right."""
+    """Columns aligned: the first aligned left, numbers aligned right."""
     every = [list(head), *map(list, rows)]
     widths = [max(len(row[k]) for row in every) for k in range(len(head))]
     lines = [
