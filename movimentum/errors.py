@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from movimentum.diagnostics import Diagnostic
+from movimentum.diagnostics import Diagnostic, Severity
 
 
 class MovimentumError(Exception):
@@ -30,7 +30,7 @@ class ScriptError(MovimentumError):
 
 
 class UsageError(MovimentumError):
-    """The command is at fault: options that do not fit, a file that cannot be written."""
+    """The command is at fault: options that do not fit together, a file that cannot be written."""
 
     exit_code = 2
 
@@ -39,3 +39,13 @@ class NoSolutionError(MovimentumError):
     """The scene has no solution at some time."""
 
     exit_code = 3
+
+
+def usage_error(code: str, message: str, *helps: str) -> UsageError:
+    """A `UsageError` with one diagnostic, which is not about a place in a script."""
+    return UsageError([Diagnostic(code, Severity.ERROR, message, helps=helps)])
+
+
+def script_error(code: str, message: str, *helps: str) -> ScriptError:
+    """A `ScriptError` with one diagnostic, which is not about a place in the script."""
+    return ScriptError([Diagnostic(code, Severity.ERROR, message, helps=helps)])

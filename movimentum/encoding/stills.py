@@ -23,7 +23,7 @@ class PngCoder:
 
 
 class JpegCoder:
-    """Opaque frames -> whole files; a frame like the one before is not coded again."""
+    """Opaque frames -> whole files; a frame like the one before is not encoded again."""
 
     def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
         """See `Coder`."""

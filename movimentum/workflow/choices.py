@@ -1,0 +1,66 @@
+"""The choices of a user: how to solve and draw a script, and what to report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from movimentum.diagnostics import Diagnostic
+from movimentum.workflow.limits import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, MAX_PIXELS
+
+FrameChoice = Callable[[int], tuple[int, int]]
+"""From the number of frames to the first chosen one and the end (not included)."""
+
+
+Progress = Callable[[int, int], None]
+"""Called with (amount done, amount in all)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """How to read and solve a script: the choices that all commands have in common."""
+
+    fps: Fraction | None = None
+    accuracy: str = "standard"
+    digits: int | None = None
+    on_failure: str = "stop"
+    strict: bool = False
+    max_frames: int = MAX_FRAMES
+    max_nesting: int = MAX_NESTING
+    max_digits: int = MAX_DIGITS
+    max_operations: int = MAX_OPERATIONS
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What to draw and how: the choices of `run` beyond `Choices`.
+
+    ``frames`` chooses frames, ``at`` one instant instead; ``traces`` are ``Thing.Anchor`` names; ``show`` is a subset
+    of "names", "free", "anchors"; ``background`` as the user spelled it; ``workers`` None: chosen automatically.
+    """
+
+    frames: FrameChoice | None = None
+    at: Fraction | None = None
+    scale: float = 1.0
+    traces: tuple[str, ...] = ()
+    show: frozenset[str] = frozenset()
+    background: str | None = None
+    quality: str = "standard"
+    loop: int = 0
+    transparent: bool = False
+    workers: int | None = None
+    max_pixels: int = MAX_PIXELS
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The outcome: the number of ``frames`` (or rows), the diagnostics, and the exit code (0 or 3).
+
+    ``notes`` are always shown, although they are notes.
+    """
+
+    frames: int
+    exit_code: int
+    diagnostics: tuple[Diagnostic, ...]
+    notes: tuple[Diagnostic, ...] = ()
