@@ -139,7 +139,7 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
 
 
 def _farthest(scene: Scene, some: Poses, others: Poses) -> float:
-    """The farthest any anchor is in one from where it is in the other, over the frames that both have solved."""
+    """The largest distance of any anchor between the two, over the frames that both have solved."""
     both = some.solved & others.solved
     worst = 0.0
     for thing in scene.things:
@@ -150,7 +150,7 @@ def _farthest(scene: Scene, some: Poses, others: Poses) -> float:
 
 
 def measure_rate(motion: Motion | RefinedMotion, fps: Fraction) -> float:
-    """How far the fastest anchor goes from one frame to the next at ``fps`` (pixels): what a lower rate loses."""
+    """How far the fastest anchor moves from one frame to the next at ``fps`` (pixels): what a lower rate loses."""
     timeline = motion.timeline
     count = min(int((timeline.end - timeline.start) * fps) + 1, TIMED_FRAMES)
     poses = motion.poses_at([timeline.start + k / fps for k in range(count)])
@@ -166,14 +166,14 @@ def measure_rate(motion: Motion | RefinedMotion, fps: Fraction) -> float:
 
 
 def _residual(motion: Motion | RefinedMotion, times: Sequence[Fraction], arithmetic: Arithmetic) -> float:
-    """The largest residual at ``times``, evaluated in ``arithmetic`` from the solution as the tier has it."""
+    """The largest residual at ``times``, evaluated in ``arithmetic`` from the solution of the tier."""
     base = motion if isinstance(motion, Motion) else motion.base
     evaluator = Evaluator(arithmetic)
     worst = 0.0
     for number, piece, some in _by_piece(base, times):
         if isinstance(motion, RefinedMotion):
             state = motion.state(number, piece, some)[0]
-            if not isinstance(arithmetic, DigitsArithmetic):  # as it is told: rounded to floats
+            if not isinstance(arithmetic, DigitsArithmetic):  # as it is reported: rounded to floats
                 rounded = motion.arithmetic.rounded
                 state = [None if value is None else arithmetic.floats(rounded(value)) for value in state]
         else:
