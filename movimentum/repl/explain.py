@@ -171,7 +171,7 @@ def drag(session: Session, argument: str) -> Answer:
     if found.outcome is Outcome.FIXED:
         return (
             session,
-            f"`{left}` is determined, and cannot be dragged; it is {off} from there (`why {left}` tells more)",
+            f"`{left}` is determined, and cannot be dragged; it is {off} from there (`why {left}` says more)",
         )
     words = {
         Outcome.REACHED: f"`{left}` gets there",

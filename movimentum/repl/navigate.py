@@ -24,7 +24,7 @@ def where(session: Session) -> str:
     line = session.work.source.position(step.span.start).line
     lines = [f"t = {time_text(float(session.time))} ({frame}), in step @{time_text(float(step.time))} (line {line})"]
     if not session.poses().solved[0]:
-        lines.append("there is no solution here; the last good pose is shown (`conflicts` tells why)")
+        lines.append("there is no solution here; the last good pose is shown (`conflicts` says why)")
     if session.watches:
         lines.append(shown_values(session, session.watches))
     return "\n".join(lines)

@@ -84,7 +84,7 @@ def _told(stretch: Stretch, beginning: Beginning, thing: int, amount: str, note:
         selector = stretch.plan.system.selectors[beginning.selector or 0]
         constraint = selector.constraint if selector.constraint is not None else selector.equation_of
         span = next((c.span for c in stretch.segment.active if c.number == constraint), None)
-        how = "the motion comes to violate this and goes over to another solution"
+        how = "the motion would violate this, so it goes over to another solution"
         notes = ()
     else:
         span, how, notes = scene.steps[stretch.segment.step].span, "this step begins", (note,)
