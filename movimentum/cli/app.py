@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from fractions import Fraction
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import click
 from click.core import ParameterSource
@@ -70,7 +71,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     ignore_interrupts()
     if code == INTERRUPTED:  # had Ctrl-C hit inside an `exec`, Python would now end by the signal, and not with 130
         os._exit(code)
-    sys.exit(code)
+    if "--debug" in given:  # profilers and the like want an ordinary end
+        sys.exit(code)
+    _end(code)
+
+
+def _end(code: int) -> NoReturn:
+    """End the process without taking it apart: forgetting every object one by one takes a fifth of a small command."""
+    atexit._run_exitfuncs()  # what libraries have asked for  # pyright: ignore[reportPrivateUsage]
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:  # pyright: ignore[reportUnnecessaryComparison]
+            with suppress(OSError, ValueError):
+                stream.flush()
+    os._exit(code)
 
 
 def run_command_line(arguments: Sequence[str], *, watched: bool = False) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.judge import TOLERANCE, Judge
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.removable import evaluated
@@ -47,7 +48,7 @@ def _of_stretch(motion: Motion, judge: Judge, stretch: Stretch, low: int, high: 
     instants = motion.instants(stretch, low, high)
     begins = np.array([piece.begin for piece in stretch.pieces[1:]])
     of_piece = np.searchsorted(begins, instants.tau, side="right")
-    for number in np.unique(of_piece):
+    for number in distinct(of_piece):
         piece = stretch.pieces[int(number)]
         if isinstance(piece, Dead):
             continue

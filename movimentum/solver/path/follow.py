@@ -15,6 +15,7 @@ from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.sorting import without
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
@@ -81,7 +82,7 @@ class Gap:
 
 
 class _Grid:
-    """Nodes, and the state at them of all blocks followed so far."""
+    """Nodes, and the state at them of all blocks followed so far; ``circles``: those of dyads, by block number."""
 
     def __init__(self, piece: Piece) -> None:
         self.piece = piece
@@ -92,9 +93,10 @@ class _Grid:
             self.tau[1:-1] += shift
         self.state: State = [None] * len(piece.plan.system.unknowns)
         self.instants: Instants = piece.instants(self.tau)
+        self.circles: dict[int, Circles] = {}
 
     def insert(self, more: FloatArray) -> None:
-        more = np.setdiff1d(more, self.tau)
+        more = without(more, self.tau)
         if len(more) == 0:
             return
         state, _ = self.piece.evaluate(self.piece.instants(more))
@@ -297,18 +299,25 @@ def _accumulate(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: l
 
 def _ended(piece: Piece, block: Block, gaps: list[Gap]) -> float:
     """When the first of the blocks that ``block`` depends on comes to the end of its path."""
+    if not gaps:
+        return np.inf
     above = {*piece.upstream(block.number)}
     return min((gap.begin for gap in gaps if gap.block in above), default=np.inf)
 
 
 def _signs(piece: Piece, grid: _Grid, block: Block, choice: Choice, gaps: list[Gap]) -> SignTrack:
     circles = _circles(piece, grid, block)
+    grid.circles.pop(block.number, None)
+    near: list[Circles] = []
+    if grid.circles:  # which is rare, and in a chain of n dyads n^2 / 2 depend on one another
+        above = {*piece.upstream(block.number)}
+        near += [some for number, some in grid.circles.items() if number in above]
+    if circles is not None:
+        grid.circles[block.number] = circles
+        near.append(circles)
     if circles is not None and not circles.largest > ALWAYS_ONE * _unit(piece.plan):
         gaps += [Gap(piece.begin, piece.end, block.number)]  # whatever came out would be rounding
         return SignTrack(choice.sign, np.zeros(0), circles)
-    above = (piece.tracks[number] for number in piece.upstream(block.number))
-    near = [t.circles for t in above if isinstance(t, SignTrack) and t.circles is not None]
-    near += [circles] if circles is not None else []
 
     def margin_of(state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
         margin = np.broadcast_to(closed_form.quadratic(block, state, clocks).margin, count)

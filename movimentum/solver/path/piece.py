@@ -18,10 +18,11 @@ from movimentum.planning.codegen.elimination import newton_steps, pivot_order
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
 from movimentum.planning.codegen.numeric import atan2d
 from movimentum.planning.lowering.equations import Form
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.basis.instants import Instants, at_offsets
+from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
 from movimentum.solver.block.closed_form import State
@@ -166,6 +167,7 @@ class Piece:
     _signs: dict[int, FloatArray | float] = field(default_factory=dict[int, "FloatArray | float"])
     _switching: list[int] = field(default_factory=list[int])
     _steppers: dict[int, Compiled | None] = field(default_factory=dict[int, "Compiled | None"])
+    _idle: frozenset[int] | None = None
 
     def upstream(self, number: int) -> tuple[int, ...]:
         """The numbers of the blocks that block ``number`` depends on, in order."""
@@ -204,7 +206,7 @@ class Piece:
         size = len(block.core)
         if block.rows != size or block.free or size > LARGEST_UNROLLED or len(track.tau) < 2:
             return None
-        chosen = np.unique(np.linspace(0, len(track.tau) - 1, 9).astype(np.int64))
+        chosen = distinct(np.linspace(0, len(track.tau) - 1, 9).astype(np.int64))
         instants = self.instants(track.tau[chosen])
         state = self.before(block.number, instants)
         with np.errstate(all="ignore"):
@@ -246,8 +248,10 @@ class Piece:
                 assert isinstance(track, SignTrack)
                 signs[number] = track.sign(instants.tau)
         with np.errstate(all="ignore"):
-            for item in plan.schedule(windings):
+            for item in plan.schedule(windings=True):
                 if isinstance(item, int):
+                    if not windings and item in self._idle_windings():
+                        continue
                     failed = solve_block(self, plan.blocks[item], self.tracks[item], state, instants)
                     if failed is not None:
                         bad |= failed
@@ -256,6 +260,18 @@ class Piece:
                     if margin is not None:
                         bad |= ~(np.asarray(margin) >= -MARGIN_TOLERANCE)
         return state, bad
+
+    def _idle_windings(self) -> frozenset[int]:
+        """The numbers of the continuous angles that nothing depends on. Who does not want them leaves them out: a
+        schedule without them would be the same code compiled once more.
+        """
+        if self._idle is None:
+            plan = self.plan
+            awaited = {n for block in plan.blocks for n in block.inputs}
+            awaited |= {n for selector in plan.system.selectors for n in symbol_numbers(selector.value)}
+            windings = (block for block in plan.blocks if block.form is Form.WINDING)
+            self._idle = frozenset(block.number for block in windings if awaited.isdisjoint(block.unknowns))
+        return self._idle
 
     def evaluate(self, instants: Instants, only: Iterable[int] | None = None) -> tuple[State, BoolArray]:
         """Solve the blocks ``only`` (default: all, in order) at ``instants``, one by one; while the piece is being
