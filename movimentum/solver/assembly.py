@@ -195,7 +195,9 @@ class Assembly:
     def _evaluated(self, piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
         state, bad = evaluated(piece, instants, windings=self.angles or self.judged is not None)
         if self.judged is not None:
-            judge = self.judges.setdefault(id(piece.plan), Judge(piece.plan, self.judged))
+            judge = self.judges.get(id(piece.plan))
+            if judge is None:
+                judge = self.judges[id(piece.plan)] = Judge(piece.plan, self.judged)
             bad = bad | (judge.worst(state, instants) > TOLERANCE)
         return state, bad
 

@@ -37,7 +37,8 @@ def first_shortfall(motion: Motion) -> Shortfall | None:
         for stretch, low, high in motion.spans(first, min(first + CHUNK, count)):
             judge = judges.get(id(stretch))
             if judge is None:
-                judge = judges[id(stretch)] = Judge(stretch.plan, motion.size)
+                known = (found for one in judges.values() if (found := one.later(stretch.plan)) is not None)
+                judge = judges[id(stretch)] = next(known, None) or Judge(stretch.plan, motion.size)
             found = _of_stretch(motion, judge, stretch, low, high)
             if found is not None:
                 return found
