@@ -149,7 +149,7 @@ class Solution:
 
     motion: Motion | RefinedMotion
     diagnostics: tuple[Diagnostic, ...]
-    steps: tuple[StepReport, ...]
+    steps: Sequence[StepReport]
     fault: int
     notes: tuple[Diagnostic, ...] = ()
 
@@ -254,7 +254,7 @@ class CheckReport:
     """Everything that can be said without rendering; ``frames`` and ``duration`` None where it did not get so far."""
 
     diagnostics: tuple[Diagnostic, ...]
-    steps: tuple[StepReport, ...]
+    steps: Sequence[StepReport]
     frames: int | None
     duration: float | None
     exit_code: int
