@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.planning.blocks.build import Block
+from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.rows import jacobian_of, residual_of
@@ -41,18 +42,32 @@ class Local:
     low: float
     high: float
     sizes: FloatArray | None = None
+    _seen: tuple[float, State, tuple[FloatArray, ...], float] | None = None
+    _linear: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
 
     def around(self, tau: float) -> tuple[State, tuple[FloatArray, ...], float]:
         """State and clocks at [tau, later, earlier] and the time between the latter two; inside [low, high] where
-        possible.
+        possible. Looked up once for all that is asked of one instant.
         """
+        if self._seen is not None and self._seen[0] == tau:
+            return self._seen[1:]
         later = min(tau + self.delta, max(self.high, tau))
         earlier = max(tau - self.delta, min(self.low, tau))
         if later - earlier < self.delta:
             later, earlier = tau + self.delta, tau
         points = np.array([tau, later, earlier])
         state, clocks = self.probe(points)
+        self._seen = tau, state, clocks, later - earlier
         return state, clocks, later - earlier
+
+    def at(self, tau: float) -> tuple[State, tuple[FloatArray, ...]]:
+        """State and clocks at ``tau`` alone, as far as the block reads the state."""
+        state, clocks, _ = self.around(tau)
+        one: State = [None] * len(state)
+        for n in self.block.inputs:
+            value = state[n]
+            one[n] = value if value is None or not value.shape else value[:1]
+        return one, tuple(clock[:1] for clock in clocks)
 
     def rate(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, float]:
         """The velocity of the core unknowns (per unit of time), and the smallest singular value of the scaled Jacobian
@@ -70,6 +85,7 @@ class Local:
         left, singular, turned = np.linalg.svd(rows[0], full_matrices=False)
         smallest = float(singular[-1] / singular[0]) if len(singular) and singular[0] > 0 else 0.0
         keep = singular > 1e-11 * singular[0]
+        self._linear = tau, x, rows[0], singular
         y = turned[keep].T @ ((left[:, keep].T @ right) / singular[keep])
         return y * scale, smallest
 
@@ -80,17 +96,19 @@ class Local:
         """
         if self.block.rows != len(self.block.core):
             return 0.0
-        state, clocks = self.probe(np.array([tau]))
-        rows, _ = scaled(jacobian_of(self.block, state, clocks, x[None]), scale)
-        if not np.isfinite(rows).all():
-            return 0.0
-        singular = np.linalg.svd(rows[0], compute_uv=False)
+        if self._linear is not None and self._linear[0] == tau and self._linear[1] is x:  # `rate` was just asked for
+            charge()
+            _, _, rows, singular = self._linear
+        else:
+            (rows,), _ = scaled(jacobian_of(self.block, *self.at(tau), x[None]), scale)
+            if not np.isfinite(rows).all():
+                return 0.0
+            singular = np.linalg.svd(rows, compute_uv=False)
         if not singular[-1] > SINGULAR * singular[0]:
             return 0.0
-        return float(np.linalg.slogdet(rows[0])[0])
+        return float(np.linalg.slogdet(rows)[0])
 
     def corrected(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, bool]:
         """Newton from core values ``x`` (n,) at an instant: where it ends (n,), and whether that is a solution."""
-        state, clocks = self.probe(np.array([tau]))
-        outcome = newton(self.block, state, clocks, x[None, :], scale, iterations=8)
+        outcome = newton(self.block, *self.at(tau), x[None, :], scale, iterations=8)
         return outcome.x[0], bool(outcome.converged[0])
