@@ -13,13 +13,15 @@ from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.scene.model import Scene
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.pose_state import Carry, as_drawn
+from movimentum.solver.continuation.tracks import Choice, Gap
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.double_roots import with_redundant_rows
-from movimentum.solver.path.follow import Choice, Gap, follow
+from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Beginning, Dead, Stretch, Trouble
-from movimentum.solver.start.candidates import Selection, TurnedDown
+from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.deceptive import deceptive
+from movimentum.solver.start.rejections import TurnedDown
 from movimentum.solver.start.resumption import Branch, first_beginning, times_after
 from movimentum.solver.start.search import SELECTOR_TOLERANCE, select
 from movimentum.solver.start.violations import first_disagreement, first_violation

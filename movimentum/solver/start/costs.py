@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent

@@ -1,0 +1,88 @@
+"""Going through expressions, and making others like them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator
+
+from movimentum.expressions.expr import Expr, add, derivative, div, integral, mul, neg
+from movimentum.expressions.operations import call, power
+
+
+def walk(*roots: Expr) -> Iterator[Expr]:
+    """Every distinct node below ``roots``, arguments before their users (no recursion)."""
+    seen: set[Expr] = set()
+    for root in roots:
+        if root in seen:
+            continue
+        seen.add(root)
+        if not root.args:
+            yield root
+            continue
+        stack = [(root, iter(root.args))]
+        while stack:
+            node, rest = stack[-1]
+            for arg in rest:
+                before = len(seen)
+                seen.add(arg)  # its hash is asked for once only: this loop is most of what planning costs
+                if len(seen) == before:
+                    continue
+                if arg.args:
+                    stack.append((arg, iter(arg.args)))
+                    break
+                yield arg
+            else:
+                stack.pop()
+                yield node
+
+
+def symbols(*roots: Expr) -> set[Hashable]:
+    """The payloads of all symbols below ``roots``."""
+    found: set[Hashable] = set()
+    seen: set[int] = set()
+    stack = list(roots)
+    while stack:
+        node = stack.pop()
+        if node.args:
+            if id(node) not in seen:
+                seen.add(id(node))
+                stack.extend(node.args)
+        elif node.op == "symbol":
+            found.add(node.payload)
+    return found
+
+
+def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:
+    """``node`` with other arguments, folded again."""
+    if args == node.args:
+        return node
+    match node.op:
+        case "add":
+            return add(*args)
+        case "mul":
+            return mul(*args)
+        case "div":
+            return div(*args)
+        case "neg":
+            return neg(*args)
+        case "pow":
+            return power(args[0], node.exponent)
+        case "integral":
+            return integral(args[0], node.start)
+        case "derivative":
+            return derivative(args[0])
+        case _:
+            return call(node.op, *args)
+
+
+def substitute(root: Expr, replace: Callable[[Expr], Expr | None], memo: dict[Expr, Expr] | None = None) -> Expr:
+    """``root`` with every node for which ``replace`` returns an expression replaced by it.
+
+    ``replace`` sees leaves, integrals and derivatives; pass one ``memo`` to share work between roots.
+    """
+    memo = {} if memo is None else memo
+    for node in walk(root):
+        if node in memo:
+            continue
+        new = replace(node) if not node.args or node.op in ("integral", "derivative") else None
+        memo[node] = rebuild(node, tuple(memo[arg] for arg in node.args)) if new is None else new
+    return memo[root]
