@@ -66,7 +66,9 @@ class SparseRank:
         some = np.random.default_rng(5).normal(size=(n, count))
         for _ in range(STEPS):
             some = np.linalg.qr(self._factors.solve(some))[0]
-        _, singular, turned = np.linalg.svd(self._rows @ some, full_matrices=False)
+        told = np.zeros((max(self._rows.shape[0], count), count))
+        told[: self._rows.shape[0]] = self._rows @ some
+        _, singular, turned = np.linalg.svd(told, full_matrices=False)
         return some @ turned[::-1].T, singular[::-1]
 
     def stress(self) -> FloatArray:
