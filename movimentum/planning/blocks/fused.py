@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.planning.blocks.build import Block
-from movimentum.planning.codegen.generate import Clocks, Writer, function_of
+from movimentum.planning.codegen.generate import Clocks, Writer
 from movimentum.planning.lowering.equations import Form
 
 
@@ -70,9 +70,9 @@ def _function(blocks: Sequence[Block], clocks: Clocks) -> Callable[..., Any]:
     margins: list[str] = []
     stores: list[str] = []
     for block in blocks:
-        writer.signs[block.number] = f"g[{block.number}]"
+        writer.branch(block.number)
         locals_ = [(unknown, writer.define(unknown, root)) for unknown, root in block.formulas]
-        stores += [f" u[{unknown}] = {text}" for unknown, text in locals_]
+        stores += [f" {writer.element(unknown)} = {text}" for unknown, text in locals_]
         if block.margin is not None:
             margins.append(writer.name(block.margin))
         elif block.partial:  # infinite and nan both give nan
@@ -82,4 +82,4 @@ def _function(blocks: Sequence[Block], clocks: Clocks) -> Callable[..., Any]:
         tail.append(f" m = {margins[0]}")
         tail += [f" m = minimum(m, {text})" for text in margins[1:]]
     tail.append(" return m" if margins else " return None")
-    return function_of(["def f(u, k, g):", *writer.lines(tail)])
+    return writer.function("u, k, g", tail)

@@ -3,14 +3,18 @@
 A generated function ``f(u, k, g)`` takes ``u``, indexable by unknown number, ``k``, indexable by clock number, and the
 sign ``g`` of its branch (if it has one), and returns a tuple of values. Everything in it broadcasts, so one call
 serves a single instant or all frames.
+
+The code says only how values are combined. Its numbers (lengths, targets, coefficients) and the places of its unknowns
+and clocks are parameters that it is bound to afterwards, so equal structures with other numbers, or elsewhere in a
+scene, share one compiled function (decision 0019).
 """
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 from movimentum.expressions import Expr, walk
@@ -47,10 +51,10 @@ class Clocks:
 class Writer:
     """Writes straight-line code; what has been computed once is not computed again.
 
-    Unknowns are read from ``u``, except those that `define` has put into local variables. ``signs`` maps the numbers of
-    blocks to the text of their signs.
+    Unknowns are read from ``u``, except those that `define` has put into local variables. Numbers and places are
+    written as tokens (``c00003``, ``i00001``), which `function` makes parameters.
 
-    A text that stands for a value is an atom (a name, an element, a number) or an atom's negative, ``(-t1)``. Every
+    A text that stands for a value is an atom (a name, an element, a token) or an atom's negative, ``(-t1)``. Every
     operation is a pass over all frames, so negatives are carried along instead of computed, and constant factors
     of factors are gathered.
     """
@@ -58,10 +62,13 @@ class Writer:
     def __init__(self, clocks: Clocks) -> None:
         self.clocks = clocks
         self.names: dict[Expr, str] = {}
-        self.signs: dict[object, str] = {}
         self._lines: list[tuple[tuple[str, ...], str]] = []
         self._local_of: dict[str, str] = {}
+        self._tokens: dict[tuple[str, object], str] = {}
+        self._parameters: dict[str, float | int] = {}
+        self._multiple_of: dict[tuple[float, str], tuple[float, str]] = {}  # (|factor|, of what): (factor, local name)
         self._multiples: dict[str, tuple[float, str]] = {}  # local name: (factor, of what)
+        self._sign_of: dict[object, str] = {}
         self._fixed: set[Expr] = set()  # nodes that depend on nothing but signs
 
     def name(self, root: Expr) -> str:
@@ -81,9 +88,46 @@ class Writer:
         text = self.names[Expr("symbol", (), unknown)] = self.name(root)
         return text
 
-    def lines(self, tail: Sequence[str]) -> list[str]:
-        """The code, followed by ``tail``: only what that needs; what is used once stands where it is used."""
-        return [*_tidied(self._lines, tail), *tail]
+    def element(self, unknown: int) -> str:
+        """The text for an unknown's element of ``u``."""
+        return f"u[{self._token('i', unknown)}]"
+
+    def branch(self, block: int) -> None:
+        """From here on the sign of block number ``block`` is read from ``g``, by that number; without, ``g`` is it."""
+        self._sign_of[block] = f"g[{self._token('i', block)}]"
+
+    def function(self, signature: str, tail: Sequence[str]) -> Compiled:
+        """The function of ``signature`` that computes what ``tail`` needs, and ends with it; what is used once stands
+        where it is used.
+        """
+        code = "\n".join([f" def f({signature}):", *(f" {line}" for line in [*_tidied(self._lines, tail), *tail])])
+        values: list[float | int] = []
+        place_of: dict[str, str] = {}
+
+        def parameter(found: re.Match[str]) -> str:
+            token = found[0]
+            known = place_of.get(token)
+            if known is None:
+                known = f"p{len(values)}"
+                values.append(self._parameters[token])
+                if token[0] != "c":  # numbers that happen to be equal are two parameters
+                    place_of[token] = known
+            return known
+
+        code = _TOKEN.sub(parameter, code)
+        parameters = ", ".join(f"p{n}" for n in range(len(values)))
+        function: Compiled = _factory(f"def make({parameters}):\n{code}\n return f")(*values)
+        return function
+
+    def _token(self, kind: str, value: float | int) -> str:
+        """The token of a number ("c") or a place ("i"); all have one length, so that the layout does not depend on
+        them.
+        """
+        token = self._tokens.get((kind, value))
+        if token is None:
+            token = self._tokens[kind, value] = f"{kind}{len(self._tokens):05d}"
+            self._parameters[token] = value
+        return token
 
     def _local(self, text: str) -> str:
         """The local variable with the value of ``text``."""
@@ -96,16 +140,13 @@ class Writer:
     def _text(self, node: Expr) -> str:
         match node.op:
             case "const":
-                value = node.value or 0.0
-                if not math.isfinite(value):
-                    return "nan" if math.isnan(value) else "inf" if value > 0.0 else "(-inf)"
-                return repr(value) if value >= 0.0 else f"(-{-value!r})"
+                return self._token("c", node.value or 0.0)
             case "symbol":
-                return f"u[{unknown_number(node.payload)}]"
+                return self.element(unknown_number(node.payload))
             case "clock":
-                return f"k[{self.clocks.number(node.start)}]"
+                return f"k[{self._token('i', self.clocks.number(node.start))}]"
             case "sign":
-                return self.signs.get(node.payload, "g")
+                return self._sign_of.get(node.payload, "g")
             case _:
                 return self._operation(node, [self.names[arg] for arg in node.args])
 
@@ -144,7 +185,7 @@ class Writer:
 
     def _sum(self, one: tuple[bool, str], other: tuple[bool, str]) -> str:
         if one == other:
-            return self._product((False, "2.0"), one)
+            return self._product((False, self._token("c", 2.0)), one)
         (below, x), (negative, y) = one, other
         if below != negative:
             return self._local(f"{y} - {x}" if below else f"{x} - {y}")
@@ -153,18 +194,30 @@ class Writer:
 
     def _product(self, one: tuple[bool, str], other: tuple[bool, str]) -> str:
         (below, x), (negative, y) = one, other
-        if _is_number(y):
+        if self._number(y) is not None:
             x, y = y, x
-        factor = _is_number(x)
-        inner = self._multiples.get(y)
-        if factor and inner is not None:
-            gathered = float(x) * inner[0]
-            if 1e-300 < gathered < 1e300:
-                x, y = repr(gathered), inner[1]
-        text = self._local(f"{x} * {y}" if factor or x <= y else f"{y} * {x}")
-        if factor:
-            self._multiples.setdefault(text, (float(x), y))
+        factor = self._number(x)
+        if factor is None:
+            text = self._local(f"{x} * {y}" if x <= y else f"{y} * {x}")
+        else:
+            inner = self._multiples.get(y)
+            if inner is not None and 1e-300 < abs(factor * inner[0]) < 1e300:
+                factor, y = factor * inner[0], inner[1]
+            text = self._multiple(factor, y)
         return _negative(text) if below != negative else text
+
+    def _multiple(self, factor: float, atom: str) -> str:
+        """A number times an atom; also where the opposite number was asked for before."""
+        known = self._multiple_of.get((abs(factor), atom))
+        if known is None:
+            target = self._local(f"{self._token('c', factor)} * {atom}")
+            self._multiples.setdefault(target, (factor, atom))
+            known = self._multiple_of[abs(factor), atom] = (factor, target)
+        return known[1] if known[0] == factor else _negative(known[1])
+
+    def _number(self, atom: str) -> float | None:
+        """The value of a number's token; None for any other atom."""
+        return self._parameters[atom] if atom[0] == "c" and atom in self._parameters else None
 
 
 def _split(text: str) -> tuple[bool, str]:
@@ -176,11 +229,8 @@ def _negative(text: str) -> str:
     return text[2:-1] if text.startswith("(-") else f"(-{text})"
 
 
-def _is_number(atom: str) -> bool:
-    return atom[0].isdigit()
-
-
 _LOCAL = re.compile(r"\b(?:t|sa|ca)\d+\b")
+_TOKEN = re.compile(r"\b[ci]\d{5,}\b")
 LONGEST = 120
 """Characters of an expression that is written where it is used."""
 
@@ -241,11 +291,21 @@ def compiled(outputs: Sequence[Expr], clocks: Clocks) -> Compiled:
     """The generated function, over float64 arrays that broadcast; NotImplementedError for an operation without code."""
     writer = Writer(clocks)
     values = "".join(f"{writer.name(expr)}, " for expr in outputs)
-    return function_of(["def f(u, k, g=1.0):", *writer.lines([f" return ({values})"])])
+    return writer.function("u, k, g=1.0", [f" return ({values})"])
 
 
-def function_of(lines: Sequence[str]) -> Compiled:
-    """The function ``f`` that ``lines`` define."""
-    scope: dict[str, Any] = {**NAMESPACE, "inf": math.inf, "nan": math.nan}  # a constant may have overflowed
-    exec(compile("\n".join(lines), "<plan>", "exec"), scope)  # our own text, from numbers and operators only
-    return scope["f"]
+KEPT = 4096
+"""Structures whose compiled code is kept."""
+
+
+@lru_cache(maxsize=KEPT)
+def _factory(source: str) -> Callable[..., Compiled]:
+    """The function ``make`` that ``source`` defines: from a structure's parameters to its function."""
+    scope: dict[str, Any] = {**NAMESPACE}
+    exec(compile(source, "<plan>", "exec"), scope)  # our own text, from names and operators only
+    return scope["make"]
+
+
+def structures_compiled() -> int:
+    """How many structures have been compiled in this process so far: other numbers, or other places, compile none."""
+    return _factory.cache_info().misses
