@@ -27,12 +27,12 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from benchmarks.penrose import transformable  # noqa: E402
-from movimentum import pipeline  # noqa: E402
 from movimentum.interop import snapping  # noqa: E402
 from movimentum.interop.linkages import Linkage, linkage_script, linkage_text, read_linkage  # noqa: E402
-from movimentum.pipeline import Choices  # noqa: E402
 from movimentum.solver.path import follow as following  # noqa: E402
 from movimentum.source import SourceText  # noqa: E402
+from movimentum.workflow.choices import Choices  # noqa: E402
+from movimentum.workflow.stages import arranged, moved, understand  # noqa: E402
 
 FloatArray = NDArray[np.float64]
 RADIUS, TURN = 0.1, 180.0
@@ -70,7 +70,7 @@ def ours(linkage: Linkage, steps: int) -> tuple[int, float, float]:
     length = 1.0
     for _ in range(4):  # the steps are the solver's own choice: as long a motion as takes about so many
         source = SourceText("linkage.mov", script_of(linkage, length))
-        timeline = pipeline.arranged(pipeline.understand(source), Choices())
+        timeline = arranged(understand(source), Choices())
         spent: list[tuple[float, int]] = []
         drift = following.drift
 
@@ -82,7 +82,7 @@ def ours(linkage: Linkage, steps: int) -> tuple[int, float, float]:
 
         following.drift = timed  # pyright: ignore[reportAttributeAccessIssue]
         try:
-            motion = pipeline.moved(timeline)
+            motion = moved(timeline)
         finally:
             following.drift = drift  # pyright: ignore[reportAttributeAccessIssue]
         seconds, count = max(spent, key=lambda item: item[1])

@@ -13,9 +13,9 @@ import statistics
 import time
 from pathlib import Path
 
-from movimentum.pipeline import Choices
 from movimentum.repl.session import Refused, Session, opened
 from movimentum.repl.shell import answer
+from movimentum.workflow.choices import Choices
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 

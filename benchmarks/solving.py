@@ -31,7 +31,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -40,33 +40,12 @@ import numpy as np
 import tables
 from measure import interleaved, machine, movimentum
 from mechanisms import MECHANISMS, Array, Mechanism, chain
+from results import OFF, Link, Result
 from stages import Solved, run
 
 HERE = Path(__file__).resolve().parent
 FEW, MANY = 360, 36_000
-OFF = 0.05
-"""Units that a point may be away from the truth before the frame counts as wrong."""
 Solver = Callable[[Mechanism, Array], dict[str, Any]]
-
-
-@dataclass(slots=True)
-class Result:
-    """Medians of one solver on one mechanism: microseconds a frame, and how right it is.
-
-    ``frames`` were done in the budget; ``off`` of them are more than `OFF` from the truth, ``missing`` have no answer.
-    ``first_ms`` is the first call for four frames, with all that is compiled on first use in a process.
-    """
-
-    solver: str
-    us: float = math.nan
-    setup_ms: float = math.nan
-    first_ms: float = math.nan
-    frames: int = 0
-    residual: float = math.nan
-    off: int = 0
-    missing: int = 0
-    note: str = ""
-    error: str = ""
 
 
 def solvers(folder: Path | None) -> tuple[dict[str, Solver], dict[str, Solver], Any]:
@@ -176,16 +155,6 @@ def side_by_side(
 
 
 # --- chains: each in a process of its own, so that memory and crashes are its own
-
-
-@dataclass(slots=True)
-class Link:
-    """A solver on a chain of ``k`` four-bars; ours has its stages in seconds and its memory in MB as well."""
-
-    k: int
-    result: Result
-    seconds: dict[str, float] | None = None
-    megabytes: float = math.nan
 
 
 def chain_child(name: str, k: int, folder: Path | None, budget: float) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from solving import Link, Result
+    from results import Link, Result
     from stages import Solved
 
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"

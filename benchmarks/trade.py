@@ -16,10 +16,12 @@ from statistics import median
 
 from measure import ROOT, machine
 
-from movimentum import pipeline
 from movimentum.encoding.plot import Panel, Point, write_plot
 from movimentum.source import SourceText
 from movimentum.tradeoff.report import INVISIBLE
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read
+from movimentum.workflow.tradeoff import TradeReport, trade
 
 TIERS = ("draft", "standard", "high", "exact")
 
@@ -96,9 +98,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "docs")
     parser.add_argument("--long", type=int, default=20_000, help="frames of the long animation")
     options = parser.parse_args()
-    reports: list[tuple[str, bool, pipeline.TradeReport]] = []
+    reports: list[tuple[str, bool, TradeReport]] = []
     for path in sorted((ROOT / "scripts").glob("*.mov")):
-        reports.append((path.stem, True, measured(pipeline.read(str(path)))))
+        reports.append((path.stem, True, measured(read(str(path)))))
         print(path.stem, flush=True)
     for name, text in extremes(options.long):
         reports.append((name, False, measured(SourceText("extreme.mov", text))))
@@ -107,9 +109,9 @@ def main() -> None:
     write_plot(panels(reports), options.out / "trade.svg", ".svg")
 
 
-def measured(source: SourceText) -> pipeline.TradeReport:
+def measured(source: SourceText) -> TradeReport:
     """The trade on one script."""
-    return pipeline.trade(source, None, pipeline.Choices(), lambda done, total: None)[0]
+    return trade(source, None, Choices(), lambda done, total: None)[0]
 
 
 PAGE = """\
@@ -160,7 +162,7 @@ SOLVING = (
 DRAWING = ("script", "size", "draft", "standard", "high", "scale 0.5", "scale 2", "GIF palette")
 
 
-def page(reports: list[tuple[str, bool, pipeline.TradeReport]]) -> str:
+def page(reports: list[tuple[str, bool, TradeReport]]) -> str:
     """docs/trade.md."""
     gallery = [report for _, shown, report in reports if shown]
 
@@ -208,18 +210,18 @@ def us(seconds: float) -> str:
     return f"{seconds * 1e6:.3g} µs" if seconds < 1e-3 else f"{seconds * 1e3:.3g} ms"
 
 
-def rms(reports: list[pipeline.TradeReport], name: str) -> float:
+def rms(reports: list[TradeReport], name: str) -> float:
     """The median error of one way to draw."""
     return median(cost.error for r in reports for cost in r.pictures.costs if cost.name == name)
 
 
-def ratio(reports: list[pipeline.TradeReport], name: str, other: str) -> float:
+def ratio(reports: list[TradeReport], name: str, other: str) -> float:
     """How many times as long one way to draw takes as another (median)."""
     costs = [{cost.name: cost.frame for cost in report.pictures.costs} for report in reports]
     return median(cost[name] / cost[other] for cost in costs)
 
 
-def row(name: str, report: pipeline.TradeReport) -> str:
+def row(name: str, report: TradeReport) -> str:
     """One script's solving."""
     tiers = report.solver.tiers
     cells = [
@@ -233,14 +235,14 @@ def row(name: str, report: pipeline.TradeReport) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def picture_row(name: str, report: pipeline.TradeReport) -> str:
+def picture_row(name: str, report: TradeReport) -> str:
     """One script's drawing."""
     cells = [name, "{} × {}".format(*report.pictures.size)]
     cells += [f"{cost.frame * 1e3:.2g} / {cost.error:.2f}" for cost in report.pictures.costs]
     return f"| {' | '.join(cells)} |"
 
 
-def panels(reports: list[tuple[str, bool, pipeline.TradeReport]]) -> list[Panel]:
+def panels(reports: list[tuple[str, bool, TradeReport]]) -> list[Panel]:
     """A point for every script in every tier, and for every way to draw; each named once."""
     solving: list[Point] = []
     drawing: list[Point] = []

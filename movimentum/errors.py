@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from movimentum.diagnostics import Diagnostic
+from movimentum.diagnostics import Diagnostic, Severity
 
 
 class MovimentumError(Exception):
@@ -39,3 +39,13 @@ class NoSolutionError(MovimentumError):
     """The scene has no solution at some time."""
 
     exit_code = 3
+
+
+def usage_error(code: str, message: str, *helps: str) -> UsageError:
+    """A `UsageError` with one diagnostic, which is about no place in a script."""
+    return UsageError([Diagnostic(code, Severity.ERROR, message, helps=helps)])
+
+
+def script_error(code: str, message: str, *helps: str) -> ScriptError:
+    """A `ScriptError` with one diagnostic, which is about no place in the script."""
+    return ScriptError([Diagnostic(code, Severity.ERROR, message, helps=helps)])

@@ -1,8 +1,13 @@
-"""Numbers, times and lists in the words of diagnostics."""
+"""Numbers, times and lists in the words of diagnostics, and numbers as they are typed."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from fractions import Fraction
+
+# Short exponents: Fraction("1e999999999") would fill the memory before anybody could say that it is too large.
+_RATIONAL = re.compile(r"([+-]?)(\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})([eE][+-]?\d{1,2})?(?:/(\d{1,30}))?", re.ASCII)
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -28,5 +33,16 @@ def listed(items: Sequence[str], most: int = 6) -> str:
 
 
 def counted(count: int, noun: str, plural: str | None = None) -> str:
-    """``1 constraint``, ``2 constraints``."""
-    return f"{count} {noun if count == 1 else plural or noun + 's'}"
+    """``1 constraint``, ``2,000 constraints``."""
+    return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
+
+
+def rational(text: str, *, exponents: bool = False) -> Fraction | None:
+    """The number that ``text`` spells (``12``, ``2.5``, ``24000/1001``, with ``exponents`` ``1e-3`` too), exactly.
+
+    None where it spells none, or one of more than 30 digits or with an exponent of more than two.
+    """
+    match = _RATIONAL.fullmatch(text.strip())
+    if match is None or (match[3] and not exponents) or (match[4] is not None and int(match[4]) == 0):
+        return None
+    return Fraction(match[1] + match[2] + (match[3] or "")) / int(match[4] or 1)

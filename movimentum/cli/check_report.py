@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from movimentum.diagnostics import render_text, to_json
 from movimentum.terminal import visible
-from movimentum.text import listed
+from movimentum.text import counted, listed
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import MotionReport, PartReport, StepReport
-    from movimentum.pipeline import CheckReport
     from movimentum.source import SourceText, Span
+    from movimentum.workflow.check import CheckReport
 
 MOST_GROUPS = 3
 """Groups of things that move as one, told in a line; JSON has all of them."""
@@ -172,8 +172,3 @@ def _motion(number: int, motion: MotionReport) -> str:
     rounded = [(name, round(x, 3) + 0.0, round(y, 3) + 0.0) for name, (x, y) in motion.velocities]
     moving = [f"{name} [{x:g}, {y:g}]" for name, x, y in rounded if x or y]
     return f"  motion {number}{drawn}: {motion.words}\n" + (f"    {', '.join(moving)}\n" if moving else "")
-
-
-def counted(number: int, what: str) -> str:
-    """``1 frame``, ``240 frames``."""
-    return f"{number:,} {what}{'' if number == 1 else 's'}"

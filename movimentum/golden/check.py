@@ -18,13 +18,13 @@ from movimentum.golden.manifest import Manifest, picture_name, read_manifest
 from movimentum.golden.record import Golden, Rendition, renderer, rendition
 from movimentum.interop.tables import columns
 from movimentum.output.files import read_limited
-from movimentum.pipeline import reads
 from movimentum.rendering.images import picture_file
 from movimentum.solver.accuracy.refinement import RefinedMotion
 from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
 from movimentum.terminal import typed
 from movimentum.text import counted, listed, number, time_text
+from movimentum.workflow.read import reads
 
 FloatArray = NDArray[np.float64]
 

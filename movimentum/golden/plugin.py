@@ -74,7 +74,7 @@ class GoldenItem(pytest.Item):
         from movimentum.diagnostics import render_text
         from movimentum.errors import MovimentumError
         from movimentum.golden.page import report_folder
-        from movimentum.pipeline import read
+        from movimentum.workflow.read import read
 
         error = excinfo.value
         if isinstance(error, Differs):

@@ -16,13 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from movimentum import pipeline
 from movimentum.golden.manifest import FORMAT, picture_name, read_manifest
 from movimentum.output.files import make_folder, remove_own, whole_folder
-from movimentum.pipeline import Choices, Solution
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read, reads
+from movimentum.workflow.stages import Solution, arranged, solved, understand
 
 MOST_FRAMES = 2000
 """Rows of a table; of a longer animation every second, third, … frame is kept."""
@@ -77,11 +78,11 @@ class Rendition:
 
 
 def rendition(script: Path) -> Rendition:
-    """Solve a script; raises what `pipeline.solved` does, broken claims included."""
+    """Solve a script; raises what `solved` does, broken claims included."""
     choices = Choices()
-    scene = pipeline.understand(pipeline.read(str(script)))
-    timeline = pipeline.arranged(scene, choices)
-    solution = pipeline.solved(timeline, choices)
+    scene = understand(read(str(script)))
+    timeline = arranged(scene, choices)
+    solution = solved(timeline, choices)
     count = timeline.frame_count
     stride = -(-count // MOST_FRAMES)
     first: list[int] = []
@@ -120,7 +121,7 @@ def record(golden: Golden) -> Rendition:
     made = rendition(golden.script)
     old = {picture_name(frame) for frame in _recorded_pictures(golden)}
     new = {picture_name(frame) for frame in made.pictures}
-    inputs = pipeline.reads(SourceText(str(golden.script), ""), made.scene)
+    inputs = reads(SourceText(str(golden.script), ""), made.scene)
     make_folder(golden.folder)
     with whole_folder(golden.folder / "golden", inputs) as folder:
         with (folder / "poses.csv").open("w", encoding="utf-8", newline="\n") as stream:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum import pipeline
 from movimentum.errors import MovimentumError, ScriptError
+from movimentum.repl.reading import Reading
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.scene.model import Claim as SceneClaim
 from movimentum.source import SourceText, Span
@@ -30,6 +30,7 @@ from movimentum.syntax.tree import (
     StepHeader,
     postorder,
 )
+from movimentum.workflow.stages import arranged, built, moved
 
 if TYPE_CHECKING:
     from movimentum.expressions import Expr
@@ -44,14 +45,6 @@ _RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], NDArray[np.bool_
     Comparison.ABOVE: np.greater,
     Comparison.AT_LEAST: np.greater_equal,
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """An expression: its values in poses, (F, 1) for a scalar and (F, 2) for a vector."""
-
-    text: str
-    values: Callable[[Poses], FloatArray]
 
 
 def lowered(session: Session, text: str) -> tuple[Expr, ...]:
@@ -98,8 +91,8 @@ def _solved_for(session: Session, text: str) -> Reading:
     variable = Name(name, span=statement.left.span)
     items.insert(headers[step] + 1, Statement(variable, Comparison.EQUAL, statement.left, span=statement.left.span))
     try:
-        changed = pipeline.built(Script(tuple(items)), session.work.source)
-        motion = pipeline.moved(pipeline.arranged(changed, session.work.choices))
+        changed = built(Script(tuple(items)), session.work.source)
+        motion = moved(arranged(changed, session.work.choices))
     except MovimentumError as error:
         raise Refused(error.diagnostics[:1], SourceText("<prompt>", text.strip())) from error
     used = {node.name for node in postorder(statement.left) if isinstance(node, Name)}
@@ -163,8 +156,8 @@ def _claimed(session: Session, text: str, expression: Expression) -> SceneClaim:
     headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
     items.insert(headers[number] + 1, Claim(expression, Comparison.EQUAL, expression, span=expression.span))
     try:
-        scene = pipeline.built(Script(tuple(items)), session.work.source)
-        timeline = pipeline.arranged(scene, session.work.choices)
+        scene = built(Script(tuple(items)), session.work.source)
+        timeline = arranged(scene, session.work.choices)
     except ScriptError as error:
         item = error.diagnostics[0]
         if item.code == "claim/undetermined":

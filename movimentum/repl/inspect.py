@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum import pipeline
 from movimentum.analysis.diagnose.valueless import lacks
 from movimentum.output.files import whole_file
 from movimentum.repl.command import Answer, Command, plain, split_output, table
@@ -17,6 +16,7 @@ from movimentum.repl.expressions import reading
 from movimentum.repl.session import Session, refused
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
+from movimentum.workflow.animate import animate
 
 FloatArray = NDArray[np.float64]
 
@@ -227,11 +227,11 @@ def picture(session: Session, argument: str) -> Answer:
     name = argument.strip().removeprefix("-o").strip() or f"{Path(session.file).stem or 'moment'}.png"
     if not name.lower().endswith(".png"):
         raise refused("file", f"`{name}` is no .png", f"picture {Path(name).stem}.png")
-    from movimentum.pipeline import Picture
+    from movimentum.workflow.choices import Picture
 
     show_all = Picture(at=session.time, show=frozenset({"names", "anchors", "free"}), workers=1)
     choices = session.work.choices
-    pipeline.animate(SourceText(session.file, session.text), Path(name), choices, show_all, lambda _done, _all: None)
+    animate(SourceText(session.file, session.text), Path(name), choices, show_all, lambda _done, _all: None)
     return session, f"wrote {name}"
 
 

@@ -6,12 +6,11 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 
-from movimentum.parameters import rational
 from movimentum.repl.command import Answer, Command, plain, table
 from movimentum.repl.expressions import condition
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.session import Session, refused
-from movimentum.text import counted, time_text
+from movimentum.text import counted, rational, time_text
 
 CHUNK = 2048
 

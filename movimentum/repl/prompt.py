@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from prompt_toolkit import PromptSession
@@ -12,7 +12,6 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.lexers import Lexer
 
-from movimentum.repl import shell
 from movimentum.repl.session import Refused, Session
 from movimentum.text import time_text
 
@@ -43,8 +42,9 @@ def keys(session: Session) -> list[str]:
 class SessionCompleter(Completer):
     """Commands at the beginning of a line, what can be named behind them, keys where a key is wanted."""
 
-    def __init__(self, session: Callable[[], Session]) -> None:
+    def __init__(self, session: Callable[[], Session], commands: Sequence[str]) -> None:
         self._session = session
+        self._commands = commands
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterator[Completion]:
         """See the class."""
@@ -60,14 +60,14 @@ class SessionCompleter(Completer):
         found = _WORD.search(text)
         begun = found[0] if found else ""
         first = text.strip() == begun
-        options = [*shell.COMMANDS, "help", "quit", *names(session)] if first else names(session)
+        options = [*self._commands, *names(session)] if first else names(session)
         for option in options:
             if option.startswith(begun) and option != begun:
                 yield Completion(option, -len(begun))
 
 
-def make_prompt(session: Callable[[], Session]) -> PromptSession[Any]:
-    """The prompt, which shows the time that is looked at."""
+def make_prompt(session: Callable[[], Session], commands: Sequence[str]) -> PromptSession[Any]:
+    """The prompt, which shows the time that is looked at, and completes ``commands`` and names."""
 
     def message() -> str:
         moment = time_text(float(session().time))
@@ -76,7 +76,7 @@ def make_prompt(session: Callable[[], Session]) -> PromptSession[Any]:
     return PromptSession(
         message,
         history=InMemoryHistory(),
-        completer=SessionCompleter(session),
+        completer=SessionCompleter(session, commands),
         complete_while_typing=False,
         lexer=_colours(),
     )

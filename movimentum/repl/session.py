@@ -9,16 +9,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from movimentum import pipeline
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.output.files import refuse_overwriting
-from movimentum.pipeline import Choices
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read, reads
+from movimentum.workflow.stages import arranged, moved, understand
 
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
-    from movimentum.repl.expressions import Reading
+    from movimentum.repl.reading import Reading
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import Motion
     from movimentum.solver.poses import Poses
@@ -53,8 +54,8 @@ class Work:
     def _understood(self) -> tuple[Scene | None, Timeline | None, tuple[Diagnostic, ...]]:
         scene = None
         try:
-            scene = pipeline.understand(self.source, self.choices)
-            timeline = pipeline.arranged(scene, self.choices)
+            scene = understand(self.source, self.choices)
+            timeline = arranged(scene, self.choices)
         except MovimentumError as error:
             return scene, None, error.diagnostics
         return scene, timeline, scene.diagnostics
@@ -83,7 +84,7 @@ class Work:
     @cached_property
     def _solved(self) -> Motion | MovimentumError:
         try:
-            return pipeline.moved(self.timeline)
+            return moved(self.timeline)
         except MovimentumError as error:
             return error
 
@@ -137,7 +138,7 @@ class Session:
 
     def refuse_overwriting(self, name: str, *, script: bool = True) -> Path:
         """The file ``name`` as an output; `UsageError` where it is one of the script's pictures, or the script."""
-        read = pipeline.reads(self.work.source, self.work.scene if self.work.moves else None)
+        read = reads(self.work.source, self.work.scene if self.work.moves else None)
         refuse_overwriting(Path(name), read if script else read[1:])
         return Path(name)
 
@@ -192,7 +193,7 @@ class Session:
 
 def opened(path: str, choices: Choices) -> Session:
     """A session with the script at ``path``; `UsageError` or `ScriptError` where it cannot be read as text."""
-    source = pipeline.read(path)
+    source = read(path)
     session = Session(source.path, source.text, Work(source, choices))
     try:
         return session.at(session.work.timeline.start)

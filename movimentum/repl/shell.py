@@ -178,7 +178,7 @@ def _typed(session: Session) -> int:
     from movimentum.repl.prompt import make_prompt
 
     current = [session]
-    prompt: PromptSession[Any] = make_prompt(lambda: current[0])
+    prompt: PromptSession[Any] = make_prompt(lambda: current[0], [*COMMANDS, "help", "quit"])
     message = prompt.message
 
     def typed(question: str | None = None) -> str | None:

@@ -18,8 +18,9 @@ from movimentum.solver.path.double_roots import with_redundant_rows
 from movimentum.solver.path.follow import Choice, Gap, follow
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Beginning, Dead, Stretch, Trouble
-from movimentum.solver.start.candidates import Selection, TurnedDown
+from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.deceptive import deceptive
+from movimentum.solver.start.rejections import TurnedDown
 from movimentum.solver.start.resumption import Branch, first_beginning, times_after
 from movimentum.solver.start.search import SELECTOR_TOLERANCE, select
 from movimentum.solver.start.violations import first_disagreement, first_violation

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from movimentum.analysis.examine import Examination, examine
 from movimentum.analysis.report import StepReport
-from movimentum.pipeline import Choices, arranged, moved, understand
 from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, moved, understand
 
 Points = Sequence[tuple[float, float]]
 Rods = Sequence[tuple[int, int]]

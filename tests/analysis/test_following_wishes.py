@@ -9,10 +9,11 @@ import pytest
 
 from movimentum.analysis.diagnose.wishes import wish_diagnostics
 from movimentum.diagnostics import Diagnostic
-from movimentum.pipeline import Choices, arranged, examined, moved, understand
 from movimentum.solver.motion import Motion
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, examined, moved, understand
 from tests.understand import codes_of
 
 ARM = """.config(24, 300, 300);

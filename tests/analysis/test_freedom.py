@@ -11,9 +11,10 @@ import pytest
 
 from movimentum.analysis.freedom.degrees import BlockRank, Part, block_ranks, parts_of
 from movimentum.interop.linkages import Linkage, linkage_script, turn
-from movimentum.pipeline import Choices, arranged, moved, understand
 from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, moved, understand
 from tests.command import movimentum
 
 

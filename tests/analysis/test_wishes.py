@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import ScriptError
-from movimentum.pipeline import Choices, arranged, moved, understand
 from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, moved, understand
 from tests.analysis.rods import examined_script, rod_script
 from tests.command import movimentum
 

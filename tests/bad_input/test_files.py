@@ -254,10 +254,10 @@ def test_watching_survives_errors_and_ends_with_an_interrupt(tmp_path: Path) -> 
 # --- faults of our own ---
 
 BROKEN = """
-import movimentum.pipeline, sys
+import movimentum.workflow.read
 def read(path):
     raise RuntimeError("the sky is falling")
-movimentum.pipeline.read = read
+movimentum.workflow.read.read = read
 from movimentum.cli.app import main
 main()
 """

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from movimentum.cli.app import MODULES
 from tests.command import CRANK, ROOT, environment
 
 PROBE = """
@@ -52,6 +53,26 @@ def test_what_a_command_imports(tmp_path: Path, arguments: list[str], allowed: s
     )
     line = next(line for line in done.stdout.splitlines() if line.startswith("modules:"))
     assert set(line.split()) & HEAVY <= allowed, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "module"),
+    [(["--version"], None), (["check", "missing.mov"], "check"), (["golden", "check", "missing.mov"], "golden")],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_only_the_command_that_is_called_is_imported(tmp_path: Path, arguments: list[str], module: str | None) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, *arguments],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=environment(),
+        timeout=120,
+        check=False,
+    )
+    line = next(line for line in done.stdout.splitlines() if line.startswith("details:"))
+    commands = {home.partition(":")[0] for home in MODULES.values()}
+    assert {name for name in commands if f"movimentum.cli.{name}" in line.split()} == ({module} - {None}), done.stderr
 
 
 def test_nothing_is_imported_before_an_interrupt_is_dealt_with() -> None:

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from movimentum.parameters import FrameRangeType, RationalType, TraceType, WordsType
+from movimentum.cli.parameters import FrameRangeType, RationalType, TraceType, WordsType
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from lark import Lark
 
 from movimentum.errors import MovimentumError
-from movimentum.pipeline import understand
 from movimentum.source import SourceText
 from movimentum.syntax.grammar import grammar_text
 from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.workflow.stages import understand
 
 USUAL = "0 1 2 3 4 0.5 0.1 10 20 30 45 60 90 120 180 360 50 100 200 1.5 .25 7.3 0.001"
 ODD = "1e300 1e308 1.7e308 1e154 1e-300 5e-324 1e16 1e-16 1e9 400 4000 999999999999 1e-9 0.30000000000000004"

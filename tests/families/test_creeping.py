@@ -9,11 +9,12 @@ import random
 import pytest
 
 from movimentum.analysis.diagnose import trials
-from movimentum.pipeline import Choices, arranged, examined, moved, understand
 from movimentum.solver.basis.effort import GivenUp, charge, limited
 from movimentum.solver.motion import Motion
 from movimentum.solver.solver import CREEPING
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, examined, moved, understand
 
 SCENE = """\
 .config(10, 60, 40);

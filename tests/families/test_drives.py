@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from movimentum.pipeline import Choices, arranged, understand
 from movimentum.solver.poses import Poses
 from movimentum.solver.solver import solve
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, understand
 from tests.families.drives import WAYS, split_and_whole
 
 SIZE = 100.0

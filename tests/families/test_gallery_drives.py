@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from movimentum.pipeline import Choices, arranged, understand
 from movimentum.scene.model import Relation
 from movimentum.solver.poses import Poses
 from movimentum.solver.solver import scene_size, solve
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, understand
 
 SCRIPTS = sorted((Path(__file__).resolve().parents[2] / "scripts").glob("*.mov"))
 SINCE = re.compile(r"(?<![A-Za-z0-9_])\.t(?![A-Za-z0-9_])")

@@ -9,8 +9,9 @@ import re
 
 import pytest
 
-from movimentum.pipeline import Choices, arranged, examined, understand
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, examined, understand
 
 SCENE = ".config(10, 60, 40);\nA : .bar P = [0,0] Q = [10,0];\n@0 A.P = [0,0]; A.angle = {angle}; x = .i({inside});\n@1"
 

@@ -14,9 +14,10 @@ import pytest
 from movimentum.diagnostics import MOST_OF_A_CODE, Diagnostic, Severity, limited
 from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, add, mul, symbol
-from movimentum.pipeline import Choices, check
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
+from movimentum.workflow.check import check
+from movimentum.workflow.choices import Choices
 from tests.command import command, environment, movimentum
 from tests.work import calls
 

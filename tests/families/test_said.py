@@ -205,8 +205,9 @@ def test_what_leaves_the_canvas_is_told_with_when_and_a_size_that_holds_all(seed
 
 
 def test_what_has_no_value_is_told_and_is_not_0_in_a_table(tmp_path):
-    from movimentum.pipeline import Choices, tabulate
     from movimentum.source import SourceText
+    from movimentum.workflow.choices import Choices
+    from movimentum.workflow.tabulate import tabulate
 
     text = """.config(2); Rod : .bar A=[0,0] B=[9,0];
     @0 Rod.A = [1,1]; Rod.angle = 0;  @1 x = 5 + .t; v = [3, .t];  @2 x = _;  @3 x = 9;  @4"""

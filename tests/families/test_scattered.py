@@ -8,10 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from movimentum.pipeline import Choices, arranged, understand
 from movimentum.solver.motion import Motion
 from movimentum.solver.solver import solve
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, understand
 from tests.families.scattered import Places, Scattered, scattered, script
 from tests.families.tilings import at_another_place, tiling_script
 

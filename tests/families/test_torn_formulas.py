@@ -12,8 +12,9 @@ from movimentum.errors import ScriptError
 from movimentum.interop.formula_script import formula_script
 from movimentum.interop.formulas import read_formulas
 from movimentum.interop.recognised import Kind, kind_of
-from movimentum.pipeline import Choices, arranged, examined, understand
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, examined, understand
 from tests.families.triangle_chains import chain
 
 BITS = [

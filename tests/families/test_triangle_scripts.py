@@ -11,9 +11,11 @@ from movimentum.errors import ScriptError
 from movimentum.interop.formula_script import formula_script
 from movimentum.interop.formulas import Formulas, evaluate, formulas_text, read_formulas
 from movimentum.interop.triangles import triangles_of
-from movimentum.pipeline import Choices, arranged, examined, moved, read, understand
 from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read
+from movimentum.workflow.stages import arranged, examined, moved, understand
 from tests.command import ROOT
 from tests.families.triangle_chains import Chain, Complexes, chain
 

@@ -14,8 +14,9 @@ from movimentum.interop.linkage_export import linkage_of
 from movimentum.interop.linkages import Linkage, linkage_script, read_linkage
 from movimentum.interop.mechanisms import mechanism_script, read_mechanism
 from movimentum.interop.snapping import snapped
-from movimentum.pipeline import Choices, arranged, examined, moved, understand
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, examined, moved, understand
 from tests.command import ROOT, movimentum
 
 LINKAGE = "v\n0 0\n10 0\n10 10\n0 10\n4 5.5\nf\n0\n1\ne\n0 1\n1 2\n2 3\n3 0\n2 4\na\n0 1 3\n2 1 4\n"

@@ -13,8 +13,8 @@ from movimentum.errors import ScriptError
 from movimentum.interop.formula_script import formula_script
 from movimentum.interop.formulas import evaluate, read_formulas
 from movimentum.interop.recognised import Kind, kind_of
-from movimentum.pipeline import understand
 from movimentum.source import SourceText
+from movimentum.workflow.stages import understand
 from tests.command import ROOT, movimentum
 
 FOUR_BAR = "PLAP[P0, L0, a0](P1); PLLP[P1, L1, L2, P2](P3); PLAP[P1, L3, a1, P3](P4)\n"
@@ -145,7 +145,7 @@ def test_options_of_other_formats_are_refused(option: list[str], tmp_path: Path)
 def test_the_content_tells_the_reader(text: str, kind: Kind, comment: str, end: str, mark: str, tmp_path: Path) -> None:
     path = tmp_path / "any.name"
     path.write_bytes((mark + (comment + text).replace("\n", end)).encode())
-    from movimentum.pipeline import read
+    from movimentum.workflow.read import read
 
     assert kind_of(read(str(path))) is kind
 

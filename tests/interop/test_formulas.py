@@ -10,8 +10,10 @@ import pytest
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import Formula, Formulas, evaluate, formulas_text, read_formulas
 from movimentum.interop.triangles import Triangles, triangles_of
-from movimentum.pipeline import Choices, arranged, moved, read, understand
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read
+from movimentum.workflow.stages import arranged, moved, understand
 from tests.command import ROOT, movimentum
 
 

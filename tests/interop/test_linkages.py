@@ -12,9 +12,10 @@ from movimentum.errors import ScriptError
 from movimentum.interop.linkage_export import linkage_of
 from movimentum.interop.linkages import Linkage, linkage_script, linkage_text, read_linkage
 from movimentum.interop.snapping import equalised, snapped
-from movimentum.pipeline import Choices, arranged, moved, understand
 from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, moved, understand
 from tests.command import movimentum
 
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "linkages"

@@ -13,9 +13,10 @@ import pytest
 
 from movimentum.errors import ScriptError, UsageError
 from movimentum.interop.mechanisms import mechanism_script, read_mechanism
-from movimentum.pipeline import Choices, arranged, moved, understand
 from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, moved, understand
 from tests.command import movimentum
 
 # Published examples of Pyslvs (Chang): the mechanisms, and where their last joint is at the inputs given

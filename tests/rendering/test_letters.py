@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from movimentum.pipeline import Choices, arranged, examined
 from movimentum.rendering import faces
 from movimentum.rendering.text import text_sprite
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, examined
 from tests.solver.scenes import scene_of
 
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from movimentum.analysis.interactive.deadline import within
-from movimentum.pipeline import Choices
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import COMMANDS, answer
+from movimentum.workflow.choices import Choices
 
 ROOT = Path(__file__).parents[2]
 CRANK = """.config(20, 300, 300);

@@ -8,10 +8,10 @@ import pytest
 
 from movimentum.analysis.interactive.matrix import part_matrices
 from movimentum.interop.linkages import linkage_script, read_linkage
-from movimentum.pipeline import Choices
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import answer
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
 from tests.families.frameworks import framework
 
 HAND = """.config(20, 300, 300);

@@ -13,9 +13,9 @@ from PIL import Image
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from movimentum.pipeline import Choices
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import COMMANDS, answer, split, step
+from movimentum.workflow.choices import Choices
 from tests.solver.scenes import motion_of
 
 SLIDER = """.config(20, 300, 300);
@@ -408,7 +408,7 @@ def test_completion(talk):
     from movimentum.repl.prompt import SessionCompleter
 
     say = talk()
-    completer = SessionCompleter(lambda: say.session)
+    completer = SessionCompleter(lambda: say.session, list(COMMANDS))
 
     def offered(text):
         return [c.text for c in completer.get_completions(Document(text), CompleteEvent())]

@@ -7,13 +7,15 @@ import pytest
 
 from benchmarks.penrose import transformable
 from movimentum.interop.linkages import Linkage, linkage_script
-from movimentum.pipeline import Choices, arranged, moved, read, understand
 from movimentum.planning.blocks import build
 from movimentum.planning.blocks.build import Block
 from movimentum.solver.block.rows import jacobian_of, residual_of
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.piece import NodeTrack, Piece
 from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read
+from movimentum.workflow.stages import arranged, moved, understand
 from tests.command import ROOT
 
 

@@ -14,7 +14,8 @@ from movimentum.planning.lowering.equations import Form
 from movimentum.scene.model import Constraint, Scene
 from movimentum.solver.motion import Motion
 from movimentum.solver.segment_motion import Stretch, Trouble
-from movimentum.solver.start.candidates import Rejection, Selection
+from movimentum.solver.start.candidates import Selection
+from movimentum.solver.start.rejections import Rejection
 from movimentum.text import counted, number, time_text
 
 if TYPE_CHECKING:

@@ -1,34 +1,12 @@
-"""What choosing a solution finds: candidates, why others were turned down, and what decided."""
+"""What choosing a solution finds: candidates, and what decided between them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from movimentum.solver.path.follow import Choice
-
-if TYPE_CHECKING:
-    from movimentum.solver.start.contradictions import Contradiction
-
-
-@dataclass(frozen=True, slots=True)
-class Rejection:
-    """Why a candidate was turned down: ``selector`` (number in `System.selectors`) or ``check`` (equation number) with
-    the amount by which it failed, or the block that has no real solution.
-    """
-
-    amount: float
-    selector: int | None = None
-    check: int | None = None
-    block: int | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TurnedDown:
-    """What a search had found where it turned something down: ``values`` of all unknowns (None: not found yet)."""
-
-    rejection: Rejection
-    values: tuple[float | None, ...]
+from movimentum.solver.start.contradictions import Contradiction
+from movimentum.solver.start.rejections import Rejection, TurnedDown
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,8 +29,7 @@ class Part:
     """The candidates of one independent part, best first. ``complete``: all solutions were enumerated.
 
     ``decided_by``: what told the best from the next best: "only", "continuity", "wish", "carried", "closed" (it is the
-    drawing as it
-    stands) or "drawn".
+    drawing as it stands) or "drawn".
     """
 
     blocks: tuple[int, ...]

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.start.candidates import TurnedDown
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
 from movimentum.solver.start.fitting import MET, Fitting, eliminated
 from movimentum.solver.start.irreducible import Trials, irreducible, pulling
+from movimentum.solver.start.rejections import TurnedDown
 
 FloatArray = NDArray[np.float64]
 

@@ -22,10 +22,10 @@ from movimentum.solver.block.newton import newton
 from movimentum.solver.block.turns import unwound
 from movimentum.solver.path.follow import Choice
 from movimentum.solver.path.piece import track_scale, wound
-from movimentum.solver.start.candidates import Rejection
 from movimentum.solver.start.costs import Measures
 from movimentum.solver.start.homotopy import AllSolutions
 from movimentum.solver.start.newton_starts import Starts, all_of, begun_start, free_start, newton_starts
+from movimentum.solver.start.rejections import Rejection
 
 FloatArray = NDArray[np.float64]
 

@@ -28,10 +28,11 @@ from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.path.follow import Choice
-from movimentum.solver.start.candidates import Candidate, Part, Rejection, Selection, TurnedDown
+from movimentum.solver.start.candidates import Candidate, Part, Selection
 from movimentum.solver.start.costs import SAME, squared
 from movimentum.solver.start.options import BlockOptions, Option
 from movimentum.solver.start.placement import placed
+from movimentum.solver.start.rejections import Rejection, TurnedDown
 
 if TYPE_CHECKING:
     from movimentum.solver.start.contradictions import Contradiction

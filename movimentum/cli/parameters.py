@@ -1,4 +1,4 @@
-"""What the command line's options look like as text: rational numbers, ranges of frames, colours' names, lists."""
+"""What options look like as text: rational numbers, ranges of frames, lists of words, pairs of joints, anchors."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-# Short exponents: Fraction("1e999999999") would fill the memory before anybody could say that it is too large.
-_RATIONAL = re.compile(r"([+-]?)(\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})([eE][+-]?\d{1,2})?(?:/(\d{1,30}))?", re.ASCII)
-
+from movimentum.text import rational
 
 if TYPE_CHECKING:
     _RationalBase = click.ParamType[Fraction]
@@ -37,17 +35,6 @@ class FrameRange:
         """First frame and end (not included) among ``count`` frames; equal where the range holds none."""
         start, stop, _ = slice(self.start, self.stop).indices(count)
         return start, max(start, stop)
-
-
-def rational(text: str, *, exponents: bool = False) -> Fraction | None:
-    """The number that ``text`` spells (``12``, ``2.5``, ``24000/1001``, with ``exponents`` ``1e-3`` too), exactly.
-
-    None where it spells none, or one of more than 30 digits or with an exponent of more than two.
-    """
-    match = _RATIONAL.fullmatch(text.strip())
-    if match is None or (match[3] and not exponents) or (match[4] is not None and int(match[4]) == 0):
-        return None
-    return Fraction(match[1] + match[2] + (match[3] or "")) / int(match[4] or 1)
 
 
 class RationalType(_RationalBase):

@@ -1,0 +1,124 @@
+"""`movimentum import` and `movimentum export`: scripts from other programs' files, and the other way."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import click
+
+from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, STRICT, with_choices
+from movimentum.cli.parameters import PairType, RationalType
+from movimentum.cli.work import carried_out, output_or_stdout
+from movimentum.console import Console
+from movimentum.terminal import typed
+from movimentum.workflow.choices import Choices
+
+
+@click.command(
+    "import",
+    epilog="""\b
+Examples:
+  movimentum import peaucellier.txt -o peaucellier.mov
+  movimentum import tiling.txt --snap -o tiling.mov
+  movimentum import jansen.pyslvs --drive 0,1 -o jansen.mov
+  movimentum import four-bar-formulas.txt -o four-bar.mov
+
+"""
+    + EXIT_CODES,
+)
+@click.argument("file", metavar="FILE")
+@click.option("-o", "--output", required=True, metavar="SCRIPT", help="The script to write; - is standard output.")
+@click.option(
+    "--snap",
+    is_flag=True,
+    help="Make nearly equal lengths equal and fixed angles whole, and repair the coordinates (linkage files).",
+)
+@click.option(
+    "--snap-angle",
+    type=click.FloatRange(min=0, min_open=True, max=360),
+    metavar="A",
+    help="Degrees that angles are multiples of, with --snap [default: 36].",
+)
+@click.option(
+    "--drive",
+    "drives",
+    type=PairType(),
+    multiple=True,
+    metavar="BASE,DRIVEN",
+    help="Turn joint DRIVEN about joint BASE (mechanism expressions; repeatable).",
+)
+@STRICT
+@SPEECH
+@click.pass_obj
+def import_(
+    console: Console,
+    *,
+    file: str,
+    output: str,
+    snap: bool,
+    snap_angle: float | None,
+    drives: tuple[tuple[int, int], ...],
+    strict: bool,
+) -> int:
+    """Turn FILE into a script: a linkage file of the program "linkages", or a mechanism expression or triangular
+    formulas of Pyslvs.
+
+    Which of the three it is, is seen by what it says.
+    """
+    from movimentum.workflow.exchange import Import, imported
+
+    if snap_angle is not None and not snap:
+        raise click.UsageError("--snap-angle needs --snap.")
+    target = output_or_stdout(file, output, ".mov")
+    how = Import(snap, 36.0 if snap_angle is None else snap_angle, drives)
+    code, outcome = carried_out(console, file, lambda source: imported(source, target, how, strict))
+    if outcome is not None and target is not None:
+        console.say(f"{target}: written; look at it with `movimentum check {typed(target)}`")
+    return code
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  movimentum export peaucellier.mov -o peaucellier.txt
+  movimentum export four-bar.mov --format pyslvs -o four-bar.pyslvs
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option("-o", "--output", required=True, metavar="FILE", help="The file to write; - is standard output.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["linkages", "pyslvs"]),
+    default="linkages",
+    show_default=True,
+    help="A linkage of rods as it is at one moment, or the formulas by which triangles give every joint.",
+)
+@click.option("--at", type=RationalType(), metavar="T", help="The moment (linkages) [default: the beginning].")
+@FPS
+@STRICT
+@LIMITS
+@SPEECH
+@click.pass_obj
+@with_choices
+def export(
+    console: Console,
+    *,
+    choices: Choices,
+    script: str,
+    output: str,
+    form: str,
+    at: Fraction | None,
+) -> int:
+    """Write the scene of SCRIPT in another program's format."""
+    from movimentum.workflow.exchange import exported
+
+    if at is not None and form != "linkages":
+        raise click.UsageError("--at is for linkages: formulas have a value for every frame.")
+    target = output_or_stdout(script, output, ".txt")
+    code, outcome = carried_out(console, script, lambda source: exported(source, target, form, at, choices))
+    if outcome is not None and target is not None:
+        console.say(f"{target}: written")
+    return code

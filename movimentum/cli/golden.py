@@ -1,0 +1,112 @@
+"""`movimentum golden`: record what scripts come to, and compare with it later."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from movimentum.cli.options import EXIT_CODES, SPEECH
+from movimentum.cli.work import carried_out
+from movimentum.console import DONE, Console
+from movimentum.workflow.choices import Outcome
+
+if TYPE_CHECKING:
+    from movimentum.source import SourceText
+
+
+@click.group()
+def golden() -> None:
+    """Golden frames: record what scripts come to, and compare with it later."""
+
+
+_SCRIPTS = click.argument("scripts", nargs=-1, required=True, metavar="SCRIPT…")
+_TO = click.option(
+    "--to",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="Keep the golden frames in DIR [default: beside each script].",
+)
+
+
+@golden.command(epilog=EXIT_CODES)
+@_SCRIPTS
+@_TO
+@SPEECH
+@click.pass_obj
+def record(console: Console, *, scripts: tuple[str, ...], to: Path | None) -> int:
+    """Record what each SCRIPT comes to: its poses, and a few frames that cover every step.
+
+    Look at the frames before you keep them: from now on they are what is right.
+    """
+    from movimentum.golden.record import golden_of
+    from movimentum.golden.record import record as write_golden
+
+    _named(scripts)
+    worst = DONE
+    for script in scripts:
+
+        def work(_source: SourceText, script: str = script) -> Outcome:
+            place = golden_of(Path(script), to)
+            made = write_golden(place)
+            console.say(f"{place.folder}: {len(made.rows)} rows, {len(made.pictures)} frames")
+            return Outcome(len(made.pictures), made.solution.fault, made.solution.diagnostics)
+
+        worst = max(worst, carried_out(console, script, work)[0])
+    return worst
+
+
+@golden.command(
+    "check",
+    epilog="""\b
+Examples:
+  movimentum golden check scripts/*.mov --to tests/golden
+  movimentum golden check crank.mov --update
+
+"""
+    + EXIT_CODES,
+)
+@_SCRIPTS
+@_TO
+@click.option("--update", is_flag=True, help="Keep what each SCRIPT comes to now, where it differs.")
+@SPEECH
+@click.pass_obj
+def golden_check(console: Console, *, scripts: tuple[str, ...], to: Path | None, update: bool) -> int:
+    """Compare what each SCRIPT comes to with what was recorded: first where things are, then how it looks.
+
+    Where they differ, NAME.golden-failed/index.html shows expected, actual and difference side by side.
+    """
+    from movimentum.golden.check import check as compare
+    from movimentum.golden.page import write_report
+    from movimentum.golden.record import golden_of
+    from movimentum.golden.record import record as write_golden
+
+    _named(scripts)
+    worst = DONE
+    for script in scripts:
+
+        def work(source: SourceText, script: str = script) -> Outcome:
+            outcome = compare(golden_of(Path(script), to))
+            if outcome.good:
+                console.say(f"{script}: as recorded")
+                return Outcome(0, DONE, ())
+            if update:
+                write_golden(outcome.golden)
+                console.show(outcome.diagnostics, source)
+                console.say(f"{script}: recorded anew")
+                return Outcome(0, DONE, ())
+            page = write_report(outcome)
+            console.show(outcome.diagnostics, source)
+            console.say(f"{script}: differs; see {page}")
+            return Outcome(0, 1, ())
+
+        worst = max(worst, carried_out(console, script, work)[0])
+    return worst
+
+
+def _named(scripts: Iterable[str]) -> None:
+    """Golden frames are kept under their script's name."""
+    if "-" in scripts:
+        raise click.UsageError("a script from standard input has no name to keep golden frames under: give a file.")

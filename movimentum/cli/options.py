@@ -1,0 +1,131 @@
+"""The options that commands share, and how they become one value.
+
+A command lists its options in the order of its help. Those that make up `Choices` reach it as one argument, see
+`with_choices`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from functools import wraps
+from typing import Any, TypeVar
+
+import click
+from click.core import ParameterSource
+
+from movimentum import budget
+from movimentum.cli.parameters import FrameRangeType, RationalType
+from movimentum.console import Console
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.limits import MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+EXIT_CODES = """\b
+Exit codes:
+  0   done (there may be warnings)
+  1   the script is at fault
+  2   wrong usage, or the output cannot be written
+  3   the scene has no solution at some time
+  70  a bug in Movimentum
+  130 interrupted"""
+
+
+def together(*decorators: Callable[[Any], Any]) -> Callable[[F], F]:
+    """Several decorators as one, the first on top."""
+
+    def decorate(function: F) -> F:
+        for decorator in reversed(decorators):
+            function = decorator(function)
+        return function
+
+    return decorate
+
+
+def with_choices(command: Callable[..., int]) -> Callable[..., int]:
+    """Gather the options that `Choices` has fields for; ``command`` gets them as ``choices``."""
+    names = {field.name for field in fields(Choices)}
+
+    @wraps(command)
+    def gathering(*arguments: Any, **options: Any) -> int:
+        chosen = {name: options.pop(name) for name in names & options.keys()}
+        return command(*arguments, choices=Choices(**chosen), **options)
+
+    return gathering
+
+
+def _keep_memory(context: click.Context, _: click.Parameter, megabytes: int) -> int:
+    if isinstance(context.obj, Console) and context.get_parameter_source("max_memory") is not ParameterSource.DEFAULT:
+        context.obj.megabytes = megabytes
+    return megabytes
+
+
+SPEECH = together(
+    click.option("-q", "--quiet", is_flag=True, expose_value=False, help="Say nothing but warnings and errors."),
+    click.option("-v", "--verbose", is_flag=True, expose_value=False, help="Say notes too (as `check` does anyway)."),
+    click.option("--debug", is_flag=True, expose_value=False, help="Show a traceback with every error."),
+    click.option(
+        "--max-memory",
+        type=click.IntRange(min=100),
+        default=budget.DEFAULT_MEGABYTES,
+        show_default=True,
+        metavar="MB",
+        expose_value=False,
+        callback=_keep_memory,
+        help="End with an error when more memory is taken.",
+    ),
+)
+SCRIPT = click.argument("script", metavar="SCRIPT")
+FPS = click.option(
+    "--fps", type=RationalType(positive=True), metavar="F", help="Frames per time unit, instead of the script's."
+)
+FRAMES = click.option(
+    "--frames",
+    type=FrameRangeType(),
+    metavar="A:B",
+    help="Only frames A to B-1, counted from 0 as Python slices count (A:, :B and -12: work); A alone is one frame.",
+)
+STRICT = click.option("--strict", is_flag=True, help="Treat warnings as errors (exit code 1).")
+ACCURACY = click.option(
+    "--accuracy",
+    type=click.Choice(["draft", "standard", "high", "exact"]),
+    default="standard",
+    show_default=True,
+    help="How exactly the equations are solved: interpolated (what it is off by is told), to a float's precision, to "
+    "its last bits, or to as many digits as you like.",
+)
+ON_FAILURE = click.option(
+    "--on-failure",
+    type=click.Choice(["stop", "hold", "skip"]),
+    default="stop",
+    show_default=True,
+    help="Where the scene has no solution: write nothing, hold the last good pose, or leave those frames out "
+    "(the exit code is 3 in each case).",
+)
+LIMITS = together(
+    click.option(
+        "--max-frames",
+        type=click.IntRange(min=1),
+        default=MAX_FRAMES,
+        show_default=True,
+        metavar="N",
+        help="Refuse scripts that make more frames.",
+    ),
+    click.option(
+        "--max-nesting",
+        type=click.IntRange(1, 300),
+        default=MAX_NESTING,
+        show_default=True,
+        metavar="N",
+        help="Refuse expressions with more brackets, signs, powers and functions inside one another.",
+    ),
+    click.option(
+        "--max-operations",
+        type=click.IntRange(min=1),
+        default=MAX_OPERATIONS,
+        show_default=True,
+        metavar="N",
+        help="Refuse longer expressions.",
+    ),
+)

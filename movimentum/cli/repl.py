@@ -1,0 +1,45 @@
+"""`movimentum repl`: the debugger."""
+
+from __future__ import annotations
+
+import click
+
+from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
+from movimentum.console import Console
+from movimentum.workflow.choices import Choices
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  movimentum repl crank.mov
+  movimentum repl crank.mov -c 'at 1.5; show Rod; why Rod.B'
+  echo 'solutions' | movimentum repl crank.mov
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option(
+    "-c",
+    "commands_",
+    metavar="COMMANDS",
+    multiple=True,
+    help="Run these commands, parted by `;` or by line ends, and end. May be given several times.",
+)
+@FPS
+@LIMITS
+@SPEECH
+@click.pass_obj
+@with_choices
+def repl(_: Console, *, choices: Choices, script: str, commands_: tuple[str, ...]) -> int:
+    """Debug SCRIPT: look at any moment, ask why things are where they are, try statements out.
+
+    Opens also on scripts with errors and on scenes without a solution. `help` lists the commands.
+    """
+    from movimentum.repl.session import opened
+    from movimentum.repl.shell import interact
+
+    if script == "-" and not commands_:
+        raise click.UsageError("a script from standard input leaves none for commands: give them with -c.")
+    return interact(opened(script, choices), ";".join(commands_) if commands_ else None)

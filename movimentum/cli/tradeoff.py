@@ -1,0 +1,90 @@
+"""`movimentum trade`: what accuracy costs and buys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, STRICT, with_choices
+from movimentum.cli.work import carried_out, output_file
+from movimentum.console import Console, answer, answer_json
+from movimentum.workflow.choices import Choices, Outcome
+
+if TYPE_CHECKING:
+    from movimentum.source import SourceText
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  movimentum trade crank.mov
+  movimentum trade crank.mov -o crank.svg
+  movimentum trade crank.mov --format json | jq .solver.tiers
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option("-o", "--output", metavar="PLOT", help="A plot of it: a .png or .svg file.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="For people, or for programs.",
+)
+@FPS
+@click.option(
+    "--digits",
+    type=click.IntRange(min=20, max=1000),
+    metavar="N",
+    help="Digits of the truth that everything is compared with [default: 50].",
+)
+@STRICT
+@LIMITS
+@SPEECH
+@click.pass_obj
+@with_choices
+def trade(
+    console: Console,
+    *,
+    choices: Choices,
+    script: str,
+    output: str | None,
+    form: str,
+) -> int:
+    """Measure what accuracy costs and what it buys on SCRIPT.
+
+    Every tier of --accuracy and every --quality: time, and the error against a truth of 50 digits, or of many times the
+    pixels.
+    """
+    from movimentum.workflow.tradeoff import TradeReport
+    from movimentum.workflow.tradeoff import trade as measured
+
+    target: Path | None = None
+    if output is not None:
+        if Path(output).suffix.lower() not in (".png", ".svg"):
+            raise click.UsageError(f"{output}: a plot ends in .png or .svg.")
+        target = output_file(script, output, ".svg")
+    reports: list[TradeReport] = []
+
+    def work(source: SourceText) -> Outcome:
+        with console.progress("measuring") as progress:
+            report, outcome = measured(source, target, choices, progress)
+        reports.append(report)
+        return outcome
+
+    code, outcome = carried_out(console, script, work)
+    for report in reports:
+        from movimentum.tradeoff.report import trade_json, trade_text
+
+        if form == "json":
+            answer_json(trade_json(script, report.solver, report.pictures, report.rates))
+        else:
+            answer(trade_text(script, report.solver, report.pictures, report.rates))
+    if outcome is not None and target is not None:
+        console.say(f"{target}: plotted")
+    return code

@@ -1,0 +1,23 @@
+"""What an expression typed at the prompt comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from movimentum.solver.poses import Poses
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """An expression: its values in poses, (F, 1) for a scalar and (F, 2) for a vector."""
+
+    text: str
+    values: Callable[[Poses], FloatArray]

@@ -1,0 +1,25 @@
+"""What a search turned down, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Rejection:
+    """Why a candidate was turned down: ``selector`` (number in `System.selectors`) or ``check`` (equation number) with
+    the amount by which it failed, or the block that has no real solution.
+    """
+
+    amount: float
+    selector: int | None = None
+    check: int | None = None
+    block: int | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TurnedDown:
+    """What a search had found where it turned something down: ``values`` of all unknowns (None: not found yet)."""
+
+    rejection: Rejection
+    values: tuple[float | None, ...]

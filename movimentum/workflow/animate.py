@@ -1,0 +1,147 @@
+"""`run`: an animation or pictures."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import NoSolutionError, ScriptError, usage_error
+from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices, Outcome, Picture, Progress
+from movimentum.workflow.frames import PoseChunks, chosen_frames
+from movimentum.workflow.read import reads
+from movimentum.workflow.stages import afterwards, arranged, judged, solved, understand
+
+if TYPE_CHECKING:
+    from movimentum.rendering.options import FreeMark, PictureOptions
+    from movimentum.rendering.stream import PoseSource
+    from movimentum.scene.model import Scene
+    from movimentum.solver.accuracy.refinement import RefinedMotion
+    from movimentum.solver.motion import Motion
+    from movimentum.timeline.model import Timeline
+
+
+def animate(source: SourceText, target: Path, choices: Choices, picture: Picture, progress: Progress) -> Outcome:
+    """Render the script to ``target``, whose suffix names the format; a picture without ``%d`` is the first frame."""
+    from movimentum.analysis.diagnose.off_canvas import OUTSIDE
+    from movimentum.encoding.write import STILL_KINDS, check_output, write_animation
+    from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
+    from movimentum.rendering.options import Show
+    from movimentum.rendering.painter import make_painter
+
+    kind = check_output(target, transparent=picture.transparent)
+    background = None if picture.background is None else _color(picture.background)
+    refuse_unwritable(target)
+    timeline = arranged(understand(source, choices, picture.max_pixels), choices)
+    scene = timeline.scene
+    numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
+    refuse_overwriting(target, reads(source, scene), numbers)
+    options = _options(scene, picture, background)
+    frames = _frames(timeline, picture)
+    ready = None
+    if scene.config.size is not None and not options.traces and Show.FREE not in options.show:
+        ready = make_painter(scene, (), options)  # what is too large or cannot be read is refused before the work
+    solution = solved(timeline, choices)
+    motion, skip = solution.motion, choices.on_failure == "skip"
+    shown = (picture.at,) if picture.at is not None else frames[:1] if kind in STILL_KINDS else frames
+    poses: PoseSource = PoseChunks(motion, shown, skip).held()
+    if Show.FREE in options.show:
+        times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
+        options = replace(options, free=_free_marks(motion, times))
+    if not any(len(chunk.frames) for chunk in poses):
+        message = "none of the frames asked for has a solution"
+        raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
+    painter = ready or make_painter(
+        scene,
+        PoseChunks(motion, range(timeline.frame_count), skip),
+        options,
+        before=PoseChunks(motion, range(frames.start), skip),
+    )
+    with ExitStack() as stack:
+        # A warning that only the writing brings to light must not leave a file with --strict: a place beside it, then.
+        place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
+        written = write_animation(
+            painter,
+            poses,
+            place,
+            fps=timeline.fps,
+            loop=picture.loop,
+            workers=picture.workers,
+            progress=progress,
+        )
+        said, notes = afterwards(solution, choices)
+        diagnostics, warned = judged((*said, *written.diagnostics), choices)
+        if warned:
+            raise ScriptError(diagnostics)
+    unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: tell
+    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
+
+
+def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
+    from movimentum.rendering.options import PictureOptions, Quality, Show, trace_anchors
+
+    return PictureOptions(
+        quality=Quality(picture.quality),
+        scale=picture.scale,
+        background=background,
+        transparent=picture.transparent,
+        traces=trace_anchors(scene, picture.traces),
+        show=frozenset(Show(word) for word in picture.show),
+        max_pixels=picture.max_pixels,
+    )
+
+
+def _frames(timeline: Timeline, picture: Picture) -> range:
+    """The frames asked for; for a still at an instant, those from that instant on. `UsageError` where there is none."""
+    start, stop = chosen_frames(timeline, picture.frames)
+    if picture.at is None:
+        return range(start, stop)
+    if not timeline.start <= picture.at <= timeline.end:
+        message = f"time {picture.at} is outside the animation, from {timeline.start} to {timeline.end}"
+        raise usage_error("usage/at", message, "--at 0")
+    return range(math.ceil((picture.at - timeline.start) * timeline.fps), stop)
+
+
+FREE_MOMENTS = 24
+"""Moments of an animation at which its free motions are found anew; arrows turn with their things in between."""
+
+
+def _free_marks(motion: Motion | RefinedMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
+    """Arrows for all free motions at ``times`` (ascending): one for each moving anchor, numbered by motion."""
+    from movimentum.analysis.freedom.motions import free_motions_at
+    from movimentum.rendering.options import FreeMark
+    from movimentum.solver.motion import Motion
+
+    motion = motion if isinstance(motion, Motion) else motion.base
+    if len(times) > FREE_MOMENTS:
+        times = [times[round(k * (len(times) - 1) / (FREE_MOMENTS - 1))] for k in range(FREE_MOMENTS)]
+    edges = [-math.inf, *(float((a + b) / 2) for a, b in itertools.pairwise(times)), math.inf]
+    things = motion.timeline.scene.things
+    marks: list[FreeMark] = []
+    for time, (begin, end) in zip(times, itertools.pairwise(edges), strict=True):
+        poses = motion.poses_at([time])
+        for number, found in enumerate(free_motions_at(motion, time)):
+            for ref, (vx, vy) in found.velocities:
+                c, s = poses.direction[ref.thing, 0].tolist()
+                local = things[ref.thing].anchors[ref.anchor].local
+                marks.append(FreeMark(ref.thing, local, (c * vx + s * vy, c * vy - s * vx), number, begin, end))
+    return tuple(marks)
+
+
+def _color(text: str) -> tuple[int, int, int]:
+    from movimentum.scene.colors import color, color_names
+
+    found = color(text)
+    if found is None:
+        from difflib import get_close_matches
+
+        near = get_close_matches(text.lower(), color_names(), 3) or ["white", "'#ffcc00'"]
+        raise usage_error("usage/color", f"there is no colour `{text}`", *(f"--background {name}" for name in near))
+    return found

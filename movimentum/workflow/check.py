@@ -1,0 +1,61 @@
+"""`check`: everything that can be said about a script without rendering it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from movimentum.diagnostics import Diagnostic, Severity, limited
+from movimentum.errors import MovimentumError, UsageError
+from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read
+from movimentum.workflow.stages import arranged, examined, understand
+
+if TYPE_CHECKING:
+    from movimentum.analysis.report import StepReport
+
+
+@dataclass(frozen=True, slots=True)
+class CheckReport:
+    """Everything that can be said without rendering; ``frames`` and ``duration`` None where it did not get so far."""
+
+    diagnostics: tuple[Diagnostic, ...]
+    steps: tuple[StepReport, ...]
+    frames: int | None
+    duration: float | None
+    exit_code: int
+
+
+def check(
+    path: str, choices: Choices, *, fps_invariance: bool = False, reverse: bool = False
+) -> tuple[CheckReport, SourceText]:
+    """All diagnostics and the step reports; a script's errors are reported, not raised.
+
+    ``fps_invariance`` and ``reverse`` put promises to the test on this script (see `analysis.invariance`).
+
+    Raises `UsageError` where there is no script to read.
+    """
+    source = SourceText("<stdin>" if path == "-" else path, "")
+    frames: int | None = None
+    duration: float | None = None
+    try:
+        source = read(path)
+        timeline = arranged(understand(source, choices), choices)
+        frames, duration = timeline.frame_count, float(timeline.end - timeline.start)
+        solution = examined(timeline, choices)
+    except UsageError:
+        raise
+    except MovimentumError as error:
+        return CheckReport(error.diagnostics, (), frames, duration, error.exit_code), source
+    found, fault = solution.diagnostics, solution.fault
+    if fault == 0:
+        from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
+        from movimentum.solver.motion import Motion
+
+        assert isinstance(solution.motion, Motion)
+        more = [*frame_rate_diagnostics(solution.motion)] if fps_invariance else []
+        more += reverse_diagnostics(solution.motion) if reverse else []
+        fault = 1 if any(item.severity is Severity.ERROR for item in more) else 0
+        found = (*found, *more)
+    return CheckReport(limited(found), solution.steps, frames, duration, fault), source

@@ -1,0 +1,103 @@
+"""`import` and `export`: scripts from other programs' files, and the other way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from movimentum.diagnostics import Diagnostic
+from movimentum.errors import ScriptError, usage_error
+from movimentum.output.text import write_text
+from movimentum.source import SourceText
+from movimentum.terminal import visible
+from movimentum.workflow.choices import Choices, Outcome
+from movimentum.workflow.read import reads
+from movimentum.workflow.stages import arranged, judged, solved, understand
+
+
+@dataclass(frozen=True, slots=True)
+class Import:
+    """How a foreign file is to be read: ``snap`` repairs rounded coordinates, with angles multiples of ``snap_angle``;
+    ``drives`` are the inputs (base, driven) of a mechanism expression.
+    """
+
+    snap: bool = False
+    snap_angle: float = 36.0
+    drives: tuple[tuple[int, int], ...] = ()
+
+
+def imported(source: SourceText, target: Path | None, how: Import, strict: bool) -> Outcome:
+    """Write what another program's file says as a script to ``target`` (None: stdout); its content tells its format."""
+    from movimentum.interop.recognised import Kind, kind_of
+
+    title = visible(Path(source.path).name)  # it stands in a comment of one line
+    kind = kind_of(source)
+    if how.snap and kind in (Kind.MECHANISM, Kind.FORMULAS):
+        raise usage_error("usage/import", f"--snap is for linkage files: {kind.told} has no angles to repair")
+    if how.drives and kind is Kind.FORMULAS:
+        raise usage_error(
+            "usage/import", "--drive is for Pyslvs' mechanism expressions: formulas say what their inputs are"
+        )
+    if how.drives and kind is Kind.LINKAGE:
+        raise usage_error("usage/import", "--drive is for Pyslvs' mechanism expressions; draw a linkage with a wish")
+    found: tuple[Diagnostic, ...] = ()
+    match kind:
+        case Kind.MECHANISM:
+            from movimentum.interop.mechanisms import mechanism_script, read_mechanism
+
+            text = mechanism_script(read_mechanism(source), how.drives, title)
+        case Kind.FORMULAS:
+            from movimentum.interop.formula_script import formula_script
+            from movimentum.interop.formulas import read_formulas
+
+            text, found = formula_script(read_formulas(source), title)
+        case Kind.LINKAGE:
+            from movimentum.interop.linkages import linkage_script, read_linkage
+
+            linkage, found = read_linkage(source)
+            if how.snap:
+                from movimentum.interop.snapping import snapped
+
+                result = snapped(linkage, how.snap_angle)
+                linkage, found = result.linkage, (*found, *result.diagnostics)
+            text = linkage_script(linkage, title)
+    found, warned = judged(found, Choices(strict=strict))
+    if warned:
+        raise ScriptError(found)
+    write_text(text, target, (source.path,))
+    return Outcome(1, 0, found)
+
+
+def exported(source: SourceText, target: Path | None, form: str, at: Fraction | None, choices: Choices) -> Outcome:
+    """Write a script's scene as a linkage file, as it is at the time ``at``, or its plan as Pyslvs' formulas."""
+    from movimentum.interop.linkage_export import linkage_of
+    from movimentum.interop.linkages import linkage_text
+    from movimentum.solver.motion import Motion
+
+    timeline = arranged(understand(source, choices), choices)
+    solution = solved(timeline, choices)
+    assert isinstance(solution.motion, Motion)
+    found: tuple[Diagnostic, ...] = ()
+    if form == "linkages":
+        moment = timeline.start if at is None else at
+        if not timeline.start <= moment <= timeline.end:
+            raise usage_error("usage/at", f"time {moment} is outside the animation, {timeline.start} to {timeline.end}")
+        active = timeline.segments[timeline.segment_at(moment)].active
+        linkage, _, found = linkage_of(timeline.scene, active, solution.motion.poses_at([moment]))
+        text = linkage_text(linkage)
+    else:
+        from movimentum.interop.formulas import formulas_text
+        from movimentum.interop.triangles import triangles_of
+
+        triangles = triangles_of(solution.motion)
+        comments = [
+            f"{visible(Path(source.path).name)}: angles in degrees; where there is a list, a value for each frame",
+            *(f"{name}: {told}" for name, told in triangles.names),
+        ]
+        text = formulas_text(triangles.formulas, comments)
+    found, warned = judged((*solution.diagnostics, *found), choices)
+    if warned:
+        raise ScriptError(found)
+    write_text(text, target, reads(source, timeline.scene))
+    return Outcome(1, solution.fault, found)

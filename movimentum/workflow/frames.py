@@ -1,0 +1,58 @@
+"""Which frames a command works on, and their poses a few at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from movimentum.errors import usage_error
+from movimentum.workflow.choices import FrameChoice
+
+if TYPE_CHECKING:
+    from movimentum.solver.accuracy.refinement import RefinedMotion
+    from movimentum.solver.motion import Motion
+    from movimentum.solver.poses import Poses
+    from movimentum.timeline.model import Timeline
+
+
+CHUNK = 2048
+"""Frames solved at a time (fewer in scenes of very many things): NumPy's overhead is spread, memory stays flat."""
+
+
+def chosen_frames(timeline: Timeline, frames: FrameChoice | None) -> tuple[int, int]:
+    """First frame and end (not included); `UsageError` where that is no frame at all."""
+    count = timeline.frame_count
+    start, stop = (0, count) if frames is None else frames(count)
+    if start >= stop:
+        raise usage_error(
+            "usage/frames", f"--frames chooses none of the {count} frames (0 to {count - 1})", f"--frames 0:{count}"
+        )
+    return start, stop
+
+
+@dataclass(frozen=True, slots=True)
+class PoseChunks:
+    """The poses of some frames (or at some times), in chunks; computed again whenever they are looked at.
+
+    A pose costs less to compute again than to keep: microseconds, and memory does not grow with the length.
+    ``skip`` leaves out frames without a solution.
+    """
+
+    motion: Motion | RefinedMotion
+    frames: range | tuple[Fraction, ...]
+    skip: bool
+
+    def __iter__(self) -> Iterator[Poses]:
+        size = max(60, min(CHUNK, 200_000 // max(1, len(self.motion.timeline.scene.things))))
+        for first in range(0, len(self.frames), size):
+            some = self.frames[first : first + size]
+            poses = self.motion.poses(some.start, some.stop) if isinstance(some, range) else self.motion.poses_at(some)
+            if self.skip and not poses.solved.all():
+                poses = poses.select(poses.solved.nonzero()[0])
+            yield poses
+
+    def held(self) -> Iterable[Poses]:
+        """The same; if that is little, computed now and kept."""
+        return tuple(self) if len(self.frames) * len(self.motion.timeline.scene.things) <= 50_000 else self

@@ -1,0 +1,10 @@
+"""What a script may cost before it is refused; options of the command line raise most of these."""
+
+from __future__ import annotations
+
+MAX_FRAMES = 1_000_000
+MAX_PIXELS = 64_000_000
+MAX_NESTING = 100
+MAX_DIGITS = 1000
+MAX_OPERATIONS = 20_000
+MAX_SCRIPT_BYTES = 16 * 1024 * 1024

@@ -1,0 +1,152 @@
+"""The stages in a row, from a script to a motion and what is to be said about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import NoSolutionError, ScriptError
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.limits import MAX_PIXELS
+
+if TYPE_CHECKING:
+    from movimentum.analysis.report import StepReport
+    from movimentum.scene.model import Scene
+    from movimentum.solver.accuracy.refinement import RefinedMotion
+    from movimentum.solver.motion import Motion
+    from movimentum.source import SourceText
+    from movimentum.syntax.tree import Script
+    from movimentum.timeline.model import Timeline
+
+
+def understand(source: SourceText, choices: Choices | None = None, max_pixels: int = MAX_PIXELS) -> Scene:
+    """Parse and resolve a script; raises `ScriptError` with everything that is wrong with it."""
+    from movimentum.syntax.parser import parse
+
+    limits = choices or Choices()
+    script = parse(source, max_nesting=limits.max_nesting, max_operations=limits.max_operations)
+    return built(script, source, max_pixels)
+
+
+def built(script: Script, source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
+    """Resolve a parsed script; raises `ScriptError` with everything that is wrong with it."""
+    from movimentum.scene.build import build
+
+    return build(script, source, _image_size, max_pixels=max_pixels)
+
+
+def _image_size(path: str) -> tuple[int, int] | Diagnostic:
+    from movimentum.rendering.images import image_size
+
+    return image_size(path)
+
+
+def arranged(scene: Scene, choices: Choices) -> Timeline:
+    """The scene in time; raises `ScriptError` where that makes more frames than ``choices`` allow."""
+    from movimentum.timeline.arrange import arrange
+
+    return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
+
+
+def moved(timeline: Timeline) -> Motion:
+    """The motion, as far as there is one; `ScriptError` where a derivative depends on itself."""
+    from movimentum.planning.planner import CyclicRateError
+    from movimentum.solver.solver import solve
+
+    try:
+        return solve(timeline)
+    except CyclicRateError as error:
+        from movimentum.analysis.diagnose.failure import cyclic_rate
+
+        raise ScriptError([*timeline.scene.diagnostics, cyclic_rate(timeline.scene, error.constraint)]) from error
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """A motion, everything that is to be said about it (the scene's warnings first), and a report for each step.
+
+    ``fault`` is the exit code that it deserves as it is: 0, 1 (it contradicts itself, or warnings with ``strict``) or 3
+    (no solution at some time).
+    ``notes`` are about the accuracy asked for, and are shown where notes are not.
+    """
+
+    motion: Motion | RefinedMotion
+    diagnostics: tuple[Diagnostic, ...]
+    steps: tuple[StepReport, ...]
+    fault: int
+    notes: tuple[Diagnostic, ...] = ()
+
+
+def examined(timeline: Timeline, choices: Choices) -> Solution:
+    """The motion with its faults told, not raised; `ScriptError` only where there is nothing to solve."""
+    from movimentum.analysis.examine import examine
+
+    before = timeline.scene.diagnostics
+    motion = moved(timeline)
+    notes: tuple[Diagnostic, ...] = ()
+    if choices.accuracy == "draft":
+        from movimentum.analysis.diagnose.accuracy import draft_note
+        from movimentum.solver.accuracy.draft import drafted
+
+        motion, error = drafted(motion)
+        notes = (draft_note(error),)
+    examination = examine(motion)
+    found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
+    fault = examination.fault or (1 if warned else 0)
+    if examination.doubted:
+        motion = replace(motion, doubted=True)
+    if choices.accuracy in ("high", "exact"):
+        from movimentum.solver.accuracy.refinement import refined
+
+        motion = refined(motion, choices.accuracy, choices.digits)
+    return Solution(motion, found, examination.steps, fault, notes)
+
+
+def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
+    """What there is to say about labels with more than plain letters (others cost no import)."""
+    labels = [thing for thing in scene.things if thing.text is not None and not thing.text.isascii()]
+    if not labels:
+        return ()
+    from movimentum.rendering.text import lettering
+
+    return tuple(lettering(labels))
+
+
+def solved(timeline: Timeline, choices: Choices) -> Solution:
+    """The motion, as far as ``on_failure`` lets it pass; else `ScriptError` or `NoSolutionError` with all there is."""
+    solution = examined(timeline, choices)
+    if solution.fault == 1:
+        raise ScriptError(solution.diagnostics)
+    if solution.fault and choices.on_failure == "stop":
+        raise NoSolutionError(solution.diagnostics)
+    return solution
+
+
+def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
+    """What is to be said when the frames have been computed: (diagnostics, notes); `ScriptError` for warnings with
+    ``strict``.
+    """
+    from movimentum.solver.motion import Motion
+
+    if isinstance(solution.motion, Motion):
+        return solution.diagnostics, solution.notes
+    from movimentum.analysis.diagnose.accuracy import refinement_diagnostics
+
+    warnings, notes = refinement_diagnostics(solution.motion)
+    diagnostics, warned = judged((*solution.diagnostics, *warnings), choices)
+    if warned:
+        raise ScriptError(diagnostics)
+    return diagnostics, (*solution.notes, *notes)
+
+
+def judged(diagnostics: Iterable[Diagnostic], choices: Choices) -> tuple[tuple[Diagnostic, ...], bool]:
+    """With ``strict``, the diagnostics with warnings made errors, and whether there was one."""
+    found = tuple(diagnostics)
+    warned = choices.strict and any(item.severity is Severity.WARNING for item in found)
+    if warned:
+        found = tuple(
+            replace(item, severity=Severity.ERROR) if item.severity is Severity.WARNING else item for item in found
+        )
+    return found, warned

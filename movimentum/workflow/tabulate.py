@@ -1,0 +1,60 @@
+"""`solve`: where everything is, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from movimentum.errors import usage_error
+from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices, FrameChoice, Outcome, Progress
+from movimentum.workflow.frames import PoseChunks, chosen_frames
+from movimentum.workflow.read import reads
+from movimentum.workflow.stages import afterwards, arranged, solved, understand
+
+if TYPE_CHECKING:
+    from movimentum.solver.poses import Poses
+
+
+def tabulate(
+    source: SourceText, target: Path | None, choices: Choices, frames: FrameChoice | None, progress: Progress
+) -> Outcome:
+    """Write the poses to ``target`` (None: CSV on stdout).
+
+    Raises `UsageError` for more digits than ``choices`` allow (``limit/digits``), before anything is read.
+    """
+    from movimentum.analysis.diagnose.valueless import CODE, never_valued
+    from movimentum.interop import tables
+    from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
+    from movimentum.output.text import standard_output
+    from movimentum.solver.motion import Motion
+
+    if choices.digits is not None and choices.digits > choices.max_digits:
+        message = f"{choices.digits:,} digits are more than the limit of {choices.max_digits:,}"
+        raise usage_error("limit/digits", message, f"`--max-digits {choices.digits}` raises the limit")
+    if target is not None:
+        refuse_unwritable(target)
+    timeline = arranged(understand(source, choices), choices)
+    if target is not None:
+        refuse_overwriting(target, reads(source, timeline.scene))
+    start, stop = chosen_frames(timeline, frames)
+    solution = solved(timeline, choices)
+    motion = solution.motion
+    without = never_valued(motion if isinstance(motion, Motion) else motion.base)
+
+    def chunks() -> Iterator[Poses]:
+        for poses in PoseChunks(motion, range(start, stop), choices.on_failure == "skip"):
+            yield poses
+            if len(poses.frames):
+                progress(int(poses.frames[-1]) + 1 - start, stop - start)
+
+    if target is None:
+        rows = tables.write_csv(timeline.scene, chunks(), standard_output(), without)
+        diagnostics, notes = afterwards(solution, choices)
+    else:
+        with whole_file(target) as part:
+            rows = tables.write(timeline.scene, chunks(), part, target.suffix, without)
+            diagnostics, notes = afterwards(solution, choices)
+    filled = tuple(item for item in diagnostics if item.code == CODE)  # the table says otherwise: tell
+    return Outcome(rows, solution.fault, diagnostics, (*notes, *filled))

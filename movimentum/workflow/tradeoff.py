@@ -1,0 +1,71 @@
+"""`trade`: what accuracy costs and buys on a script."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from movimentum.source import SourceText
+from movimentum.terminal import visible
+from movimentum.workflow.choices import Choices, Outcome, Progress
+from movimentum.workflow.frames import PoseChunks
+from movimentum.workflow.limits import MAX_PIXELS
+from movimentum.workflow.read import reads
+from movimentum.workflow.stages import arranged, solved, understand
+
+if TYPE_CHECKING:
+    from movimentum.tradeoff.pictures import PictureTrade
+    from movimentum.tradeoff.tiers import SolverTrade
+
+
+@dataclass(frozen=True, slots=True)
+class TradeReport:
+    """What accuracy costs and what it buys on one script: of the solver, of drawing, and of more frames a time unit.
+
+    ``rates``: (frames per time unit, the farthest that an anchor moves from one frame to the next, in pixels).
+    """
+
+    solver: SolverTrade
+    pictures: PictureTrade
+    rates: tuple[tuple[Fraction, float], ...]
+
+
+TRADE_PICTURES = 4
+"""Frames that are drawn in every way."""
+
+
+def trade(
+    source: SourceText, target: Path | None, choices: Choices, progress: Progress, max_pixels: int = MAX_PIXELS
+) -> tuple[TradeReport, Outcome]:
+    """Measure the trade between time and accuracy on a script, and plot it to ``target`` (`.png` or `.svg`).
+
+    Raises as `solved` does: only what has a solution can be measured.
+    """
+    from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
+    from movimentum.solver.accuracy.refinement import DEFAULT_DIGITS
+    from movimentum.tradeoff.pictures import measure_pictures
+    from movimentum.tradeoff.tiers import measure_rate, measure_tiers
+
+    if target is not None:
+        refuse_unwritable(target)
+    timeline = arranged(understand(source, choices, max_pixels), choices)
+    if target is not None:
+        refuse_overwriting(target, reads(source, timeline.scene))
+    solution = solved(timeline, choices)
+    count = timeline.frame_count
+    tiers = measure_tiers(timeline, choices.digits or DEFAULT_DIGITS, progress)
+    every = PoseChunks(solution.motion, range(count), False)
+    places = sorted({round(k * (count - 1) / max(1, TRADE_PICTURES - 1)) for k in range(TRADE_PICTURES)})
+    some = solution.motion.poses_at([timeline.frame_time(place) for place in places])
+    pictures = measure_pictures(timeline.scene, every, some, progress)
+    rates = tuple((timeline.fps * k / 2, measure_rate(solution.motion, timeline.fps * k / 2)) for k in (1, 2, 4))
+    report = TradeReport(tiers, pictures, rates)
+    if target is not None:
+        from movimentum.encoding.plot import write_plot
+        from movimentum.tradeoff.report import panels
+
+        with whole_file(target) as part:
+            write_plot(panels(visible(source.path), report.solver, report.pictures), part, target.suffix)
+    return report, Outcome(count, solution.fault, solution.diagnostics)
