@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError, ScriptError
+from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.limits import MAX_PIXELS
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
     from movimentum.scene.model import Scene
-    from movimentum.solver.accuracy.refinement import RefinedMotion
-    from movimentum.solver.motion import Motion
+    from movimentum.solver.motion import AnyMotion, Motion
     from movimentum.source import SourceText
     from movimentum.syntax.tree import Script
     from movimentum.timeline.model import Timeline
@@ -69,14 +69,12 @@ class Solution:
 
     ``fault`` is the exit code that it deserves as it is: 0, 1 (it contradicts itself, or warnings with ``strict``) or 3
     (no solution at some time).
-    ``notes`` are about the accuracy asked for, and are shown where notes are not.
     """
 
-    motion: Motion | RefinedMotion
+    motion: AnyMotion
     diagnostics: tuple[Diagnostic, ...]
     steps: tuple[StepReport, ...]
     fault: int
-    notes: tuple[Diagnostic, ...] = ()
 
 
 def examined(timeline: Timeline, choices: Choices) -> Solution:
@@ -84,24 +82,24 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
     from movimentum.analysis.examine import examine
 
     before = timeline.scene.diagnostics
-    motion = moved(timeline)
-    notes: tuple[Diagnostic, ...] = ()
-    if choices.accuracy == "draft":
-        from movimentum.analysis.diagnose.accuracy import draft_note
+    path = moved(timeline)
+    motion: AnyMotion = path
+    if choices.accuracy is Accuracy.DRAFT:
         from movimentum.solver.accuracy.draft import drafted
 
-        motion, error = drafted(motion)
-        notes = (draft_note(error),)
-    examination = examine(motion)
+        motion = drafted(path)
+        examination = examine(motion.drawn, every_frame=False)  # it says itself what it is off by
+    else:
+        examination = examine(path)
     found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
     fault = examination.fault or (1 if warned else 0)
     if examination.doubted:
-        motion = replace(motion, doubted=True)
-    if choices.accuracy in ("high", "exact"):
+        motion = path = replace(path, doubted=True)
+    if choices.accuracy in (Accuracy.HIGH, Accuracy.EXACT):
         from movimentum.solver.accuracy.refinement import refined
 
-        motion = refined(motion, choices.accuracy, choices.digits)
-    return Solution(motion, found, examination.steps, fault, notes)
+        motion = refined(path, choices.accuracy, choices.digits)
+    return Solution(motion, found, examination.steps, fault)
 
 
 def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
@@ -119,7 +117,7 @@ def solved(timeline: Timeline, choices: Choices) -> Solution:
     solution = examined(timeline, choices)
     if solution.fault == 1:
         raise ScriptError(solution.diagnostics)
-    if solution.fault and choices.on_failure == "stop":
+    if solution.fault and choices.on_failure is FailurePolicy.STOP:
         raise NoSolutionError(solution.diagnostics)
     return solution
 
@@ -128,17 +126,12 @@ def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, 
     """What is to be said when the frames have been computed: (diagnostics, notes); `ScriptError` for warnings with
     ``strict``.
     """
-    from movimentum.solver.motion import Motion
-
-    if isinstance(solution.motion, Motion):
-        return solution.diagnostics, solution.notes
-    from movimentum.analysis.diagnose.accuracy import refinement_diagnostics
-
-    warnings, notes = refinement_diagnostics(solution.motion)
+    said = solution.motion.notes
+    warnings = [item for item in said if item.severity is not Severity.NOTE]
     diagnostics, warned = judged((*solution.diagnostics, *warnings), choices)
     if warned:
         raise ScriptError(diagnostics)
-    return diagnostics, (*solution.notes, *notes)
+    return diagnostics, tuple(item for item in said if item.severity is Severity.NOTE)
 
 
 def judged(diagnostics: Iterable[Diagnostic], choices: Choices) -> tuple[tuple[Diagnostic, ...], bool]:

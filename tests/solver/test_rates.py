@@ -11,11 +11,15 @@ import pytest
 
 from movimentum.expressions import Expr, symbol
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, VariableComponent
+from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.refinement import refined
 from movimentum.solver.motion import Motion
 from movimentum.solver.poses import Poses
 from movimentum.solver.rates.rates import UndefinedRate, rates_at
 from movimentum.solver.solver import solve
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read as read_script
+from movimentum.workflow.stages import arranged, moved, understand
 from tests.understand import timeline_of
 
 ROOT = Path(__file__).parents[2]
@@ -255,11 +259,9 @@ FREE = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 
 @pytest.mark.parametrize("path", [path for path in GALLERY if path.stem not in FREE], ids=lambda path: path.stem)
 def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, monkeypatch):
-    from movimentum import pipeline
-
     monkeypatch.chdir(ROOT)
-    choices = pipeline.Choices()
-    motion = pipeline.moved(pipeline.arranged(pipeline.understand(pipeline.read(str(path)), choices), choices))
+    choices = Choices()
+    motion = moved(arranged(understand(read_script(str(path)), choices), choices))
     timeline = motion.timeline
     scene = timeline.scene
     wanted: list[Expr] = []
@@ -273,7 +275,7 @@ def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, m
     length = timeline.end - timeline.start
     times = [timeline.start + length * k / 7 + length / 97 for k in range(7)]
     times = [time for time in times if all(abs(time - step) > 4 * h for step in steps)]
-    exact = refined(motion, "exact", 50).poses_at([time + k * h for time in times for k in range(-4, 5)])
+    exact = refined(motion, Accuracy.EXACT, 50).poses_at([time + k * h for time in times for k in range(-4, 5)])
     for order, within in ((1, 1e-9), (2, 1e-7)):
         found = rates_at(motion, wanted, order, times)
         expected = []

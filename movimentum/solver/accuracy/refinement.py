@@ -15,12 +15,15 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import ZERO, Expr
 from movimentum.planning.blocks.build import Block
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
+from movimentum.settings import Accuracy
+from movimentum.solver.accuracy.notes import FLOAT_DIGITS, rough_note, singular_warning
 from movimentum.solver.accuracy.polish import Context, Rows, make_rows, polished
 from movimentum.solver.accuracy.wide_poses import RefinedPoses, WidePose
 from movimentum.solver.arithmetic.double_double import WideArithmetic
@@ -78,6 +81,27 @@ class RefinedMotion:
     def timeline(self) -> Timeline:
         """The timeline that was solved."""
         return self.base.timeline
+
+    @property
+    def size(self) -> float:
+        """The scene's size in pixels."""
+        return self.base.size
+
+    @property
+    def path(self) -> Motion:
+        """The motion of which this has more digits."""
+        return self.base
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """What the frames computed so far fall short of."""
+        attained, found = self.attained, list[Diagnostic]()
+        asked = FLOAT_DIGITS if self.arithmetic.shown is None else self.arithmetic.shown
+        if attained.time is not None and attained.digits < asked:
+            found.append(singular_warning(attained.digits, asked, attained.time))
+        if attained.rough:
+            found.append(rough_note(attained.rough))
+        return tuple(found)
 
     def poses(self, first: int, stop: int, *, angles: bool = True) -> RefinedPoses:
         """The poses of frames ``first`` … ``stop - 1``."""
@@ -383,7 +407,8 @@ def _spread(value: Number, count: int) -> Number:
     return value if len(value) == count else value[np.zeros(count, dtype=np.int64)]
 
 
-def refined(motion: Motion, accuracy: str, digits: int | None = None) -> RefinedMotion:
-    """``motion`` with its poses in the tier "high" or "exact" (to ``digits``, default `DEFAULT_DIGITS`)."""
-    arithmetic: Arithmetic = WideArithmetic() if accuracy == "high" else DigitsArithmetic(digits or DEFAULT_DIGITS)
+def refined(motion: Motion, accuracy: Accuracy, digits: int | None = None) -> RefinedMotion:
+    """``motion`` with its poses in the tier HIGH or EXACT (to ``digits``, default `DEFAULT_DIGITS`)."""
+    high = accuracy is Accuracy.HIGH
+    arithmetic: Arithmetic = WideArithmetic() if high else DigitsArithmetic(digits or DEFAULT_DIGITS)
     return RefinedMotion(motion, arithmetic)

@@ -125,10 +125,11 @@ class _Solver:
             matrix = jacobian * self.rows[:, :, None] * self.columns[:, None, :]
             self.columns = self.columns / _lengths(matrix, 1)
             matrix = jacobian * self.rows[:, :, None] * self.columns[:, None, :]
-        finite = np.isfinite(matrix).all(axis=(1, 2))
+        finite = np.asarray(np.isfinite(matrix).all(axis=(1, 2)), dtype=np.bool_)
         self.matrix = np.where(finite[:, None, None], matrix, np.eye(m, n))
         if m == n:
-            regular = np.atleast_1d(np.linalg.slogdet(self.matrix)[0]) != 0.0
+            signs = np.asarray(np.linalg.slogdet(self.matrix)[0], dtype=np.float64)
+            regular = np.asarray(signs != 0.0, dtype=np.bool_)
             self.matrix = np.where(regular[:, None, None], self.matrix, np.eye(n))
             self.inverse = np.linalg.inv(self.matrix)
             reach = np.linalg.norm(self.matrix, axis=(1, 2)) * np.linalg.norm(self.inverse, axis=(1, 2)) / max(n, 1)

@@ -1,0 +1,43 @@
+"""What there is to say about the accuracy that a user asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.text import listed, number, time_text
+
+FLOAT_DIGITS = 15
+"""What `high` promises at every frame, relative to the scene's size."""
+
+
+def draft_note(error: float) -> Diagnostic:
+    """How far off a draft is (world pixels), as measured on the path."""
+    return Diagnostic(
+        "solve/draft",
+        Severity.NOTE,
+        f"draft: frames are interpolated, and off by at most some {number(error)} pixels",
+        helps=("--accuracy standard",),
+    )
+
+
+def singular_warning(digits: float, asked: int, time: Fraction) -> Diagnostic:
+    """A frame too nearly singular for the digits ``asked`` for: so many as are certain at ``time``."""
+    return Diagnostic(
+        "solve/ill-conditioned",
+        Severity.WARNING,
+        f"only {max(0, int(digits))} of {asked} digits are certain at t = {time_text(float(time))}, where the mechanism"
+        " is singular",
+        notes=("several solutions meet there, and more digits do not tell them apart",),
+    )
+
+
+def rough_note(what: Iterable[str]) -> Diagnostic:
+    """Values that no equation gives, which stay those of `standard`."""
+    return Diagnostic(
+        "solve/rough",
+        Severity.NOTE,
+        f"{listed(list(what))}: integrated along the path in float64 (some 12 digits, free motions 8); what depends on"
+        " it is no more exact",
+    )
