@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # the checkout,
 
 from mechanisms import Array, Mechanism, anchors, program
 
+from movimentum.planning.blocks.kinds import method_of
 from movimentum.scene.build import build
 from movimentum.solver.motion import BATCH, Motion
 from movimentum.solver.path.piece import Piece
@@ -126,6 +127,6 @@ def run(m: Mechanism, frames: int, repeats: int = 1) -> Solved:
         local = next(a.local for a in things[thing].anchors if a.name == anchor)
         points[:, i] = poses.world(things[thing].number, local)
     points[~poses.solved] = np.nan
-    kernels = Counter(block.kernel.value for block in stretch.plan.blocks)
+    kernels = Counter(method_of(block) for block in stretch.plan.blocks)
     nodes = len(piece.nodes) if isinstance(piece, Piece) else 0
     return Solved(seconds, points, int((~poses.solved).sum()), dict(kernels), nodes)

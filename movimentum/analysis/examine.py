@@ -20,9 +20,10 @@ from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.planning.blocks.kinds import Free
+from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
+from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import Motion
-from movimentum.solver.path.free_motion import LARGE_TOLERANCE, TOLERANCE
-from movimentum.solver.path.piece import NodeTrack
 from movimentum.solver.segment_motion import Dead, Stretch
 from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
@@ -130,7 +131,7 @@ def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
         if isinstance(piece, Dead):
             continue
         for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
-            usual = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
+            usual = LARGE_TOLERANCE if isinstance(block, Free) and block.sparse is not None else TOLERANCE
             if not isinstance(track, NodeTrack) or track.tolerance <= usual:
                 continue
             scene = stretch.plan.system.scene

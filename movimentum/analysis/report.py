@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from movimentum.analysis.freedom.degrees import BlockRank, Part
 from movimentum.analysis.freedom.motions import FreeMotion, in_order
-from movimentum.planning.blocks.build import Kernel
-from movimentum.planning.lowering.equations import Form
+from movimentum.planning.blocks.kinds import Assign, Integral, Winding, method_of
 from movimentum.scene.model import Scene
 from movimentum.solver.segment_motion import Stretch
 
@@ -68,10 +67,10 @@ def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Pa
     redundant = len(plan.checks)
     blocks: list[tuple[tuple[str, ...], str]] = []
     for block in plan.blocks:
-        if block.form is Form.WINDING:
+        if isinstance(block, Winding):
             continue
-        blocks.append((tuple(plan.system.unknowns[n].name for n in block.unknowns), str(block.kernel)))
-        if block.kernel is Kernel.ASSIGN:
+        blocks.append((tuple(plan.system.unknowns[n].name for n in block.unknowns), method_of(block)))
+        if isinstance(block, Assign | Integral):
             continue
         unknowns += len(block.core)
         equations += block.rows

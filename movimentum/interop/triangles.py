@@ -14,7 +14,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formula, Formulas, evaluate
 from movimentum.interop.joints import Joint, scene_joints
-from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.blocks.kinds import Block, Newton, Ode, Quadratic
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Scene
 from movimentum.solver.motion import Motion
@@ -64,7 +64,7 @@ def _only_plan(motion: Motion) -> Plan:
             scene, "export/steps", "formulas are the same all the time, and this step changes them", step.span
         )
     for block in plans[0].blocks:
-        if block.kernel is Kernel.NEWTON:
+        if isinstance(block, Newton | Ode):
             numbers = {plans[0].system.unknowns[n].thing for n in block.unknowns} - {None}
             names = listed([f"`{scene.things[t].name}`" for t in sorted(n for n in numbers if n is not None)])
             spans = [scene.constraints()[c].span for e in block.equations
@@ -120,7 +120,7 @@ class _Builder:
     def solve(self, block: Block) -> None:
         """Name every joint that is determined once ``block`` has been solved."""
         self.solved |= set(block.unknowns)
-        if block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD) or block.inputs & self.measured:
+        if isinstance(block, Quadratic) or block.inputs & self.measured:
             self.measured |= set(block.unknowns)
         progress = True
         while progress:

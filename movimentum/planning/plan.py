@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.build import Block
 from movimentum.planning.blocks.fused import Schedule, schedule
+from movimentum.planning.blocks.kinds import Block, Winding
 from movimentum.planning.codegen.generate import Clocks, Compiled
-from movimentum.planning.lowering.equations import Form, System
+from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.scene.model import ThingAngle
 
@@ -69,7 +69,7 @@ class Plan:
             needed = frozenset(
                 block.number
                 for block in self.blocks
-                if windings or block.form is not Form.WINDING or awaited & set(block.unknowns)
+                if windings or not isinstance(block, Winding) or awaited & set(block.unknowns)
             )
             clocks = Clocks(self.clocks)
             found = self._schedules[windings] = schedule(self.blocks, needed, clocks)

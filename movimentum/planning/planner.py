@@ -7,7 +7,8 @@ from functools import partial
 from itertools import islice
 
 from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute, symbol, walk
-from movimentum.planning.blocks.build import Block, Kernel, make_block
+from movimentum.planning.blocks.build import make_block
+from movimentum.planning.blocks.kinds import Assign, Block
 from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.equations import Equation, Form, System
@@ -85,11 +86,10 @@ def compile_structure(structure: Structure, size: float) -> Plan:
         for e in group.equations:
             folded[e] = _folded(folded[e], constants)
         block = make_block(len(blocks), replace(system, equations=folded), group, clocks, moving, size)
-        if block.free:
-            block = with_wishes(block, system.wishes, known, clocks)
+        block = with_wishes(block, system.wishes, known, clocks)
         blocks.append(block)
         known |= set(block.unknowns)
-        if block.kernel is Kernel.ASSIGN and block.form is Form.PLAIN and all(map(_foldable, block.formulas)):
+        if isinstance(block, Assign) and all(map(_foldable, block.formulas)):
             constants |= dict(block.formulas)
         if block.moving:
             moving |= set(block.unknowns)

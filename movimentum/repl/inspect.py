@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from movimentum.analysis.diagnose.valueless import lacks
 from movimentum.output.files import whole_file
+from movimentum.planning.blocks.kinds import method_of
 from movimentum.repl.command import Answer, Command, plain, split_output, table
 from movimentum.repl.expressions import reading
 from movimentum.repl.session import Session, refused
@@ -151,7 +152,7 @@ def plan(session: Session, argument: str) -> Answer:
         rows.append(
             [
                 str(block.number),
-                block.kernel.value + (" (free)" if block.free else ""),
+                method_of(block) + (" (free)" if block.free else ""),
                 ", ".join(names[n] for n in block.unknowns),
                 "yes" if block.moving else "",
                 ", ".join(lines),

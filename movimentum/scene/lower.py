@@ -14,6 +14,7 @@ from typing import TypeVar
 
 from movimentum.expressions import (
     ONE,
+    OPERATIONS,
     ZERO,
     Expr,
     add,
@@ -57,6 +58,7 @@ from movimentum.syntax.tree import (
     Vector,
     children,
 )
+from movimentum.syntax.words import SYNONYMS
 
 MAX_DEPTH = 400
 """How deep an `Expr` may be: what walks it later may recurse."""
@@ -64,24 +66,8 @@ MAX_DEPTH = 400
 _LONG = 8
 """A sum or product with more members is paired up like a tournament, so that its depth stays small."""
 
-_FUNCTIONS = {
-    "q": "sqrt",
-    "sin": "sind",
-    "cos": "cosd",
-    "tan": "tand",
-    "asin": "asind",
-    "acos": "acosd",
-    "atan": "atand",
-    "atan2": "atan2d",
-    "abs": "abs",
-    "min": "min",
-    "max": "max",
-    "floor": "floor",
-    "mod": "mod",
-    "exp": "exp",
-    "ln": "ln",
-    "ease": "ease",
-}
+OPERATION_OF = {SYNONYMS.get(some.word, some.word): some.name for some in OPERATIONS if some.word is not None}
+"""The language's functions (see `syntax.words`), and the operations that they are."""
 
 T = TypeVar("T")
 
@@ -271,7 +257,7 @@ def _call(node: Call, arguments: list[Value], context: Context) -> Value:
         case "min" | "max":
             return (_paired(lambda a, b: call(node.function, a, b), [part for (part,) in arguments]),)
         case _:
-            return (call(_FUNCTIONS[node.function], *(part for (part,) in arguments)),)
+            return (call(OPERATION_OF[node.function], *(part for (part,) in arguments)),)
 
 
 def _product(node: Product, values: dict[int, Value], context: Context) -> Value:

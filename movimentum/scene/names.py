@@ -7,6 +7,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 from movimentum.expressions import Expr, walk
+from movimentum.expressions.operations import BY_NAME
 from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
@@ -19,15 +20,6 @@ from movimentum.scene.model import (
 from movimentum.syntax.printer import number_text
 
 _AXES = "xyz"
-_CALLS = {
-    "sind": "sin",
-    "cosd": "cos",
-    "tand": "tan",
-    "asind": "asin",
-    "acosd": "acos",
-    "atand": "atan",
-    "atan2d": "atan2",
-}
 _SUM, _PRODUCT, _UNARY, _POWER, _ATOM = range(5)
 
 
@@ -126,8 +118,9 @@ def _written(scene: Scene, node: Expr, tight: Callable[[Expr, int], str]) -> tup
             return f"{{ {e} : {below} > {bound} : {above} }}", _ATOM
         case "integral" | "derivative":
             return f".{node.op[0]}({tight(args[0], _SUM)})", _ATOM
-        case _:
-            return f".{_CALLS.get(node.op, node.op)}({', '.join(tight(arg, _SUM) for arg in args)})", _ATOM
+        case op:
+            word = (op in BY_NAME and BY_NAME[op].word) or op
+            return f".{word}({', '.join(tight(arg, _SUM) for arg in args)})", _ATOM
 
 
 def _fraction_text(value: Fraction) -> str:

@@ -13,9 +13,10 @@ from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.scene.model import Scene
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.pose_state import Carry, as_drawn
+from movimentum.solver.continuation.tracks import Choice, Gap
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.double_roots import with_redundant_rows
-from movimentum.solver.path.follow import Choice, Gap, follow
+from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Beginning, Dead, Stretch, Trouble
 from movimentum.solver.start.candidates import Selection

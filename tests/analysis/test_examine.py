@@ -7,6 +7,7 @@ import pytest
 
 from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
+from movimentum.planning.blocks.kinds import method_of
 from tests.solver.scenes import motion_of
 
 
@@ -256,7 +257,7 @@ def test_a_newton_block_binds_where_it_folds():
     @0 L.a=[0,0]; R.a=[100,0]; L.b=B.x; R.b=B.y; K.p=B.z; K.q=[90 + 40*.t, 120]; B.angle ~ 0;
     @4"""
     motion, examination = examined(text)
-    assert "newton" in {str(b.kernel) for b in motion.stretches[0].plan.blocks}
+    assert "newton" in {method_of(b) for b in motion.stretches[0].plan.blocks}
     assert examination.fault == 3
     assert examination.diagnostics[0].code == "solve/unreachable"
     binds = min(t.begin for t in motion.stretches[0].troubles)

@@ -79,11 +79,11 @@ def drawn_bars(count: int) -> str:
 def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from movimentum.solver.path import piece
+    from movimentum.solver.kinds import dispatch, newton
 
     calls = 0
     values = 0
-    plain = piece.solve_block, piece.at_places
+    plain = dispatch.evaluate, newton.at_places
 
     def counted(*arguments: Any) -> Any:
         nonlocal calls
@@ -95,8 +95,8 @@ def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
         values += 1
         return plain[1](*arguments)
 
-    monkeypatch.setattr(piece, "solve_block", counted)
-    monkeypatch.setattr(piece, "at_places", copied)
+    monkeypatch.setattr(dispatch, "evaluate", counted)
+    monkeypatch.setattr(newton, "at_places", copied)
 
     def cost(count: int) -> tuple[int, int]:
         nonlocal calls, values

@@ -4,6 +4,7 @@ import networkx as nx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from movimentum.planning.blocks.kinds import method_of
 from movimentum.planning.planner import compile_segment
 from movimentum.planning.structure.graph import groups, maximum_matching, reachable, strong_components
 from movimentum.timeline.arrange import arrange
@@ -77,7 +78,7 @@ def plan_of(text):
 
 
 def kernels(plan):
-    return sorted(str(block.kernel) for block in plan.blocks if str(block.kernel) != "assign")
+    return sorted(method_of(block) for block in plan.blocks if method_of(block) != "assign")
 
 
 def test_a_four_bar_is_one_dyad_and_a_slider_crank_one_quadratic():

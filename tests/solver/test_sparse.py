@@ -8,10 +8,11 @@ import pytest
 from benchmarks.penrose import transformable
 from movimentum.interop.linkages import Linkage, linkage_script
 from movimentum.planning.blocks import build
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Block
 from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import Motion
-from movimentum.solver.path.piece import NodeTrack, Piece
+from movimentum.solver.path.piece import Piece
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import read

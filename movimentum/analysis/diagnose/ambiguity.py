@@ -11,7 +11,7 @@ from movimentum.analysis.diagnose.equal_solutions import ONE, loose_variables, s
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.planning.blocks.build import Kernel
+from movimentum.planning.blocks.kinds import Newton, Ode, Quadratic
 from movimentum.scene.model import VariableComponent
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot, ThingPose, as_drawn
@@ -42,7 +42,7 @@ def _told(trials: Trials, index: int, beginning: Beginning, part: Part) -> Itera
     stretch = trials.motion.stretches[index]
     plan = stretch.plan
     blocks = plan.blocks
-    choosing = tuple(n for n in part.blocks if blocks[n].margin is not None or blocks[n].kernel is Kernel.NEWTON)
+    choosing = tuple(n for n in part.blocks if isinstance(blocks[n], Quadratic | Newton | Ode))
     bodies = [plan.system.scene.things[t] for t in things_of(stretch, part.blocks)]
     span = span_of_blocks(stretch, choosing) or span_of_blocks(stretch, part.blocks)
     if span is None and bodies:  # nothing is stated there but that a thing is rigid

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block, Kernel
-from movimentum.planning.lowering.equations import Form
+from movimentum.planning.blocks.kinds import Integral, Newton, Quadratic, Winding
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.rows import jacobian_of
 from movimentum.solver.block.scaling import scaled
+from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import Motion
-from movimentum.solver.path.piece import NodeTrack, Piece, SignTrack, track_scale
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
 
 FloatArray = NDArray[np.float64]
@@ -48,11 +49,11 @@ def nearly_singular(motion: Motion, stretch: Stretch, low: int, high: int) -> It
         instants = piece.instants(piece.nodes)
         at_nodes, _ = piece.solve(instants, windings=False)  # once for all blocks, not once for each
         for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
-            if not block.moving or block.form is not Form.PLAIN:
+            if not block.moving or isinstance(block, Winding | Integral):
                 continue
             found: FloatArray | None = None
             chosen = frames
-            if isinstance(track, SignTrack) and block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
+            if isinstance(track, SignTrack) and isinstance(block, Quadratic):
                 margins = np.broadcast_to(
                     closed_form.quadratic(block, at_nodes, instants.clocks).margin, len(piece.nodes)
                 )
@@ -60,7 +61,7 @@ def nearly_singular(motion: Motion, stretch: Stretch, low: int, high: int) -> It
                 if len(chosen) == 0:
                     continue
                 found = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), LARGEST**2))
-            elif isinstance(track, NodeTrack) and not block.free and block.rows == len(block.core):
+            elif isinstance(track, NodeTrack) and isinstance(block, Newton) and block.is_square:
                 if not (conditions(piece, block, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
                     continue
                 chosen = frames[:MOST_FRAMES]
@@ -73,7 +74,7 @@ def nearly_singular(motion: Motion, stretch: Stretch, low: int, high: int) -> It
                 yield Singular(block.number, float(chosen[worst]), float(found[worst]), int(bad.sum()))
 
 
-def _margins(piece: Piece, block: Block, tau: FloatArray) -> FloatArray:
+def _margins(piece: Piece, block: Quadratic, tau: FloatArray) -> FloatArray:
     instants = piece.instants(tau)
     state = piece.before(block.number, instants)
     return np.broadcast_to(closed_form.quadratic(block, state, instants.clocks).margin, len(tau))
@@ -92,7 +93,7 @@ def _near_minima(piece: Piece, v: FloatArray, frames: FloatArray) -> NDArray[np.
     return near
 
 
-def conditions(piece: Piece, block: Block, tau: FloatArray, values: FloatArray | None) -> FloatArray:
+def conditions(piece: Piece, block: Newton, tau: FloatArray, values: FloatArray | None) -> FloatArray:
     """Largest over smallest singular value of the scaled Jacobian at each instant."""
     if len(tau) == 0:
         return np.zeros(0)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import ThingProperty, VariableComponent
-from movimentum.solver.path.piece import scale_of
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.start.candidates import Candidate, Part
 
 FloatArray = NDArray[np.float64]

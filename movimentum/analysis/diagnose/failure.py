@@ -9,8 +9,7 @@ import numpy as np
 
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
 from movimentum.diagnostics import Diagnostic, Label, Severity
-from movimentum.planning.blocks.build import Block, Kernel
-from movimentum.planning.lowering.equations import Form
+from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Winding
 from movimentum.scene.model import Constraint, Scene
 from movimentum.solver.motion import Motion
 from movimentum.solver.segment_motion import Stretch, Trouble
@@ -219,7 +218,7 @@ def _ways_out(constraint: Constraint) -> tuple[str, ...]:
 
 def _is_formula(block: Block) -> bool:
     """Whether a block only computes: it has no solution where its formula has no finite value."""
-    return block.kernel in (Kernel.ASSIGN, Kernel.LINEAR)
+    return isinstance(block, Assign | Linear | Winding | Integral)
 
 
 def _undefined(stretch: Stretch, block: Block, tau: float) -> Diagnostic:
@@ -228,7 +227,7 @@ def _undefined(stretch: Stretch, block: Block, tau: float) -> Diagnostic:
     numbers = [plan.system.equations[e].constraint for e in block.equations]
     spans = [c.span for n in numbers if (c := constraint_of(stretch, n)) is not None]
     name, note = f"`{plan.system.unknowns[block.unknowns[0]].name}`", "the root of a negative number, or an overflow"
-    if block.form is Form.INTEGRAL:
+    if isinstance(block, Integral):
         name, note = "the integral in this statement", "a pole of what is integrated, " + note
     return Diagnostic(
         code="solve/not-converged",

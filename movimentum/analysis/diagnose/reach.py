@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.diagnostics import Diagnostic, Label, Severity
-from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.blocks.kinds import Block, Newton, Ode
 from movimentum.scene.model import Constraint, Scene
 from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
@@ -48,7 +48,7 @@ def bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic | Non
     carry = stretch.base if piece is None else carry_at(stretch, piece, trouble.begin, stretch.base)
     until = _until(motion, stretch, trouble)
     tau, conflict = _conflict(motion, stretch, trouble, block, carry)
-    if trouble.kind == "start" and block.kernel is Kernel.NEWTON and conflict is None:
+    if trouble.kind == "start" and isinstance(block, Newton | Ode) and conflict is None:
         return None
     where, label, labels = "", "binds", list[Label]()
     chosen: list[Constraint] = []

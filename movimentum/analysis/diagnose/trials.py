@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from movimentum.errors import MovimentumError
-from movimentum.planning.blocks.build import Kernel
+from movimentum.planning.blocks.kinds import Newton, Ode
 from movimentum.planning.planner import CyclicRateError
 from movimentum.scene.amended import Amender
 from movimentum.solver.basis.effort import GivenUp, limited
+from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import Motion
-from movimentum.solver.path.piece import NodeTrack, Piece
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Stretch
 from movimentum.solver.solver import solve
 from movimentum.timeline.arrange import arrange
@@ -34,7 +35,7 @@ class Trials:
     def __init__(self, motion: Motion) -> None:
         self.motion = motion
         self._script = Amender(motion.timeline.scene)
-        coupled = [len(b.core) for s in motion.stretches for b in s.plan.blocks if b.kernel is Kernel.NEWTON]
+        coupled = [len(b.core) for s in motion.stretches for b in s.plan.blocks if isinstance(b, Newton | Ode)]
         unknowns = sum(len(stretch.plan.system.unknowns) for stretch in motion.stretches)
         most = min(MOST, MOST_UNKNOWNS // max(unknowns, 1))
         self._left = most if max(coupled, default=0) <= COUPLED else 0

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.planning.blocks.kinds import Free, simultaneous, wishes_drawing
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.scene.model import Constraint
@@ -62,7 +63,7 @@ def _lives(motion: Motion) -> list[_Life]:
     for stretch in motion.stretches:
         plan = stretch.plan
         for i, wish in enumerate(plan.system.wishes):
-            if not any(i in block.drawn_by for block in plan.blocks):
+            if not any(i in wishes_drawing(block) for block in plan.blocks):
                 continue
             constraint = next(c for c in stretch.segment.active if c.number == wish.constraint)
             errors = [place for place, owner in enumerate(plan.wish_of) if owner == i]
@@ -140,7 +141,8 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
     assert isinstance(piece, Piece)
     number_of_wish = plan.wish_of[errors[0]]
     wish = plan.system.wishes[number_of_wish]
-    block = next(b for b in plan.blocks if number_of_wish in b.drawn_by)
+    block = simultaneous(next(b for b in plan.blocks if number_of_wish in wishes_drawing(b)))
+    assert isinstance(block, Free)
     watched, reads = [piece.plan.wishes[i] for i in errors], symbol_numbers(*wish.errors)
     held = HeldBlock(piece, block, piece.end, watched, reads)
     speed = held.approach(held.x)
@@ -153,10 +155,10 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
             life.constraint.span,
             helps=("a later end or a greater `.speed(…)` lets it arrive",),
         )
-    if len(block.drawn_by) > 1:
+    if len(wishes_drawing(block)) > 1:
         held = HeldBlock(piece, drawn_by(plan, block, wish), piece.end, watched, reads)
         if held.approach(held.x) > STILL * wanted:
-            return _opposed(motion, life, last, name, [plan.system.wishes[i] for i in block.drawn_by])
+            return _opposed(motion, life, last, name, [plan.system.wishes[i] for i in wishes_drawing(block)])
     if held.stuck(held.x, ASIDE * motion.size):
         return Diagnostic(
             "wish/singular",

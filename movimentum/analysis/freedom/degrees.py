@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from movimentum.analysis.freedom.motions import FreeMotion, motions_of, told_by
 from movimentum.analysis.freedom.rank import at_one, beside, rank_at, values_of
 from movimentum.expressions import symbol
-from movimentum.planning.blocks.build import Block, Kernel
+from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.planning.structure.graph import groups
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.assembly import snapshot
-from movimentum.solver.path.piece import Piece, scale_of
+from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
 
 FloatArray = NDArray[np.float64]
@@ -46,7 +47,7 @@ class BlockRank:
     dependent: tuple[int, ...] = ()
     free: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
-    def shared(self, block: Block, system: System, members: set[int]) -> tuple[int, int, list[int]]:
+    def shared(self, block: Newton, system: System, members: set[int]) -> tuple[int, int, list[int]]:
         """The freedom, the number of redundant rows, and the dependent equations of those of the block's unknowns that
         are ``members`` of a connected part: parts that a wish draws together are one block.
         """
@@ -102,15 +103,13 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
     instants = piece.instants(np.array([tau]))
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(instants)
-        for block in stretch.plan.blocks:
-            if block.kernel is not Kernel.NEWTON:
-                continue
+        for block in filter(None, map(simultaneous, stretch.plan.blocks)):
             x = values_of(block, state)
             one = at_one(state, told_by(stretch.plan, block))
             scale = scale_of(stretch.plan, block.core)
             rows, rank, free = rank_at(block, one, instants.clocks, x, scale)
             nearby: tuple[FreeMotion, ...] = ()
-            if block.free and rank < len(x):
+            if isinstance(block, Free) and rank < len(x):
                 # at a dead centre the rank drops, and nothing is free for that: look beside it too
                 y, there = beside(stretch.plan, block, one, instants.clocks, x, free)
                 more, higher, other = rank_at(block, there, instants.clocks, y, scale)
@@ -151,6 +150,7 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
         links += [(members[0], other) for other in members[1:]]
     owner = {n: block.number for block in plan.blocks for n in block.unknowns}
     of_block = {rank.block: rank for rank in ranks}
+    rows_of = {rows.number: rows for rows in map(simultaneous, plan.blocks) if rows is not None}
     twists = _twists(stretch, ranks)
     parts: list[Part] = []
     for component in groups(len(system.unknowns), links):
@@ -159,7 +159,7 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
             continue
         members = set(component)
         touched = sorted({owner[n] for n in component if n in owner})
-        shares = [of_block[b].shared(plan.blocks[b], system, members) for b in touched if b in of_block]
+        shares = [of_block[b].shared(rows_of[b], system, members) for b in touched if b in of_block]
         checks = [e for e in plan.checks if system.equations[e].unknowns & members]
         dependent = [*(e for _, _, equations in shares for e in equations), *checks]
         rods = {t for e in dependent if (t := system.equations[e].thing) is not None}

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.blocks.wishes import with_wishes
 from movimentum.planning.codegen.generate import Clocks, Compiled
 from movimentum.planning.lowering.equations import Wish
@@ -25,11 +25,12 @@ FARTHEST = 0.05
 """Of the scene's size: what a step may move anything."""
 
 
-def drawn_by(plan: Plan, block: Block, wish: Wish) -> Block:
+def drawn_by(plan: Plan, block: Free, wish: Wish) -> Free:
     """``block``, a free one, drawn by ``wish`` alone."""
     known = {n for other in plan.blocks if other.number != block.number for n in other.unknowns}
-    bare = replace(block, wishes=None, wish_count=0, wish_slopes=None, wish_entries=(), wish_speeds=(), drawn_by=())
-    return with_wishes(bare, [wish], known, Clocks(plan.clocks))
+    drawn = with_wishes(replace(block, wishes=None), [wish], known, Clocks(plan.clocks))
+    assert isinstance(drawn, Free)
+    return drawn
 
 
 class HeldBlock:
@@ -38,7 +39,7 @@ class HeldBlock:
     """
 
     def __init__(
-        self, piece: Piece, block: Block, tau: float, errors: Sequence[Compiled], reads: Collection[int]
+        self, piece: Piece, block: Free, tau: float, errors: Sequence[Compiled], reads: Collection[int]
     ) -> None:
         self.piece, self.block, self.tau, self.errors = piece, block, tau, errors
         self.instants = piece.instants(np.array([tau]))

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.rank import RANK_TOLERANCE, at_one, rank_at, values_of
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import AnchorRef, ThingAngle
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.rows import wishes_of
 from movimentum.solver.block.scaling import null_space
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.motion import Motion
-from movimentum.solver.path.piece import scale_of
 from movimentum.solver.segment_motion import Dead
 from movimentum.text import number
 
@@ -44,14 +44,14 @@ class FreeMotion:
     drawn: bool = False
 
 
-def told_by(plan: Plan, block: Block) -> set[int]:
+def told_by(plan: Plan, block: Newton) -> set[int]:
     """The unknowns that a block's free motions are told by: how it stands, and what is measured of it."""
     return plan.read_by(block) | {unknown_number(name.payload) for name in plan.measured}
 
 
 def motions_of(
     plan: Plan,
-    block: Block,
+    block: Newton,
     one: State,
     clocks: Sequence[FloatArray],
     x: FloatArray,
@@ -65,7 +65,7 @@ def motions_of(
 
 def _basis(
     plan: Plan,
-    block: Block,
+    block: Newton,
     one: State,
     clocks: Sequence[FloatArray],
     x: FloatArray,
@@ -82,9 +82,9 @@ def _basis(
 
 
 def _spanned(
-    plan: Plan, block: Block, one: State, clocks: Sequence[FloatArray], x: FloatArray, velocities: FloatArray
+    plan: Plan, block: Newton, one: State, clocks: Sequence[FloatArray], x: FloatArray, velocities: FloatArray
 ) -> list[tuple[FloatArray, bool]]:
-    if block.wishes is None:
+    if not isinstance(block, Free) or block.wishes is None:
         return [(v, False) for v in _reduced(plan, block, one, velocities)]
     slopes = wishes_of(block, one, clocks, x[None])[1][0]
     along = slopes @ velocities.T
@@ -99,7 +99,7 @@ def _spanned(
 
 
 def free_directions(
-    plan: Plan, block: Block, state: State, clocks: Sequence[FloatArray], x: FloatArray
+    plan: Plan, block: Newton, state: State, clocks: Sequence[FloatArray], x: FloatArray
 ) -> list[tuple[FreeMotion, FloatArray]]:
     """Each free motion of a block at core values ``x`` (n,), and its velocity (n,)."""
     scale = scale_of(plan, block.core)
@@ -128,8 +128,8 @@ def free_motions_at(motion: Motion, time: Fraction) -> list[FreeMotion]:
         state, bad = piece.evaluate(instants)
         if bad.any():
             return []
-        for block in stretch.plan.blocks:
-            if block.free:
+        for block in map(simultaneous, stretch.plan.blocks):
+            if isinstance(block, Free):
                 x = values_of(block, state)
                 found += [item for item, _ in free_directions(stretch.plan, block, state, instants.clocks, x)]
     return in_order(found)
@@ -140,7 +140,7 @@ def in_order(motions: Iterable[FreeMotion]) -> list[FreeMotion]:
     return sorted(motions, key=lambda motion: (not motion.things, min(motion.things, default=0)))
 
 
-def _reduced(plan: Plan, block: Block, one: State, rows: FloatArray) -> FloatArray:
+def _reduced(plan: Plan, block: Newton, one: State, rows: FloatArray) -> FloatArray:
     """A canonical basis of the space of core velocities that ``rows`` (p, n) span.
 
     What it moves (`_seen`) is in reduced row echelon form: that depends on the space only, not on the unknowns that it
@@ -172,7 +172,7 @@ def _reduced(plan: Plan, block: Block, one: State, rows: FloatArray) -> FloatArr
     return np.where(np.abs(result) < 1e-9 * largest, 0.0, result)
 
 
-def _seen(plan: Plan, block: Block, one: State, velocity: FloatArray) -> FloatArray:
+def _seen(plan: Plan, block: Newton, one: State, velocity: FloatArray) -> FloatArray:
     """What a core velocity (n,) moves: how each thing turns (times the scene's size) and the velocities of its anchors,
     in order of definition, then the speeds of all other unknowns, by name, in their own units.
     """
@@ -206,7 +206,7 @@ def _moved(
     return (x + system.shift[0], y + system.shift[1], c, s, vx, vy, turn), anchors
 
 
-def _told(plan: Plan, block: Block, one: State, velocity: FloatArray, drawn: bool) -> FreeMotion:
+def _told(plan: Plan, block: Newton, one: State, velocity: FloatArray, drawn: bool) -> FreeMotion:
     """A velocity (n,) of a block's core at one instant in words; ``one`` has the values of its unknowns."""
     system = plan.system
     speeds = _speeds(block, velocity)
@@ -274,10 +274,10 @@ def remedy(motion: FreeMotion, statement: str | None) -> str:
     return "give it a value" if statement is None else f"`{statement}` gives it a value"
 
 
-def _speeds(block: Block, velocity: FloatArray) -> dict[int, float]:
+def _speeds(block: Newton, velocity: FloatArray) -> dict[int, float]:
     """The speed of every unknown of a block whose core has a ``velocity`` (n,)."""
     speeds = {n: float(v) for n, v in zip(block.core, velocity, strict=True)}
-    if block.linear is not None:
+    if isinstance(block, Free) and block.linear is not None:
         for n, slopes in zip(block.linear.targets, block.linear.slopes, strict=True):
             speeds[n] = sum(slope * float(velocity[place]) for place, slope in slopes)
     return speeds

@@ -7,13 +7,13 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.rows import jacobian_of, residual_of
 from movimentum.solver.block.scaling import null_space, relative_error, scaled
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import projected
-from movimentum.solver.path.piece import scale_of
 
 FloatArray = NDArray[np.float64]
 Clocks = tuple[FloatArray, ...]
@@ -41,7 +41,7 @@ def values_of(block: Block, state: State) -> FloatArray:
 
 
 def rank_at(
-    block: Block, one: State, clocks: Clocks, x: FloatArray, scale: FloatArray
+    block: Newton, one: State, clocks: Clocks, x: FloatArray, scale: FloatArray
 ) -> tuple[FloatArray, int, FloatArray]:
     """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
     rows = scaled(jacobian_of(block, one, clocks, x[None]), scale)[0][0]
@@ -50,7 +50,7 @@ def rank_at(
 
 
 def beside(
-    plan: Plan, block: Block, one: State, clocks: Clocks, x: FloatArray, free: FloatArray
+    plan: Plan, block: Free, one: State, clocks: Clocks, x: FloatArray, free: FloatArray
 ) -> tuple[FloatArray, State]:
     """A pose a little way along all free motions at once, in no particular proportion; ``x`` where there is none."""
     scale = scale_of(plan, block.core)

@@ -46,12 +46,7 @@ def alternatives(stretch: Stretch, piece: Piece, tau: float) -> list[Alternative
     scene = plan.system.scene
     with np.errstate(all="ignore"):
         now, _ = piece.evaluate(piece.instants(np.array([tau])))
-        totals = {
-            n: float(np.ravel(now[n])[0])
-            for block in plan.blocks
-            for n in (*block.states, *block.unknowns)
-            if now[n] is not None
-        }
+        totals = {n: float(np.ravel(now[n])[0]) for block in plan.blocks for n in block.unknowns if now[n] is not None}
         found = select(plan, stretch.segment.start, tau, AHEAD, as_drawn(scene), totals)
     result: list[Alternatives] = []
     for part in found.parts:

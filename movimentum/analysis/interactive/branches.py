@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.diagnose.conditioning import conditions
-from movimentum.planning.blocks.build import Block, Kernel
-from movimentum.planning.lowering.equations import Form
+from movimentum.planning.blocks.kinds import Block, Integral, Newton, Quadratic, Winding
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.solver.block import closed_form
+from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import Motion
-from movimentum.solver.path.piece import NodeTrack, Piece, SignTrack
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
 
 FloatArray = NDArray[np.float64]
@@ -48,13 +48,13 @@ def branches(motion: Motion) -> Iterator[Branch]:
             if isinstance(piece, Dead):
                 continue
             for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
-                if block.form is not Form.PLAIN or not block.moving:
+                if isinstance(block, Winding | Integral) or not block.moving:
                     continue
                 with np.errstate(all="ignore"):
                     found = None
-                    if isinstance(track, SignTrack) and block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD):
+                    if isinstance(track, SignTrack) and isinstance(block, Quadratic):
                         found = _quadratic(motion, stretch, piece, block)
-                    elif isinstance(track, NodeTrack) and not block.free and block.rows == len(block.core):
+                    elif isinstance(track, NodeTrack) and isinstance(block, Newton) and block.is_square:
                         found = _newton(stretch, piece, block, track)
                 if found is not None:
                     yield found
@@ -64,7 +64,7 @@ def _names(stretch: Stretch, block: Block) -> tuple[str, ...]:
     return tuple(stretch.plan.system.unknowns[n].name for n in block.unknowns)
 
 
-def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Block) -> Branch:
+def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Quadratic) -> Branch:
     instants = piece.instants(piece.nodes)
     state = piece.before(block.number, instants)
     quadratic = closed_form.quadratic(block, state, instants.clocks)
@@ -98,7 +98,7 @@ def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Block) -> 
     )
 
 
-def _newton(stretch: Stretch, piece: Piece, block: Block, track: NodeTrack) -> Branch | None:
+def _newton(stretch: Stretch, piece: Piece, block: Newton, track: NodeTrack) -> Branch | None:
     found = conditions(piece, block, track.tau, track.values)
     if len(found) == 0:
         return None

@@ -10,6 +10,7 @@ import numpy as np
 
 from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
 from movimentum.expressions import Expr, const, sub
+from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.planning.blocks.wishes import in_what_moves
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.equations import Wish
@@ -59,7 +60,8 @@ def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], targe
     functions = [compiled([error], Clocks(plan.clocks)) for error in errors]
     reads = symbol_numbers(*errors)
     block = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
-    if block is None:
+    block = None if block is None else simultaneous(block)
+    if not isinstance(block, Free):
         instants = piece.instants(np.array([tau]))
         state, _ = piece.evaluate(instants)
         values = [float(np.ravel(function(state, instants.clocks)[0])[0]) for function in functions]

@@ -8,10 +8,10 @@ from fractions import Fraction
 from typing import Any
 
 from movimentum.expressions import Expr, symbols, walk
-from movimentum.planning.lowering.equations import Form
+from movimentum.planning.blocks.kinds import Integral, Ode, Winding
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
-from movimentum.solver.path.piece import SignTrack
+from movimentum.solver.continuation.tracks import SignTrack
 from movimentum.solver.segment_motion import Dead, Stretch
 
 LARGEST = 4000
@@ -107,7 +107,7 @@ def formula(stretch: Stretch, tau: float, expression: Expr, *, tidy: bool = True
         root = roots.get(n)
         if root is None:
             block = owner.get(n)
-            if block is not None and block.form is Form.WINDING:
+            if block is not None and isinstance(block, Winding):
                 root = system.equations[block.equations[0]].residual.args[1].args[0]
             else:
                 return _obstacle(stretch, n, None if block is None else block.number)
@@ -130,7 +130,7 @@ def _obstacle(stretch: Stretch, unknown: int, block: int | None) -> Obstacle:
         return Obstacle(None, f"`{name}` is not solved for")
     found = stretch.plan.blocks[block]
     what = "a free motion" if found.free else f"{len(found.core)} unknowns at once, which have no closed form"
-    if found.form is Form.INTEGRAL or found.states:
+    if isinstance(found, Integral | Ode):
         what = "an integral"
     return Obstacle(block, f"`{name}` comes from block {block}, {what}")
 

@@ -21,7 +21,8 @@ from movimentum.planning.structure.graph import groups
 from movimentum.scene.model import ThingAngle, ThingProperty
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.path.piece import Piece, scale_of
+from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Stretch
 
 FloatArray = NDArray[np.float64]

@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.motions import FreeMotion, free_directions
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import projected
-from movimentum.solver.path.piece import Piece, scale_of, solve_block
+from movimentum.solver.kinds.dispatch import evaluate
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Stretch
 
 FloatArray = NDArray[np.float64]
@@ -36,8 +38,8 @@ def wiggles(stretch: Stretch, piece: Piece, tau: float) -> Iterator[tuple[FreeMo
     instants = piece.instants(np.array([tau]))
     with np.errstate(all="ignore"):
         start, _ = piece.evaluate(instants)
-        for block in plan.blocks:
-            if not block.free or block.metric is None:
+        for block in map(simultaneous, plan.blocks):
+            if not isinstance(block, Free):
                 continue
             x0 = np.array([float(np.ravel(start[n])[0]) for n in block.core])
             for motion, velocity in free_directions(plan, block, start, instants.clocks, x0):
@@ -50,7 +52,7 @@ def wiggles(stretch: Stretch, piece: Piece, tau: float) -> Iterator[tuple[FreeMo
 def _swung(
     stretch: Stretch,
     piece: Piece,
-    block: Block,
+    block: Free,
     start: State,
     tau: float,
     x0: FloatArray,
@@ -79,6 +81,6 @@ def _swung(
         touched = set(block.unknowns)
         for other, track in zip(plan.blocks, piece.tracks, strict=True):
             if other.number != block.number and other.inputs & touched:
-                solve_block(piece, other, track, state, instants)
+                evaluate(piece, other, track, state, instants)
                 touched |= set(other.unknowns)
         yield snapshot(plan, state, stretch.base.now, 0)

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Assign, Block, Quadratic, Winding
 from movimentum.planning.codegen.generate import Clocks, Writer
-from movimentum.planning.lowering.equations import Form
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +40,7 @@ def schedule(blocks: Sequence[Block], needed: frozenset[int], clocks: Clocks, la
     compiling a function costs more than its share when it is very long.
     """
     awaited = {n for block in blocks if block.number in needed for n in block.inputs}
-    late = [b.number for b in blocks if b.form is Form.WINDING and b.moving and not awaited & set(b.unknowns)]
+    late = [b.number for b in blocks if isinstance(b, Winding) and b.moving and not awaited & set(b.unknowns)]
     result: list[Run | int] = []
     waiting: list[Block] = []
 
@@ -73,9 +72,9 @@ def _function(blocks: Sequence[Block], clocks: Clocks) -> Callable[..., Any]:
         writer.branch(block.number)
         locals_ = [(unknown, writer.define(unknown, root)) for unknown, root in block.formulas]
         stores += [f" {writer.element(unknown)} = {text}" for unknown, text in locals_]
-        if block.margin is not None:
+        if isinstance(block, Quadratic):
             margins.append(writer.name(block.margin))
-        elif block.partial:  # infinite and nan both give nan
+        elif isinstance(block, Assign) and block.partial:  # infinite and nan both give nan
             margins += [f"({text} - {text})" for _, text in locals_]
     tail = list(stores)
     if margins:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import inf
 
 from movimentum.expressions import Expr, add, call, const, div, neg, sub, substitute, symbol
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Block, Free, Newton, Ode, WishRows
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.lowering.equations import Form, System, Wish
@@ -102,7 +102,15 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
 
 
 def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: Clocks) -> Block:
-    """``block`` with the errors of the wishes that are about it, and besides of what is ``known`` before it."""
+    """A free ``block`` with the errors of the wishes that are about it, and otherwise only about what is ``known``
+    before it; any other block as it is.
+    """
+    if isinstance(block, Ode):
+        drawn = with_wishes(block.algebraic, wishes, known, clocks)
+        assert isinstance(drawn, Newton)
+        return replace(block, algebraic=drawn, inputs=block.inputs | (drawn.inputs - set(block.unknowns)))
+    if not isinstance(block, Free):
+        return block
     core, members = set(block.core), set(block.unknowns)
     memo: dict[Expr, Expr] = {} if block.linear is None else {symbol(n): e for n, e in block.linear.explicit}
     errors: list[Expr] = []
@@ -127,14 +135,17 @@ def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: C
             if n in present:
                 entries.append((i, j))
                 slopes.append(with_respect_to(error, n))
+    rows = WishRows(
+        compiled(errors, clocks),
+        len(errors),
+        compiled(slopes, clocks),
+        tuple(entries),
+        tuple(speeds),
+        tuple(numbers),
+    )
     return replace(
         block,
-        wishes=compiled(errors, clocks),
-        wish_count=len(errors),
-        wish_slopes=compiled(slopes, clocks),
-        wish_entries=tuple(entries),
-        wish_speeds=tuple(speeds),
-        drawn_by=tuple(numbers),
+        wishes=rows,
         inputs=block.inputs | (symbol_numbers(*errors) - core),
         moving=True,  # it goes toward the wish even if nothing else moves
     )

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 
-from movimentum.expressions import ONE, RADIANS, ZERO, Expr, add, call, const, div, mul, neg, power, rebuild, sub, walk
-
-_DEGREE = const(RADIANS)
-_PER_RADIAN = const(1.0 / RADIANS)
+from movimentum.expressions import ONE, ZERO, Expr, add, div, mul, neg, rebuild, walk
+from movimentum.expressions.operations import BY_NAME
 
 
 def differentiate(root: Expr, leaf: Callable[[Expr], Expr], memo: dict[Expr, Expr] | None = None) -> Expr:
@@ -59,55 +57,7 @@ def _rule(node: Expr, leaf: Callable[[Expr], Expr], d: list[Expr]) -> Expr:
         return leaf(node)
     if all(item.value == 0.0 for item in d):
         return ZERO
-    a = node.args[0]
-    match node.op:
-        case "add":
-            return add(d[0], d[1])
-        case "neg":
-            return neg(d[0])
-        case "mul":
-            return add(mul(d[0], node.args[1]), mul(a, d[1]))
-        case "div":
-            b = node.args[1]
-            return sub(div(d[0], b), div(mul(a, d[1]), mul(b, b)))
-        case "pow":
-            n = node.exponent
-            return mul(mul(const(n), power(a, n - 1.0)), d[0])
-        case "sqrt":
-            return div(d[0], mul(const(2.0), node))
-        case "sind":
-            return mul(mul(_DEGREE, call("cosd", a)), d[0])
-        case "cosd":
-            return neg(mul(mul(_DEGREE, call("sind", a)), d[0]))
-        case "tand":
-            return mul(mul(_DEGREE, add(ONE, mul(node, node))), d[0])
-        case "asind":
-            return mul(_PER_RADIAN, div(d[0], call("sqrt", sub(ONE, mul(a, a)))))
-        case "acosd":
-            return neg(mul(_PER_RADIAN, div(d[0], call("sqrt", sub(ONE, mul(a, a))))))
-        case "atand":
-            return mul(_PER_RADIAN, div(d[0], add(ONE, mul(a, a))))
-        case "atan2d":
-            x = node.args[1]
-            return mul(_PER_RADIAN, div(sub(mul(x, d[0]), mul(a, d[1])), add(mul(x, x), mul(a, a))))
-        case "abs":
-            return call("le", a, ZERO, neg(d[0]), d[0])
-        case "min":
-            return call("le", a, node.args[1], d[0], d[1])
-        case "max":
-            return call("le", a, node.args[1], d[1], d[0])
-        case "floor":
-            return ZERO
-        case "mod":
-            return sub(d[0], mul(call("floor", div(a, node.args[1])), d[1]))
-        case "exp":
-            return mul(node, d[0])
-        case "ln":
-            return div(d[0], a)
-        case "ease":
-            inside = mul(const(6.0), mul(a, sub(ONE, a)))
-            return mul(call("le", a, ZERO, ZERO, call("le", a, ONE, inside, ZERO)), d[0])
-        case "le":
-            return call("le", a, node.args[1], d[2], d[3])
-        case _:
-            raise NotImplementedError(node.op)
+    operation = BY_NAME.get(node.op)
+    if operation is None:
+        raise NotImplementedError(node.op)
+    return operation.derivative(node, d)

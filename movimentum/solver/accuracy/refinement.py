@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import ZERO, Expr
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Block, Integral, Ode, Winding
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
@@ -31,8 +31,10 @@ from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Numbe
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.basis.instants import at_times
 from movimentum.solver.block.formulas import Formulas
+from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.continuation.tracks import StillTrack
 from movimentum.solver.motion import Motion
-from movimentum.solver.path.piece import Piece, StillTrack, scale_of
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead
@@ -280,11 +282,11 @@ class RefinedMotion:
         plan, arithmetic = piece.plan, self.arithmetic
         everywhere = np.full(1, np.inf)
         start = np.stack([np.broadcast_to(context.floats[n], count) for n in block.unknowns], axis=1)
-        if block.form is Form.WINDING:
+        if isinstance(block, Winding):
             (n,) = block.unknowns
             self._wind(plan.system.equations[block.equations[0]].residual, context, n, start[:, 0])
             return everywhere
-        if block.form is Form.INTEGRAL:
+        if isinstance(block, Integral):
             self._accumulate(number, piece, block, context, times, start[:, 0])
             return everywhere
         if block.free and len(block.unknowns) > len(block.equations):
@@ -292,10 +294,11 @@ class RefinedMotion:
             self.attained.rough.update(
                 {f"the free motion of `{plan.system.scene.things[t].name}`": None for t in things}
             )
-        for n in block.states:
+        states = block.states if isinstance(block, Ode) else ()
+        for n in states:
             context.wide[n] = arithmetic.floats(start[:, block.unknowns.index(n)])
             self.attained.rough[AN_INTEGRAL] = None
-        chosen = [j for j, n in enumerate(block.unknowns) if n not in block.states]
+        chosen = [j for j, n in enumerate(block.unknowns) if n not in states]
         unknowns = [block.unknowns[j] for j in chosen]
         rows = self._rows.get((id(plan), block.number))
         if rows is None:

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Block, Linear
+from movimentum.planning.blocks.kinds import Quadratic as QuadraticBlock
 
 FloatArray = NDArray[np.float64]
 State = list[Any]
@@ -26,7 +27,7 @@ class Quadratic(NamedTuple):
     (+1 or -1); a negative discriminant is taken as zero.
     """
 
-    block: Block
+    block: QuadraticBlock
     state: State
     clocks: Sequence[FloatArray]
 
@@ -41,19 +42,17 @@ class Quadratic(NamedTuple):
 
     def branch(self, sign: FloatArray | float) -> tuple[FloatArray, ...]:
         """The margin, then the core unknowns."""
-        assert self.block.coefficients is not None
-        return self.block.coefficients(self.state, self.clocks, sign)
+        return self.block.solution(self.state, self.clocks, sign)
 
 
-def quadratic(block: Block, u: State, k: Sequence[FloatArray]) -> Quadratic:
-    """A POLYNOMIAL or DYAD block's quadratic, given what is known."""
+def quadratic(block: QuadraticBlock, u: State, k: Sequence[FloatArray]) -> Quadratic:
+    """A block's quadratic, given what is known."""
     return Quadratic(block, u, k)
 
 
-def linear(block: Block, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
-    """The core unknowns of a LINEAR block; nan where its matrix is singular."""
-    assert block.coefficients is not None
-    values = block.coefficients(u, k)
+def linear(block: Linear, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
+    """The core unknowns of a linear block; nan where its matrix is singular."""
+    values = block.system(u, k)
     m = len(block.core)
     if m == 1:
         return (np.divide(values[1], values[0]),)

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.rows import jacobian_of, residual_of
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
@@ -55,8 +55,7 @@ class DenseTangent:
 
     rounding = 2e-16
 
-    def __init__(self, block: Block, jacobian: FloatArray) -> None:
-        assert block.metric is not None
+    def __init__(self, block: Free, jacobian: FloatArray) -> None:
         self.white, self.scale = block.metric.whitening
         self.gradients = np.where(block.metric.weighted, self.scale, 0.0)
         rows, lengths = scaled((jacobian @ self.white)[None], np.ones(len(self.scale)))
@@ -102,7 +101,7 @@ class DenseTangent:
         return self.white @ (self.inverse @ (want / self.lengths) - self.free @ (self.free.T @ turned))
 
 
-def tangent_at(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> Tangent:
+def tangent_at(block: Free, u: State, k: Sequence[FloatArray], x: FloatArray) -> Tangent:
     """The block linearised at core values ``x`` (n,) at one instant."""
     if block.sparse is not None:
         from movimentum.solver.block.sparse import saddle
@@ -112,7 +111,7 @@ def tangent_at(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -
 
 
 def chord_newton(
-    block: Block,
+    block: Free,
     u: State,
     k: Sequence[FloatArray],
     x: FloatArray,

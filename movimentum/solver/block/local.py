@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.rows import jacobian_of, residual_of
@@ -35,7 +35,7 @@ class Local:
     ``sizes`` are the natural sizes of the block's unknowns, where anyone asks.
     """
 
-    block: Block
+    block: Newton
     probe: Probe
     delta: float
     low: float

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import chord_newton
@@ -60,7 +60,7 @@ class Outcome:
 
 
 def newton(
-    block: Block,
+    block: Newton,
     u: State,
     k: Sequence[FloatArray],
     start: FloatArray,
@@ -76,7 +76,7 @@ def newton(
     (near a singularity the step is no measure, the residual is).
     """
     x = np.array(start, dtype=np.float64)
-    if block.sparse is not None:
+    if isinstance(block, Free) and block.sparse is not None:
         return _sparse_newton(block, u, k, x, scale, iterations, limit)
     square = block.rows == len(block.core) and not block.free
     last = np.full(len(x), np.inf)
@@ -103,7 +103,7 @@ def newton(
 
 
 def _sparse_newton(
-    block: Block,
+    block: Free,
     u: State,
     k: Sequence[FloatArray],
     x: FloatArray,
@@ -125,9 +125,9 @@ def _sparse_newton(
     return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
 
 
-def freedom_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:
+def freedom_of(block: Newton, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:
     """Unknowns minus rank at core values ``x`` (n,) at one instant; of a large block, 1 where there is any freedom."""
-    if block.sparse is not None:
+    if isinstance(block, Free) and block.sparse is not None:
         return int(len(block.core) > block.rows or _moves(block, u, k, x))
     rows, _ = scaled(jacobian_of(block, u, k, x[None]), scale)
     if 0 in rows.shape:
@@ -136,11 +136,10 @@ def freedom_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray, s
     return len(x) - int(np.sum(singular > 1e-7 * max(singular[0], 1e-300)))
 
 
-def _moves(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> bool:
+def _moves(block: Free, u: State, k: Sequence[FloatArray], x: FloatArray) -> bool:
     """Whether the rows of a large block leave anything of a random motion."""
     from movimentum.solver.block.sparse import saddle
 
-    assert block.metric is not None
     tangent = saddle(block, u, k, x)
     motion = np.random.default_rng(5).normal(size=len(x)) * tangent.scale
     left = tangent.least(np.zeros(block.rows), -block.metric.applied(motion))
@@ -148,7 +147,7 @@ def _moves(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> bo
 
 
 def unrolled(
-    block: Block, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray, step: Compiled
+    block: Newton, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray, step: Compiled
 ) -> BoolArray:
     """Improve ``x`` (n, F) in place by Newton steps that ``step`` computes; returns which instants converged (F,).
 

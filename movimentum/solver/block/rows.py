@@ -7,35 +7,31 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.structure.linear_rows import SparseRows
 from movimentum.solver.block.closed_form import State
 
 FloatArray = NDArray[np.float64]
 
 
-def residual_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
+def residual_of(block: Newton, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
     """(F, m) residuals at core values ``x`` (F, n)."""
-    if block.sparse is not None:
-        from movimentum.solver.block.rows import sparse_residual
-
-        return sparse_residual(block, u, k, x)
-    assert block.coefficients is not None
+    if isinstance(block, Free) and block.sparse is not None:
+        return sparse_residual(block.sparse, u, k, x)
+    assert block.residual is not None
     for j, n in enumerate(block.core):
         u[n] = x[:, j]
-    values = block.coefficients(u, k)
+    values = block.residual(u, k)
     result = np.empty((len(x), len(values)))
     for i, value in enumerate(values):
         result[:, i] = value
     return result
 
 
-def jacobian_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
+def jacobian_of(block: Newton, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
     """(F, m, n) Jacobian at core values ``x`` (F, n)."""
-    if block.sparse is not None:
-        from movimentum.solver.block.rows import sparse_slopes
-
-        return _filled(block.sparse, sparse_slopes(block, u, k, x), len(block.core))
+    if isinstance(block, Free) and block.sparse is not None:
+        return _filled(block.sparse, sparse_slopes(block.sparse, u, k, x), len(block.core))
     assert block.jacobian is not None
     for j, n in enumerate(block.core):
         u[n] = x[:, j]
@@ -52,26 +48,26 @@ def _filled(rows: SparseRows, slopes: FloatArray, columns: int) -> FloatArray:
     return result
 
 
-def wishes_of(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> tuple[FloatArray, FloatArray]:
+def wishes_of(block: Newton, u: State, k: Sequence[FloatArray], x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The errors (F, p) of the wishes that draw a block, and their Jacobian (F, p, n), at core values ``x`` (F, n)."""
-    errors = np.zeros((len(x), block.wish_count))
-    jacobian = np.zeros((len(x), block.wish_count, len(block.core)))
-    if block.wishes is not None and block.wish_slopes is not None:
+    wishes = block.wishes if isinstance(block, Free) else None
+    count = 0 if wishes is None else wishes.count
+    errors = np.zeros((len(x), count))
+    jacobian = np.zeros((len(x), count, len(block.core)))
+    if wishes is not None:
         for j, n in enumerate(block.core):
             u[n] = x[:, j]
-        for i, value in enumerate(block.wishes(u, k)):
+        for i, value in enumerate(wishes.errors(u, k)):
             errors[:, i] = value
-        for (i, j), value in zip(block.wish_entries, block.wish_slopes(u, k), strict=True):
+        for (i, j), value in zip(wishes.entries, wishes.slopes(u, k), strict=True):
             jacobian[:, i, j] = value
         # where it has no gradient (the distance of two places that are one), a wish draws nothing
         jacobian[~np.isfinite(jacobian).all(axis=2)] = 0.0
     return errors, jacobian
 
 
-def _coefficients(block: Block, u: State, k: Sequence[FloatArray], count: int) -> FloatArray:
+def _coefficients(rows: SparseRows, u: State, k: Sequence[FloatArray], count: int) -> FloatArray:
     """(F, T) coefficients of the terms at F instants."""
-    rows = block.sparse
-    assert rows is not None
     values = np.repeat(rows.constants[None], count, axis=0)
     if rows.coefficients is not None:
         for t, value in zip(rows.varying, rows.coefficients(u, k), strict=True):
@@ -79,21 +75,17 @@ def _coefficients(block: Block, u: State, k: Sequence[FloatArray], count: int) -
     return values
 
 
-def sparse_residual(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
+def sparse_residual(rows: SparseRows, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
     """(F, m) residuals at core values ``x`` (F, n)."""
-    rows = block.sparse
-    assert rows is not None
-    values = _coefficients(block, u, k, len(x))
+    values = _coefficients(rows, u, k, len(x))
     for d in range(rows.factors.shape[1]):
         values = values * _extended(x)[:, rows.factors[:, d]]
     return np.array([np.bincount(rows.row, some, rows.rows) for some in values], dtype=np.float64)
 
 
-def sparse_slopes(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
+def sparse_slopes(rows: SparseRows, u: State, k: Sequence[FloatArray], x: FloatArray) -> FloatArray:
     """(F, entries) of the Jacobian at core values ``x`` (F, n), in the order of `SparseRows.indices`."""
-    rows = block.sparse
-    assert rows is not None
-    coefficients = _coefficients(block, u, k, len(x))
+    coefficients = _coefficients(rows, u, k, len(x))
     chosen = [_extended(x)[:, rows.factors[:, d]] for d in range(rows.factors.shape[1])]
     result = np.zeros((len(x), len(rows.indices) + 1))
     for d in range(len(chosen)):

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free
+from movimentum.planning.structure.linear_rows import SparseRows
 from movimentum.planning.structure.metric import Metric
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.closed_form import State
@@ -30,15 +31,19 @@ REFINED = 1e-12
 """Relative to what was wanted: a velocity's rows that are met better need no refinement."""
 
 
+def rows_of(block: Free) -> SparseRows:
+    """The rows of a large block."""
+    assert block.sparse is not None
+    return block.sparse
+
+
 class _Pattern:
     """Where the entries of a block's metric and Jacobian stand in its saddle point matrix (compressed columns)."""
 
-    def __init__(self, block: Block) -> None:
+    def __init__(self, block: Free) -> None:
         from scipy.sparse import coo_matrix, csr_matrix
 
-        rows, metric = block.sparse, block.metric
-        assert rows is not None
-        assert metric is not None
+        rows, metric = rows_of(block), block.metric
         n, m = len(block.core), rows.rows
         diagonal = np.zeros(n)
         on = metric.form[0] == metric.form[1]
@@ -67,7 +72,7 @@ class _Pattern:
 
 
 @lru_cache(maxsize=8)
-def _pattern(block: Block) -> _Pattern:
+def _pattern(block: Free) -> _Pattern:
     return _Pattern(block)
 
 
@@ -89,11 +94,10 @@ class Saddle:
 
     rounding = 1e-14
 
-    def __init__(self, block: Block, slopes: FloatArray) -> None:
+    def __init__(self, block: Free, slopes: FloatArray) -> None:
         from scipy.sparse import csc_matrix, csr_matrix
 
-        rows = block.sparse
-        assert rows is not None
+        rows = rows_of(block)
         self.pattern = pattern = _pattern(block)
         self.size = len(block.core)
         self.scale = pattern.scale
@@ -150,9 +154,9 @@ class Saddle:
         return v + (along @ pushed) * self.scale
 
 
-def saddle(block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> Saddle:
+def saddle(block: Free, u: State, k: Sequence[FloatArray], x: FloatArray) -> Saddle:
     """The block linearised at core values ``x`` (n,) at one instant."""
-    return Saddle(block, sparse_slopes(block, u, k, x[None])[0])
+    return Saddle(block, sparse_slopes(rows_of(block), u, k, x[None])[0])
 
 
 class Quadratic:
@@ -160,17 +164,16 @@ class Quadratic:
     is to be made least to be added up.
     """
 
-    def __init__(self, block: Block, u: State, k: Sequence[FloatArray], x: FloatArray) -> None:
-        rows = block.sparse
-        assert rows is not None
+    def __init__(self, block: Free, u: State, k: Sequence[FloatArray], x: FloatArray) -> None:
+        rows = rows_of(block)
         self.scale = _pattern(block).scale
         self.gradient = np.zeros(len(x))
         self.squares: list[tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]] = []
         self.rows: list[tuple[NDArray[np.intp], FloatArray]] = []
         self.right: list[float] = []
         self.relaxed: list[float] = []
-        slopes = sparse_slopes(block, u, k, x[None])[0]
-        for i, off in enumerate(sparse_residual(block, u, k, x[None])[0]):
+        slopes = sparse_slopes(rows, u, k, x[None])[0]
+        for i, off in enumerate(sparse_residual(rows, u, k, x[None])[0]):
             some = slice(rows.indptr[i], rows.indptr[i + 1])
             self.row(rows.indices[some], slopes[some], float(off))
 

@@ -9,7 +9,7 @@ from math import lcm
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solver.basis.pose_state import Carry
@@ -28,7 +28,7 @@ MOST = 12
 
 def unwound(
     plan: Plan,
-    block: Block,
+    block: Newton,
     state: State,
     k: Sequence[FloatArray],
     solutions: list[FloatArray],
@@ -63,7 +63,7 @@ def unwound(
 
 
 def _turned(
-    block: Block,
+    block: Newton,
     one: State,
     clocks: tuple[FloatArray, ...],
     x: FloatArray,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
@@ -71,7 +71,7 @@ class Turn:
 
 
 def turns_of(
-    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], things: set[int], carry: Carry
+    plan: Plan, block: Free, state: State, k: Sequence[FloatArray], things: set[int], carry: Carry
 ) -> list[Turn]:
     """The directions of the ``things`` whose directions the block finds; they begin from the pose carried over."""
     offsets: dict[int, float] = {}
@@ -118,7 +118,7 @@ def _turn_metric(x: FloatArray, fresh: Sequence[Turn], metric: FloatArray) -> Fl
 
 
 def least(
-    block: Block,
+    block: Free,
     state: State,
     k: Sequence[FloatArray],
     start: FloatArray,
@@ -141,7 +141,7 @@ def least(
 
 
 def _dense_least(
-    block: Block,
+    block: Free,
     state: State,
     k: Sequence[FloatArray],
     start: FloatArray,
@@ -153,7 +153,6 @@ def _dense_least(
     wished: NDArray[np.intp],
 ) -> FloatArray | None:
     """Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18)."""
-    assert block.metric is not None
     metric = block.metric.dense
     x = start.copy()
     longest, nearest = LONGEST, np.inf
@@ -208,7 +207,7 @@ def _dense_least(
 
 
 def _sparse_least(
-    block: Block,
+    block: Free,
     state: State,
     k: Sequence[FloatArray],
     start: FloatArray,
@@ -222,7 +221,6 @@ def _sparse_least(
     """The same steps from sparse saddle point systems (`solver.block.sparse`)."""
     from movimentum.solver.block.sparse import Quadratic
 
-    assert block.metric is not None
     form = block.metric
     x = start.copy()
     for _ in range(80):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.metric import Metric
 from movimentum.scene.model import Scene
@@ -46,11 +46,14 @@ class FreeMotion:
 
     local: Local
     plan: Plan
+    _block: Free = field(init=False)
     fastest: float = field(init=False)
     damping: Damping = field(init=False)
 
     def __post_init__(self) -> None:
         """Look at the scene once."""
+        assert isinstance(self.local.block, Free)
+        self._block = self.local.block
         wide = FOLLOWING * field_of(self.plan.system.scene)
         self.fastest = FARTHEST * wide
         self.damping = Damping(near=FOLLOWING * self.plan.size, far=wide)
@@ -58,12 +61,11 @@ class FreeMotion:
     @property
     def metric(self) -> Metric:
         """The block's."""
-        assert self.local.block.metric is not None
-        return self.local.block.metric
+        return self._block.metric
 
     def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> FloatArray:
         """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there."""
-        block = self.local.block
+        block = self._block
         state, clocks, span = self.local.around(tau)
         repeated = np.repeat(x[None, :], 3, axis=0)
         residual = residual_of(block, state, clocks, repeated)
@@ -93,7 +95,7 @@ class FreeMotion:
         own speed, nor than if it were `FARTHEST` off.
         """
         want = -drift - FOLLOWING * errors
-        for first, stop, speed in self.local.block.wish_speeds:
+        for first, stop, speed in self._block.wishes.speeds if self._block.wishes is not None else ():
             now = float(np.linalg.norm(want[first:stop]))
             most = min(speed, self.fastest)
             if now > most:
@@ -105,11 +107,11 @@ class FreeMotion:
         residual of 1e-10), and the last tangent used; ``tangent``: one from near there.
         """
         state, clocks = self.local.probe(np.array([tau]))
-        found, error, used = chord_newton(self.local.block, state, clocks, x, 10, tangent=tangent)
+        found, error, used = chord_newton(self._block, state, clocks, x, 10, tangent=tangent)
         return found, error <= 1e-10, used
 
 
-def projected(block: Block, probe: Probe, tau: float, x: FloatArray) -> tuple[FloatArray, bool]:
+def projected(block: Free, probe: Probe, tau: float, x: FloatArray) -> tuple[FloatArray, bool]:
     """The core values nearest to ``x`` (n,) that satisfy the block's equations, by Newton steps least in the metric;
     also returns whether they do (to a relative residual of 1e-8).
     """

@@ -11,13 +11,15 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.planning.blocks.build import Block, Kernel, dense_block
+from movimentum.planning.blocks.build import dense_block
+from movimentum.planning.blocks.kinds import Block, Quadratic
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.decompose import Group
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
-from movimentum.solver.path.follow import Choice, instant
+from movimentum.solver.continuation.tracks import Choice
+from movimentum.solver.path.follow import instant
 
 
 def with_redundant_rows(plan: Plan, start: Fraction, ahead: float, choices: list[Choice]) -> Plan | None:
@@ -35,7 +37,7 @@ def with_redundant_rows(plan: Plan, start: Fraction, ahead: float, choices: list
     checks = list(plan.checks)
     owner = {n: block.number for block in blocks for n in block.unknowns}
     for block in plan.blocks:
-        if not block.moving or block.kernel not in (Kernel.POLYNOMIAL, Kernel.DYAD):
+        if not block.moving or not isinstance(block, Quadratic):
             continue
         with np.errstate(all="ignore"):
             margin = closed_form.quadratic(block, state, instants.clocks).margin

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.path.piece import Piece, SignTrack, scale_of
+from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.continuation.tracks import SignTrack
+from movimentum.solver.path.piece import Piece
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from movimentum.solver.path.follow import Choice
+from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.start.contradictions import Contradiction
 from movimentum.solver.start.rejections import Rejection, TurnedDown
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.expressions import Expr, call, sub, symbol
-from movimentum.planning.blocks.build import Block, dense_block
+from movimentum.planning.blocks.build import dense_block
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.polynomial import Polynomial
@@ -26,7 +27,7 @@ from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.rows import jacobian_of, residual_of
-from movimentum.solver.path.piece import scale_of
+from movimentum.solver.block.sizes import scale_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -92,7 +93,7 @@ class Demands:
     rows: tuple[Row, ...]
     matrix: FloatArray
     right: FloatArray
-    block: Block | None
+    block: Newton | None
     weights: FloatArray
     effort: Effort
 

@@ -9,8 +9,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block, Kernel
-from movimentum.planning.lowering.equations import Form
+from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic, Winding
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.basis.instants import Instants
@@ -21,9 +20,13 @@ from movimentum.solver.block.local import Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.rows import jacobian_of
 from movimentum.solver.block.scaling import scaled
-from movimentum.solver.path.folds import CLOSED, fold_near
-from movimentum.solver.path.follow import Choice, instant, probe_of
-from movimentum.solver.path.piece import FlowTrack, NodeTrack, Piece, SignTrack, StillTrack, solve_block, track_scale
+from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.continuation.folds import CLOSED, fold_near
+from movimentum.solver.continuation.tracks import Choice, FlowTrack, NodeTrack, SignTrack, StillTrack
+from movimentum.solver.kinds.dispatch import evaluate
+from movimentum.solver.kinds.newton import probe_of
+from movimentum.solver.path.follow import instant
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.search import SELECTOR_TOLERANCE
 
@@ -89,15 +92,15 @@ class Branch:
         if isinstance(track, FlowTrack):  # an integral of what is solved for ends with the path
             return None
         if isinstance(track, StillTrack):
-            solve_block(piece, block, track, state, instants)
+            evaluate(piece, block, track, state, instants)
             return Choice(values=track.values)
         tau = float(instants.tau[0])
         if isinstance(track, NodeTrack) and tau <= track.until:  # followed all the way: another block's path ended
-            failed = solve_block(piece, block, track, state, instants)
+            failed = evaluate(piece, block, track, state, instants)
             if failed is not None and failed.any():
                 return None
             return Choice(values=tuple(float(np.ravel(state[n])[0]) for n in block.core))
-        if isinstance(track, NodeTrack):
+        if isinstance(track, NodeTrack) and isinstance(block, Newton):
             scale = track_scale(piece.plan, block)
             outcome = newton(
                 block, state, instants.clocks, self._cores[block.number][None], scale, iterations=30, limit=0.1
@@ -108,7 +111,7 @@ class Branch:
                 state[n] = outcome.x[:, j]
             closed_form.fill_explicit(block, state, instants.clocks)
             return Choice(values=tuple(map(float, outcome.x[0])))
-        if isinstance(track, SignTrack):
+        if isinstance(track, SignTrack) and isinstance(block, Quadratic):
             sign = float(np.ravel(track.sign(instants.tau))[0])
             margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(sign)
             if not np.ravel(margin)[0] >= -ROUNDING:
@@ -118,17 +121,15 @@ class Branch:
             closed_form.fill_explicit(block, state, instants.clocks)
             choice = Choice(sign=sign)
         else:
-            solve_block(piece, block, track, state, instants)
+            evaluate(piece, block, track, state, instants)
             value = float(np.ravel(state[block.unknowns[0]])[0])
-            special = block.form is not Form.PLAIN
+            special = isinstance(block, Winding | Integral)
             choice = Choice(values=(value,)) if special else Choice()
-        if block.kernel in (Kernel.ASSIGN, Kernel.LINEAR, Kernel.POLYNOMIAL, Kernel.DYAD) and not all(
-            np.isfinite(state[n]).all() for n in block.unknowns
-        ):
+        if not isinstance(block, Newton | Ode) and not all(np.isfinite(state[n]).all() for n in block.unknowns):
             return None
         return choice
 
-    def _regular(self, block: Block, state: State, instants: Instants, x: FloatArray, scale: FloatArray) -> bool:
+    def _regular(self, block: Newton, state: State, instants: Instants, x: FloatArray, scale: FloatArray) -> bool:
         """Whether a pose is clear of the fold at which a path ends: just past it, equations are met within rounding."""
         rows = scaled(jacobian_of(block, state, instants.clocks, x), scale)[0][0]
         singular = np.linalg.svd(rows, compute_uv=False)
@@ -176,7 +177,7 @@ class Branch:
         found: float | None = None
         for number, core in self._cores.items():
             block, track = piece.plan.blocks[number], piece.tracks[number]
-            if isinstance(track, NodeTrack) and tau > track.until:
+            if isinstance(track, NodeTrack) and isinstance(block, Newton) and tau > track.until:
                 length = float(piece.nodes[-1] - piece.nodes[0]) or 1.0
                 local = Local(block, probe_of(piece, block), 1e-8 * length, tau - length, tau + length)
                 fold = fold_near(local, tau, core, track_scale(piece.plan, block), length)
@@ -243,7 +244,7 @@ def _first_beginning(
     blocks = [plan.blocks[r.block] for r in refused.rejections if r.block is not None]
     if length <= 0.0 or not any(block.moving for block in blocks):
         return None
-    newton_blocks = [block for block in blocks if block.kernel is Kernel.NEWTON]
+    newton_blocks = [block for block in blocks if isinstance(block, Newton | Ode)]
     if any(len(block.core) > LARGEST_LATE for block in newton_blocks):
         return None
     bad = 0.0

@@ -19,15 +19,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block, Kernel
-from movimentum.planning.lowering.equations import Form
+from movimentum.planning.blocks.kinds import Block, Newton, Ode, Quadratic
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
 from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.path.follow import Choice
+from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.start.candidates import Candidate, Part, Selection
 from movimentum.solver.start.costs import SAME, squared
 from movimentum.solver.start.options import BlockOptions, Option
@@ -233,7 +232,7 @@ class _Search:
         return Selection(ordered_choices, tuple(parts), frozenset(self.decisive))
 
     def _branches(self, block: Block) -> bool:
-        return block.form is Form.PLAIN and block.kernel in (Kernel.POLYNOMIAL, Kernel.DYAD, Kernel.NEWTON)
+        return isinstance(block, Quadratic | Newton | Ode)
 
     def _search_part(self, numbers: list[int]) -> Part:
         rejections: list[Rejection] = []
@@ -274,7 +273,7 @@ class _Search:
         plan = self.plan
         blocks = self.blocks
         leaves: list[Candidate] = []
-        irreducible = sum(plan.blocks[n].kernel is Kernel.NEWTON and not plan.blocks[n].free for n in numbers)
+        irreducible = sum(isinstance(plan.blocks[n], Newton | Ode) and not plan.blocks[n].free for n in numbers)
         patient = blocks.effort + PATIENCE * (1 + irreducible)
         most = min(LEAVES, max(FEWEST_LEAVES, LEAF_VALUES // sum(len(plan.blocks[n].unknowns) for n in numbers)))
         level_of = {number: level for level, number in enumerate(numbers)}

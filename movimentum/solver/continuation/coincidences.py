@@ -13,17 +13,18 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.path.piece import Circles, Piece, SignTrack, track_scale
+from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.continuation.tracks import Circles, Path, SignTrack
 
 FloatArray = NDArray[np.float64]
 
 LARGEST_TURN = 0.45
 """Change of a direction's cosine or sine between two nodes."""
 FINEST = 2.0**-18
-"""Of a piece's length: nodes are no closer."""
+"""Of a path's length: nodes are no closer."""
 NEAR = 1e-5
 """Of its largest value: a squared distance of two centres below which they may meet between two nodes."""
 ROUNDS, SAMPLES = 12, 9
@@ -34,7 +35,7 @@ EXTRAPOLATED = np.array([4.0, -6.0, 4.0, -1.0])
 
 
 def with_coincidences(
-    piece: Piece, block: Block, track: SignTrack, nodes: tuple[FloatArray, State, Sequence[FloatArray]]
+    path: Path, block: Quadratic, track: SignTrack, nodes: tuple[FloatArray, State, Sequence[FloatArray]]
 ) -> SignTrack:
     """``track`` with its sign changed where circles that become one call for it; ``nodes``: times, states and clocks.
 
@@ -44,7 +45,7 @@ def with_coincidences(
     circles = track.circles
     assert circles is not None
     with np.errstate(all="ignore"):
-        jumps = _jumps(piece, block, track, nodes)
+        jumps = _jumps(path, block, track, nodes)
         if not jumps.any():
             return track
         low = circles.apart(state, clocks, len(tau)) < NEAR
@@ -59,10 +60,10 @@ def with_coincidences(
                 j += 1
             first, last = max(i - 1, 0), min(j + 1, len(tau) - 1)
             if jumps[first:last].any():
-                place = _nearest(piece, block, circles, float(tau[first]), float(tau[last]))
+                place = _nearest(path, block, circles, float(tau[first]), float(tau[last]))
                 cleared = switches[(switches < tau[first]) | (switches > tau[last])]
                 without = SignTrack(track.first, cleared, circles)
-                turns = _turns(piece, block, without, place)
+                turns = _turns(path, block, without, place)
                 switches = np.sort(np.append(cleared, place)) if turns else cleared
                 track = SignTrack(track.first, switches, circles)
             i = j + 1
@@ -70,25 +71,25 @@ def with_coincidences(
 
 
 def _jumps(
-    piece: Piece, block: Block, track: SignTrack, nodes: tuple[FloatArray, State, Sequence[FloatArray]]
+    path: Path, block: Quadratic, track: SignTrack, nodes: tuple[FloatArray, State, Sequence[FloatArray]]
 ) -> NDArray[np.bool_]:
     """The intervals, as close as nodes get, over which the block's motion jumps."""
     tau, state, clocks = nodes
     core = closed_form.quadratic(block, state, clocks).roots(track.sign(tau))
-    close = np.diff(tau) <= 2.0 * FINEST * (piece.end - piece.begin)
+    close = np.diff(tau) <= 2.0 * FINEST * (path.end - path.begin)
     jumps = np.zeros(len(close), dtype=np.bool_)
-    for size, values in zip(track_scale(piece.plan, block), core, strict=True):
+    for size, values in zip(track_scale(path.plan, block), core, strict=True):
         jumps |= close & ~(np.abs(np.diff(np.broadcast_to(values, len(tau)))) <= LARGEST_TURN * size)
     return jumps
 
 
-def _nearest(piece: Piece, block: Block, circles: Circles, low: float, high: float) -> float:
+def _nearest(path: Path, block: Quadratic, circles: Circles, low: float, high: float) -> float:
     """The time in [low, high] at which the centres are nearest to each other."""
     place = 0.5 * (low + high)
     for _ in range(ROUNDS):
         points = np.linspace(low, high, SAMPLES + 2)
-        instants = piece.instants(points)
-        apart = circles.apart(piece.before(block.number, instants), instants.clocks, len(points))
+        instants = path.instants(points)
+        apart = circles.apart(path.before(block.number, instants), instants.clocks, len(points))
         if not np.isfinite(apart).any():
             return place
         i = int(np.nanargmin(apart))
@@ -97,17 +98,17 @@ def _nearest(piece: Piece, block: Block, circles: Circles, low: float, high: flo
     return place
 
 
-def _turns(piece: Piece, block: Block, track: SignTrack, place: float) -> bool:
+def _turns(path: Path, block: Quadratic, track: SignTrack, place: float) -> bool:
     """Whether it is with the other sign that the motion goes on smoothly from before ``place`` to after it."""
-    scale = track_scale(piece.plan, block)
+    scale = track_scale(path.plan, block)
     least = [np.inf, np.inf]
     for halvings in HALVINGS:
-        offsets = POINTS * (piece.end - piece.begin) * 0.5**halvings
+        offsets = POINTS * (path.end - path.begin) * 0.5**halvings
         points = np.concatenate([place - offsets, place + offsets])
-        if points.min() < piece.begin or points.max() > piece.end:
+        if points.min() < path.begin or points.max() > path.end:
             continue
-        instants = piece.instants(points)
-        quadratic = closed_form.quadratic(block, piece.before(block.number, instants), instants.clocks)
+        instants = path.instants(points)
+        quadratic = closed_form.quadratic(block, path.before(block.number, instants), instants.clocks)
         sign = track.sign(points)
         sides = [np.stack([np.broadcast_to(v, len(points)) for v in quadratic.roots(s * sign)]) for s in (1.0, -1.0)]
         count = len(POINTS)

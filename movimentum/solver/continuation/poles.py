@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
-from movimentum.solver.path.piece import Piece
+from movimentum.planning.blocks.kinds import Integral
+from movimentum.solver.continuation.tracks import Path
 
 FloatArray = NDArray[np.float64]
 
@@ -25,22 +25,22 @@ down.
 """
 
 
-def first_pole(piece: Piece, block: Block, low: FloatArray, high: FloatArray) -> float | None:
-    """The first pole of an INTEGRAL block's integrand in the intervals [low, high] (each of the finest width), in which
+def first_pole(path: Path, block: Integral, low: FloatArray, high: FloatArray) -> float | None:
+    """The first pole of an integral's integrand in the intervals [low, high] (each of the finest width), in which
     quadrature does not settle; None where all is integrable.
     """
     for a, b in list(zip(low.tolist(), high.tolist(), strict=True))[:MOST]:
         width = b - a
         # beside the pole itself quadrature may happen to settle, by symmetry
-        place = _steepest(piece, block, max(piece.begin, a - 2.0 * width), min(piece.end, b + 2.0 * width))
-        side = 1.0 if piece.end - place > place - piece.begin else -1.0  # where there is more of the animation
+        place = _steepest(path, block, max(path.begin, a - 2.0 * width), min(path.end, b + 2.0 * width))
+        side = 1.0 if path.end - place > place - path.begin else -1.0  # where there is more of the animation
         at = place + side * width * np.array([NEAR, 2.0 * NEAR, FAR, 2.0 * FAR])
-        one, two, three, four = _values(piece, block, at)
+        one, two, three, four = _values(path, block, at)
         near, far = abs(one - two), abs(three - four)  # differences know nothing of what is added to the pole
         if not (near > 0.0 and far > 0.0 and np.isfinite(near)):
             continue
         grows = np.log(near / far) / np.log(FAR / NEAR) > LEAST_POWER
-        if grows and _steady(_values(piece, block, place + side * width * np.geomspace(NEAR, FAR, STEPS))):
+        if grows and _steady(_values(path, block, place + side * width * np.geomspace(NEAR, FAR, STEPS))):
             return place
     return None
 
@@ -51,21 +51,20 @@ def _steady(values: FloatArray) -> bool:
     return bool(np.all(steps > 0.0) or np.all(steps < 0.0))
 
 
-def _steepest(piece: Piece, block: Block, low: float, high: float) -> float:
+def _steepest(path: Path, block: Integral, low: float, high: float) -> float:
     """Where the integrand is largest in [low, high], closed in on."""
     place = low
     for _ in range(8):
         inside = np.linspace(low, high, 65)
-        sizes = np.abs(_values(piece, block, inside))
+        sizes = np.abs(_values(path, block, inside))
         best = int(np.argmax(np.where(np.isfinite(sizes), sizes, np.inf)))
         place = float(inside[best])
         low, high = float(inside[max(best - 1, 0)]), float(inside[min(best + 1, 64)])
     return place
 
 
-def _values(piece: Piece, block: Block, tau: FloatArray) -> FloatArray:
-    assert block.coefficients is not None
-    instants = piece.instants(tau)
-    state = piece.before(block.number, instants)
-    (values,) = block.coefficients(state, instants.clocks)
+def _values(path: Path, block: Integral, tau: FloatArray) -> FloatArray:
+    instants = path.instants(tau)
+    state = path.before(block.number, instants)
+    (values,) = block.integrand(state, instants.clocks)
     return np.broadcast_to(values, tau.shape)

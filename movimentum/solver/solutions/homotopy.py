@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.expressions import ZERO
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.solver.block.closed_form import State
 
@@ -46,7 +46,7 @@ class Roots:
     paths: int
 
 
-def degrees_of(block: Block) -> list[int] | None:
+def degrees_of(block: Newton) -> list[int] | None:
     """The degree of each equation in the core unknowns, or None where one is no polynomial in them."""
     inside = set(block.core)
     degrees: list[int] = []
@@ -65,11 +65,16 @@ def _negligible(value: float | None) -> bool:
 
 
 class AllSolutions:
-    """All solutions of one square block of polynomials, for any inputs of sizes ``input_scale``."""
+    """All solutions of one square block of polynomials, for any inputs of sizes ``input_scale``.
 
-    def __init__(self, block: Block, scale: FloatArray, input_scale: dict[int, float]) -> None:
+    ``coupled``: its solutions are only a part of what is to be found together, so the method is not used.
+    """
+
+    def __init__(
+        self, block: Newton, scale: FloatArray, input_scale: dict[int, float], *, coupled: bool = False
+    ) -> None:
         self.block, self.scale, self.input_scale = block, scale, input_scale
-        square = block.rows == len(block.core) and not block.free and not block.states
+        square = block.rows == len(block.core) and not block.free and not coupled
         self.degrees = degrees_of(block) if square else None
         self.asked = 0
         self.family: _Family | None = None
@@ -119,19 +124,19 @@ class AllSolutions:
 class _Rows:
     """A block's residuals and their Jacobian, for complex unknowns of size one, each row divided by ``rows``."""
 
-    def __init__(self, block: Block, clocks: list[float], scale: FloatArray) -> None:
+    def __init__(self, block: Newton, clocks: list[float], scale: FloatArray) -> None:
         self.block, self.clocks, self.scale = block, clocks, scale
         self.rows: FloatArray = np.ones(block.rows)
 
     def evaluated(self, x: ComplexArray, state: State) -> tuple[ComplexArray, ComplexArray]:
         """F (paths, n) and its Jacobian (paths, n, n) for inputs ``state``."""
         block = self.block
-        assert block.coefficients is not None
+        assert block.residual is not None
         assert block.jacobian is not None
         for j, n in enumerate(block.core):
             state[n] = x[:, j] * self.scale[j]
         values = np.empty_like(x)
-        for i, value in enumerate(block.coefficients(state, self.clocks)):
+        for i, value in enumerate(block.residual(state, self.clocks)):
             values[:, i] = value
         jacobian = np.zeros((len(x), x.shape[1], x.shape[1]), dtype=np.complex128)
         for (i, j), value in zip(block.entries, block.jacobian(state, self.clocks), strict=True):
@@ -143,7 +148,7 @@ class _Family(_Rows):
     """H(x, t) = F(x; inputs on the way from generic ones at t = 0 to given ones at t = 1); ``roots`` solve t = 0."""
 
     def __init__(
-        self, block: Block, generic: State, clocks: list[float], scale: FloatArray, roots: ComplexArray
+        self, block: Newton, generic: State, clocks: list[float], scale: FloatArray, roots: ComplexArray
     ) -> None:
         super().__init__(block, clocks, scale)
         self.generic = self.target = generic
@@ -178,7 +183,7 @@ class _Problem(_Rows):
     """H(x, t) = (1 - t) g G(x) + t F(x) in unknowns of size one and rows of size one."""
 
     def __init__(
-        self, block: Block, state: State, clocks: list[float], scale: FloatArray, degrees: Sequence[int]
+        self, block: Newton, state: State, clocks: list[float], scale: FloatArray, degrees: Sequence[int]
     ) -> None:
         super().__init__(block, clocks, scale)
         generator = np.random.default_rng(2023)

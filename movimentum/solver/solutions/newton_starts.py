@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
@@ -19,10 +19,10 @@ from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
 from movimentum.solver.block.rows import jacobian_of, residual_of, wishes_of
 from movimentum.solver.block.scaling import relative_error
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.initial_pose import Turn, least, turns_of
 from movimentum.solver.free.velocity import projected
-from movimentum.solver.path.piece import scale_of
-from movimentum.solver.start.homotopy import AllSolutions
+from movimentum.solver.solutions.homotopy import AllSolutions
 
 FloatArray = NDArray[np.float64]
 SEEDS = 64
@@ -54,7 +54,7 @@ class Starts:
 
 
 def _first_instant(
-    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], copies: int
+    plan: Plan, block: Newton, state: State, k: Sequence[FloatArray], copies: int
 ) -> tuple[State, tuple[FloatArray, ...]]:
     """The state as far as it is about a block, and the clocks, at the first of the two instants, repeated."""
     one: State = [None] * len(state)
@@ -64,14 +64,14 @@ def _first_instant(
     return one, tuple(np.full(copies, float(np.ravel(clock)[0])) for clock in k)
 
 
-def carried_values(plan: Plan, block: Block, carry: Carry) -> FloatArray:
+def carried_values(plan: Plan, block: Newton, carry: Carry) -> FloatArray:
     """The block's core as carried over (as drawn at the beginning); unknowns that have no such value are 0."""
     values = [carry.now.value(plan.system, n) for n in block.core]
     return np.array([0.0 if v is None else v for v in values])
 
 
 def _completed(
-    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, x: FloatArray
+    plan: Plan, block: Newton, state: State, k: Sequence[FloatArray], carry: Carry, x: FloatArray
 ) -> FloatArray:
     """``x`` (n,) with what nothing drawn tells (the value of a `_`) set so that the unknowns that are eliminated come
     out as they are carried, as nearly as can be.
@@ -99,7 +99,7 @@ def _completed(
 
 def newton_starts(
     plan: Plan,
-    block: Block,
+    block: Newton,
     state: State,
     k: Sequence[FloatArray],
     carry: Carry,
@@ -146,7 +146,7 @@ def newton_starts(
 
 
 def _distinct(
-    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], ends: FloatArray, scale: FloatArray
+    plan: Plan, block: Newton, state: State, k: Sequence[FloatArray], ends: FloatArray, scale: FloatArray
 ) -> list[FloatArray]:
     """The solutions among core vectors ``ends`` (F, n), each once and polished."""
     one, clocks = _first_instant(plan, block, state, k, len(ends))
@@ -164,7 +164,7 @@ def _seeds(first: FloatArray) -> int:
     return max(1, min(SEEDS, LARGEST_BATCH // max(1, len(first)) ** 2))
 
 
-def _scattered(plan: Plan, block: Block, first: FloatArray, scale: FloatArray, seeds: int) -> FloatArray:
+def _scattered(plan: Plan, block: Newton, first: FloatArray, scale: FloatArray, seeds: int) -> FloatArray:
     """(seeds, n) core vectors: ``first``, and random ones; directions of unit length, places about where they were."""
     generator = np.random.default_rng(20121)
     starts = np.repeat(first[None], seeds, axis=0)
@@ -181,7 +181,7 @@ def _scattered(plan: Plan, block: Block, first: FloatArray, scale: FloatArray, s
     return starts
 
 
-def _of_any_size(plan: Plan, block: Block, scale: FloatArray) -> FloatArray | None:
+def _of_any_size(plan: Plan, block: Newton, scale: FloatArray) -> FloatArray | None:
     """(seeds, n) core vectors of a block of variables alone: their numbers need not be as large as the scene is, and
     most are positive. None where the block has poses.
     """
@@ -199,14 +199,14 @@ def _of_any_size(plan: Plan, block: Block, scale: FloatArray) -> FloatArray | No
     return sizes * signs
 
 
-def all_of(plan: Plan, block: Block, scale: FloatArray) -> AllSolutions:
+def all_of(plan: Plan, block: Newton, scale: FloatArray, *, coupled: bool = False) -> AllSolutions:
     """What finds all solutions of a block, if it can be used."""
     inputs = sorted(block.inputs)
-    return AllSolutions(block, scale, dict(zip(inputs, scale_of(plan, inputs).tolist(), strict=True)))
+    return AllSolutions(block, scale, dict(zip(inputs, scale_of(plan, inputs).tolist(), strict=True)), coupled=coupled)
 
 
 def begun_start(
-    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
+    plan: Plan, block: Newton, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
 ) -> Starts | None:
     """The pose carried over (or drawn) as the solution of a block without freedom; no solution where the block has no
     full rank there and can move; None where it is none.
@@ -221,7 +221,7 @@ def begun_start(
     return Starts([outcome.x[0]], False)
 
 
-def _mobile(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> bool:
+def _mobile(block: Newton, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> bool:
     """Whether a square block is solved by core values ``x`` (n,) and can move from there."""
 
     def rows(y: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -232,7 +232,7 @@ def _mobile(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, 
 
 
 def free_start(
-    plan: Plan, block: Block, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
+    plan: Plan, block: Free, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
 ) -> Starts:
     """The pose to begin with where freedom is left: for what has a pose already the nearest to it; else things turned
     as little as possible from how they were drawn, and then moved as little as possible.
@@ -243,7 +243,6 @@ def free_start(
     one, clocks = _first_instant(plan, block, state, k, 1)
     origin = carried_values(plan, block, carry)
     metric = block.metric
-    assert metric is not None
     pull = np.zeros(len(origin))
     if metric.coupled:
         there = list(one)
@@ -300,13 +299,13 @@ def free_start(
     return Starts([min(found, key=cost)] if found else [], True)
 
 
-def _new_things(plan: Plan, block: Block, known: Container[int]) -> set[int]:
+def _new_things(plan: Plan, block: Newton, known: Container[int]) -> set[int]:
     """The things that a block has a part of and that are not ``known``."""
     things = {plan.system.unknowns[n].thing for n in block.unknowns}
     return {t for t in things if t is not None and t not in known}
 
 
-def _error(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> float:
+def _error(block: Newton, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> float:
     """The relative residual at core values ``x`` (n,)."""
     residual, jacobian = residual_of(block, state, k, x[None]), jacobian_of(block, state, k, x[None])
     return float(relative_error(residual, jacobian, scale)[0])
@@ -314,7 +313,7 @@ def _error(block: Block, state: State, k: Sequence[FloatArray], x: FloatArray, s
 
 def _stays(
     plan: Plan,
-    block: Block,
+    block: Newton,
     state: State,
     k: Sequence[FloatArray],
     carry: Carry,
@@ -332,9 +331,11 @@ def _stays(
     )
 
 
-def _immediate(block: Block) -> NDArray[np.intp]:
+def _immediate(block: Free) -> NDArray[np.intp]:
     """The errors of the wishes without a speed."""
-    chosen = np.ones(block.wish_count, dtype=np.bool_)
-    for first, stop, speed in block.wish_speeds:
+    if block.wishes is None:
+        return np.zeros(0, dtype=np.intp)
+    chosen = np.ones(block.wishes.count, dtype=np.bool_)
+    for first, stop, speed in block.wishes.speeds:
         chosen[first:stop] = speed == np.inf
     return np.nonzero(chosen)[0]

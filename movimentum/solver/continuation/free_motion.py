@@ -14,11 +14,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
+from movimentum.solver.continuation.tracks import NodeTrack, node_track
 from movimentum.solver.free.velocity import FreeMotion
-from movimentum.solver.path.piece import NodeTrack, node_track
 
 FloatArray = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
 
 
 def drift(
-    plan: Plan, block: Block, probe: Probe, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float
+    plan: Plan, block: Free, probe: Probe, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float
 ) -> NodeTrack:
     """The least motion of a block with freedom left: of all velocities that keep the constraints, the one that moves
     the anchors least (sum of squared speeds). Integrated with its own step control, brought back onto the constraints

@@ -7,10 +7,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Ode
 from movimentum.solver.block.local import SMALLEST_STEP, Probe
 from movimentum.solver.block.newton import newton
-from movimentum.solver.path.piece import NodeTrack, node_track
+from movimentum.solver.continuation.tracks import NodeTrack, node_track
 
 FloatArray = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ _E = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 4
 
 
 def flow(
-    block: Block, probe: Probe, x: FloatArray, z: FloatArray, scale: FloatArray, nodes: FloatArray, until: float
+    block: Ode, probe: Probe, x: FloatArray, z: FloatArray, scale: FloatArray, nodes: FloatArray, until: float
 ) -> tuple[NodeTrack, NodeTrack]:
     """A block with states: integrate z' = integrands(x, z, t) where x solves the block's equations for the given z.
 
@@ -46,11 +46,10 @@ def flow(
         state, clocks = probe(np.array([tau]))
         for n, value in zip(block.states, states, strict=True):
             state[n] = np.array([value])
-        outcome = newton(block, state, clocks, latest[None], scale, iterations=12)
+        outcome = newton(block.algebraic, state, clocks, latest[None], scale, iterations=12)
         for j, n in enumerate(block.core):
             state[n] = outcome.x[:, j]
         latest = outcome.x[0]
-        assert block.integrands is not None
         slopes = np.array([float(np.ravel(v)[0]) for v in block.integrands(state, clocks)])
         return outcome.x[0], slopes if outcome.converged[0] else np.full(len(slopes), np.nan)
 

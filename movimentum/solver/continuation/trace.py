@@ -12,11 +12,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
-from movimentum.solver.path.branching import branch_rate
-from movimentum.solver.path.folds import path_end
-from movimentum.solver.path.piece import NodeTrack, node_track
+from movimentum.solver.continuation.branching import branch_rate
+from movimentum.solver.continuation.folds import path_end
+from movimentum.solver.continuation.tracks import NodeTrack, node_track
 
 FloatArray = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ NEAREST_JUMP, FARTHEST_JUMP = 1e-5, 0.02
 
 
 def trace(
-    block: Block,
+    block: Newton,
     probe: Probe,
     x: FloatArray,
     scale: FloatArray,

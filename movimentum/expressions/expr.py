@@ -31,16 +31,12 @@ sign           the branch of a block, +1 or -1 (only in plans)
 
 from __future__ import annotations
 
-import math
-import operator
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Hashable
 from fractions import Fraction
-
-RADIANS = math.pi / 180.0
 
 
 class Expr:
-    """One node; build it with the functions of this module, which fold constants.
+    """One node; build it with the functions of this package, which fold constants.
 
     ``origin`` of a const is the operation that it was folded from, whose value is known to any number of digits where
     the const's is rounded; it is no part of what the node is (equality, pickles).
@@ -198,24 +194,6 @@ def div(a: Expr, b: Expr) -> Expr:
     return Expr("div", (a, b))
 
 
-def power(a: Expr, exponent: float) -> Expr:
-    """a ** exponent for a constant exponent."""
-    if exponent == 1.0:
-        return a
-    if exponent == 0.0:
-        return ONE
-    folded = Expr("pow", (a,), float(exponent))
-    return _folded(folded) if a.value is not None else folded
-
-
-def call(op: str, *args: Expr) -> Expr:
-    """A function of the table above, folded where all arguments are constant and the value is finite."""
-    node = Expr(op, args)
-    if op in ("integral", "derivative"):
-        raise ValueError(f"{op} has a constructor of its own")
-    return _folded(node) if args and all(arg.value is not None for arg in args) else node
-
-
 def integral(a: Expr, start: Fraction) -> Expr:
     """The integral of a over time from ``start`` to now."""
     return ZERO if a.value == 0.0 else Expr("integral", (a,), start)
@@ -224,184 +202,3 @@ def integral(a: Expr, start: Fraction) -> Expr:
 def derivative(a: Expr) -> Expr:
     """The time derivative of a."""
     return ZERO if a.value is not None else Expr("derivative", (a,))
-
-
-def _folded(node: Expr) -> Expr:
-    value = evaluate_op(node.op, node.payload, [arg.value or 0.0 for arg in node.args])
-    return Expr("const", (), value + 0.0, node) if math.isfinite(value) else node
-
-
-# --- evaluation of one operation on numbers -------------------------------------------------
-
-
-def sind(degrees: float) -> float:
-    """Sine of an angle in degrees, exact at multiples of 90."""
-    return _quadrant(degrees, 0)
-
-
-def cosd(degrees: float) -> float:
-    """Cosine of an angle in degrees, exact at multiples of 90."""
-    return _quadrant(degrees, 1)
-
-
-def _quadrant(degrees: float, shift: int) -> float:
-    if not math.isfinite(degrees):
-        return math.nan
-    turns = round(degrees / 90.0)
-    rest = (degrees - 90.0 * turns) * RADIANS
-    quarter = (turns + shift) % 4
-    value = math.sin(rest) if quarter % 2 == 0 else math.cos(rest)
-    return (value if quarter < 2 else -value) + 0.0
-
-
-def atan2d(y: float, x: float) -> float:
-    """Direction of (x, y) in degrees, in (-180, 180]."""
-    value = math.atan2(y, x) / RADIANS
-    return 180.0 if value == -180.0 else value
-
-
-def ease(u: float) -> float:
-    """Smooth step 3u^2 - 2u^3, constant outside [0, 1]."""
-    u = min(max(u, 0.0), 1.0)
-    return u * u * (3.0 - 2.0 * u)
-
-
-def _mod(a: float, b: float) -> float:
-    return a - b * math.floor(a / b)
-
-
-def _neg(a: float) -> float:
-    return -a
-
-
-def _tand(degrees: float) -> float:
-    return sind(degrees) / cosd(degrees)
-
-
-def _asind(value: float) -> float:
-    return math.asin(value) / RADIANS
-
-
-def _acosd(value: float) -> float:
-    return math.acos(value) / RADIANS
-
-
-def _atand(value: float) -> float:
-    return math.atan(value) / RADIANS
-
-
-def _least(a: float, b: float) -> float:
-    return min(a, b)
-
-
-def _largest(a: float, b: float) -> float:
-    return max(a, b)
-
-
-def _le(e: float, b: float, v: float, w: float) -> float:
-    return v if e <= b else w
-
-
-_NUMERIC: dict[str, Callable[..., float]] = {
-    "add": operator.add,
-    "mul": operator.mul,
-    "div": operator.truediv,
-    "neg": _neg,
-    "sqrt": math.sqrt,
-    "sind": sind,
-    "cosd": cosd,
-    "tand": _tand,
-    "asind": _asind,
-    "acosd": _acosd,
-    "atand": _atand,
-    "atan2d": atan2d,
-    "abs": math.fabs,
-    "min": _least,
-    "max": _largest,
-    "floor": math.floor,
-    "mod": _mod,
-    "exp": math.exp,
-    "ln": math.log,
-    "ease": ease,
-    "le": _le,
-}
-
-
-def evaluate_op(op: str, payload: Hashable, values: list[float]) -> float:
-    """One operation on floats; nan where it is undefined or overflows."""
-    try:
-        if op == "pow":
-            if not isinstance(payload, float):
-                raise TypeError(payload)
-            value: float | complex = values[0] ** payload
-            return math.nan if isinstance(value, complex) else value
-        return float(_NUMERIC[op](*values))
-    except (ArithmeticError, ValueError):
-        return math.nan
-
-
-# --- walking ---------------------------------------------------------------------------------
-
-
-def walk(*roots: Expr) -> Iterator[Expr]:
-    """Every distinct node below ``roots``, arguments before their users (no recursion)."""
-    seen: set[Expr] = set()
-    for root in roots:
-        if not root.args:
-            if root not in seen:
-                seen.add(root)
-                yield root
-            continue
-        stack: list[tuple[Expr, bool]] = [(root, False)]
-        while stack:
-            node, ready = stack.pop()
-            if node in seen:
-                continue
-            if ready or not node.args:
-                seen.add(node)
-                yield node
-            else:
-                stack.append((node, True))
-                stack.extend((arg, False) for arg in reversed(node.args) if arg not in seen)
-
-
-def symbols(*roots: Expr) -> set[Hashable]:
-    """The payloads of all symbols below ``roots``."""
-    return {node.payload for node in walk(*roots) if node.op == "symbol"}
-
-
-def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:
-    """``node`` with other arguments, folded again."""
-    if args == node.args:
-        return node
-    match node.op:
-        case "add":
-            return add(*args)
-        case "mul":
-            return mul(*args)
-        case "div":
-            return div(*args)
-        case "neg":
-            return neg(*args)
-        case "pow":
-            return power(args[0], node.exponent)
-        case "integral":
-            return integral(args[0], node.start)
-        case "derivative":
-            return derivative(args[0])
-        case _:
-            return call(node.op, *args)
-
-
-def substitute(root: Expr, replace: Callable[[Expr], Expr | None], memo: dict[Expr, Expr] | None = None) -> Expr:
-    """``root`` with every node for which ``replace`` returns an expression replaced by it.
-
-    ``replace`` sees leaves, integrals and derivatives; pass one ``memo`` to share work between roots.
-    """
-    memo = {} if memo is None else memo
-    for node in walk(root):
-        if node in memo:
-            continue
-        new = replace(node) if not node.args or node.op in ("integral", "derivative") else None
-        memo[node] = rebuild(node, tuple(memo[arg] for arg in node.args)) if new is None else new
-    return memo[root]

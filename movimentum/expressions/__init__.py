@@ -1,0 +1,32 @@
+"""Scalar expressions over unknowns and time: the language between scene, timeline and plan.
+
+`expr` has the nodes and their arithmetic, `operations` a record for each operation, `walk` goes through them.
+"""
+
+from __future__ import annotations
+
+from movimentum.expressions.expr import (
+    ONE,
+    ZERO,
+    Expr,
+    add,
+    clock,
+    const,
+    derivative,
+    div,
+    integral,
+    mul,
+    neg,
+    ratio,
+    sub,
+    symbol,
+)
+from movimentum.expressions.floats import RADIANS
+from movimentum.expressions.operations import OPERATIONS, Operation, call, evaluate_op, power
+from movimentum.expressions.walk import rebuild, substitute, symbols, walk
+
+__all__ = [
+    "ONE", "OPERATIONS", "RADIANS", "ZERO", "Expr", "Operation", "add", "call", "clock", "const", "derivative",
+    "div", "evaluate_op", "integral", "mul", "neg", "power", "ratio", "rebuild", "sub", "substitute", "symbol",
+    "symbols", "walk",
+]  # fmt: skip

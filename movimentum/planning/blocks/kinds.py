@@ -1,0 +1,217 @@
+"""The kinds of blocks: unknowns that are solved for together, given those of earlier blocks.
+
+`Block` is a closed union. Each kind has what solving it needs and nothing else; how a path begins, is followed and is
+evaluated in a block of each kind is in `solver.kinds`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from movimentum.expressions import Expr
+from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
+from movimentum.planning.structure.metric import Metric
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class BlockBase:
+    """What all blocks have.
+
+    ``unknowns``   what the block determines, from its ``equations``
+    ``core``       the unknowns that are solved for; all others, the ``targets``, are given by ``explicit`` (compiled;
+                   one value for each, in that order) from the core and the inputs
+    ``inputs``     the unknowns of earlier blocks that it reads
+    ``moving``     whether anything in it can change with time
+    ``phases``     compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
+    ``formulas``   closed forms, where the block has them: every unknown with its expression, the core first, in an
+                   order in which each uses only inputs and those before it
+    """
+
+    number: int
+    unknowns: tuple[int, ...]
+    equations: tuple[int, ...]
+    core: tuple[int, ...]
+    targets: tuple[int, ...] = ()
+    explicit: Compiled | None = None
+    inputs: frozenset[int]
+    moving: bool
+    phases: Compiled | None = None
+    formulas: tuple[tuple[int, Expr], ...] = ()
+
+    @property
+    def free(self) -> bool:
+        """Whether it leaves freedom: more unknowns than independent equations."""
+        return False
+
+    @property
+    def rows(self) -> int:
+        """The number of equations that are left for the core."""
+        return len(self.equations) - len(self.targets)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Assign(BlockBase):
+    """Unknowns that are given as they stand: all of them are ``targets``. ``partial``: a formula may have no finite
+    value.
+    """
+
+    partial: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Linear(BlockBase):
+    """Linear equations in m core unknowns. ``system``: compiled; the (m, m) matrix row by row, then the m right-hand
+    sides.
+    """
+
+    system: Compiled
+
+
+class Shape(StrEnum):
+    """What a quadratic block comes from."""
+
+    POLYNOMIAL = "polynomial"
+    DYAD = "dyad"
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Quadratic(BlockBase):
+    """A quadratic equation in one unknown, or a line and a conic in two (a dyad): two solutions, told apart by a sign.
+
+    ``solution``: compiled; the margin (see `blocks.roots`), then the core unknowns, given the sign ``g``. ``margin`` is
+    its expression, ``normal`` see `planning.blocks.roots.Roots`.
+    """
+
+    shape: Shape
+    solution: Compiled
+    margin: Expr
+    normal: Expr | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Newton(BlockBase):
+    """Equations that Newton's method solves.
+
+    ``residual``       compiled; the m residuals, whose expressions are ``residuals``, each from one of
+                       ``row_equations``
+    ``jacobian``       compiled; the derivatives ``slopes``, which stand at ``entries`` as (row, column) of the
+                       (m, len(core)) Jacobian; all others are zero
+    """
+
+    residual: Compiled | None
+    jacobian: Compiled | None
+    entries: tuple[tuple[int, int], ...]
+    residuals: tuple[Expr, ...]
+    slopes: tuple[Expr, ...]
+    row_equations: tuple[int, ...]
+
+    @property
+    def is_square(self) -> bool:
+        """Whether it has as many rows as unknowns, and no freedom by its structure."""
+        return not self.free and self.rows == len(self.core)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WishRows:
+    """The wishes that draw a free block: compiled ``errors`` (``count`` of them), and their derivatives ``slopes`` at
+    ``entries`` (error, core unknown).
+
+    ``speeds``: for each wish, how fast its errors, from a first to an end (not included), may change together (inf: as
+    fast as possible). ``numbers``: the wishes' numbers in `System.wishes`.
+    """
+
+    errors: Compiled
+    count: int
+    slopes: Compiled
+    entries: tuple[tuple[int, int], ...]
+    speeds: tuple[tuple[int, int, float], ...]
+    numbers: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Free(Newton):
+    """Equations that leave freedom: the motion is the least that they, and the ``wishes``, allow.
+
+    ``metric``    the quadratic form that sums the squared speeds of all anchors
+    ``linear``    large blocks: how ``targets`` depend on the core
+    ``sparse``    large blocks: the residuals by their terms, instead of ``residual`` and ``jacobian``
+    """
+
+    metric: Metric
+    linear: LinearMap | None = None
+    sparse: SparseRows | None = None
+    wishes: WishRows | None = None
+
+    @property
+    def free(self) -> bool:
+        """See `BlockBase`."""
+        return True
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Winding(BlockBase):
+    """A continuous angle from a direction. ``direction``: compiled; (sine, cosine)."""
+
+    direction: Compiled
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Integral(BlockBase):
+    """An integral over time of what earlier blocks determine. ``integrand``: compiled; one value."""
+
+    integrand: Compiled
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Ode(BlockBase):
+    """Integrals that depend on what they drive: a differential equation.
+
+    ``algebraic`` determines the core, given the ``states``, which are integrated along the path from ``integrands``
+    (compiled; one value each). The states come last in ``unknowns``.
+    """
+
+    algebraic: Newton | Free
+    states: tuple[int, ...]
+    integrands: Compiled
+
+    @property
+    def free(self) -> bool:
+        """See `BlockBase`."""
+        return self.algebraic.free
+
+    @property
+    def rows(self) -> int:
+        """See `BlockBase`."""
+        return self.algebraic.rows
+
+
+Block = Assign | Linear | Quadratic | Newton | Free | Winding | Integral | Ode
+"""A group of equations, made ready to be solved."""
+
+
+def simultaneous(block: Block) -> Newton | Free | None:
+    """The equations of a block that Newton's method solves; None for a block that has none."""
+    if isinstance(block, Ode):
+        return block.algebraic
+    return block if isinstance(block, Newton) else None
+
+
+def method_of(block: Block) -> str:
+    """How a block is solved, in a word for reports."""
+    match block:
+        case Quadratic():
+            return block.shape.value
+        case Linear():
+            return "linear"
+        case Newton() | Ode():
+            return "newton"
+        case Assign() | Winding() | Integral():
+            return "assign"
+
+
+def wishes_drawing(block: Block) -> tuple[int, ...]:
+    """The numbers (in `System.wishes`) of the wishes that draw a block."""
+    rows = simultaneous(block)
+    return rows.wishes.numbers if isinstance(rows, Free) and rows.wishes is not None else ()

@@ -1,0 +1,31 @@
+"""The natural sizes of unknowns, which errors and steps are measured in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.kinds import Block
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.plan import Plan
+from movimentum.scene.model import ThingAngle
+
+FloatArray = NDArray[np.float64]
+
+
+def scale_of(plan: Plan, unknowns: Sequence[int]) -> FloatArray:
+    """The natural size of each unknown: 1 for a direction, a radian for an angle, else the scene's size."""
+    sizes: list[float] = []
+    for n in unknowns:
+        payload = plan.system.unknowns[n].payload
+        sizes.append(
+            1.0 if isinstance(payload, PoseCos | PoseSin) else 57.0 if isinstance(payload, ThingAngle) else plan.size
+        )
+    return np.array(sizes)
+
+
+def track_scale(plan: Plan, block: Block) -> FloatArray:
+    """`scale_of` of the block's core."""
+    return scale_of(plan, block.core)

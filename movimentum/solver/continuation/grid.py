@@ -1,0 +1,104 @@
+"""The path's own grid of times, and the state at its nodes of all blocks that have been followed so far."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.kinds import Block
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.plan import Plan
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.continuation.coincidences import FINEST
+from movimentum.solver.continuation.tracks import Gap, Path
+
+FloatArray = NDArray[np.float64]
+
+INITIAL_INTERVALS = 24
+LARGEST_PHASE = 15.0
+"""Degrees that any driving angle may turn between two nodes."""
+MAXIMAL_NODES = 400_000
+
+
+class Grid:
+    """Nodes, and the state at them of all blocks followed so far."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.tau = np.linspace(path.begin, path.end, INITIAL_INTERVALS + 1)
+        if len(self.tau) > 2:  # nodes at odd places, so that a periodic motion is not sampled in step
+            inner = np.arange(1, INITIAL_INTERVALS)
+            shift = 0.2 * np.sin(2.399963 * inner) * (path.end - path.begin) / INITIAL_INTERVALS
+            self.tau[1:-1] += shift
+        self.state: State = [None] * len(path.plan.system.unknowns)
+        self.instants: Instants = path.instants(self.tau)
+
+    def insert(self, more: FloatArray) -> None:
+        """Add the times ``more`` to the nodes, with the state at them."""
+        more = np.setdiff1d(more, self.tau)
+        if len(more) == 0:
+            return
+        state, _ = self.path.evaluate(self.path.instants(more))
+        merged = np.concatenate([self.tau, more])
+        order = np.argsort(merged, kind="stable")
+        for n, old in enumerate(self.state):
+            if old is not None and state[n] is not None and (np.ndim(old) > 0 or np.ndim(state[n]) > 0):
+                joined = np.concatenate([np.broadcast_to(old, len(self.tau)), np.broadcast_to(state[n], len(more))])
+                self.state[n] = joined[order]
+        self.tau = merged[order]
+        self.instants = self.path.instants(self.tau)
+
+    def refine(self, change: FloatArray, limit: float) -> bool:
+        """Split every interval over which something changes by more than ``limit``; True if any was split."""
+        steps = np.diff(self.tau)
+        split = (np.abs(change) > limit) & (steps > FINEST * (self.path.end - self.path.begin))
+        if not split.any():
+            return False
+        if len(self.tau) >= MAXIMAL_NODES:
+            self.path.resolved = False
+            return False
+        parts = np.clip(np.ceil(np.abs(change[split]) / limit), 2, 64).astype(np.int64)
+        starts, widths = self.tau[:-1][split], steps[split]
+        pieces: list[FloatArray] = [
+            start + width * np.arange(1, part) / part for start, width, part in zip(starts, widths, parts, strict=True)
+        ]
+        more = np.concatenate(pieces)[: MAXIMAL_NODES - len(self.tau)]
+        self.insert(more)
+        return True
+
+    def resolve_phases(self, block: Block) -> None:
+        """Nodes close enough together that no driving angle turns far between them, so that nothing periodic is
+        missed.
+        """
+        if block.phases is None:
+            return
+        for _ in range(24):
+            with np.errstate(all="ignore"):
+                phases = block.phases(self.state, self.instants.clocks)
+            change = np.zeros(len(self.tau) - 1)
+            for phase in phases:
+                if np.ndim(phase) > 0:
+                    step = np.abs(np.diff(phase))
+                    change = np.maximum(change, np.where(np.isfinite(step), step, 0.0))
+            if not self.refine(change, LARGEST_PHASE):
+                return
+
+    def turning(self, plan: Plan, block: Block) -> FloatArray:
+        """The largest change of any of the block's directions between neighbouring nodes."""
+        state = self.state
+        change = np.zeros(1)
+        for n in block.unknowns:
+            if isinstance(plan.system.unknowns[n].payload, PoseCos | PoseSin) and np.ndim(state[n]) > 0:
+                step = np.abs(np.diff(state[n]))
+                change = np.maximum(change, np.where(np.isfinite(step), step, 0.0))
+        if len(change) == 1:
+            lengths = [len(state[n]) for n in block.unknowns if np.ndim(state[n]) > 0]
+            change = np.zeros(max(lengths, default=2) - 1)
+        return change
+
+
+def ended(path: Path, block: Block, gaps: list[Gap]) -> float:
+    """When the first of the blocks that ``block`` depends on comes to the end of its path."""
+    above = {*path.upstream(block.number)}
+    return min((gap.begin for gap in gaps if gap.block in above), default=np.inf)

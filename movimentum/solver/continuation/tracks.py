@@ -1,0 +1,185 @@
+"""Tracks: what identifies the branch that a block is on over a piece of path, so that any set of instants can be solved
+at once and on the same path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.plan import Plan
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.closed_form import State
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+ONE = 1e-13
+"""Of its largest value: a squared distance of two centres below which the circles count as one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """What a path begins with, for one block.
+
+    ``sign``: the root (+1 or -1) of a quadratic block. ``values``: the core of a block that Newton's method solves, and
+    then its states; the angle (degrees) of a winding; the total of an integral; all unknowns of a block that does not
+    move. ``rates``: the core's velocity, where the motion so far tells it.
+    """
+
+    sign: float = 1.0
+    values: tuple[float, ...] = ()
+    rates: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A stretch [``begin``, ``end``] in which block ``block`` has no solution."""
+
+    begin: float
+    end: float
+    block: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StillTrack:
+    """A block that does not depend on time: the values of its unknowns, in order."""
+
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Circles:
+    """A dyad's two circles, which may become one: ``square`` is the square of the distance of their centres (compiled),
+    ``largest`` its largest value on the way.
+    """
+
+    square: Compiled
+    largest: float
+
+    def apart(self, state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
+        """That square, relative to its largest value; (F,) for ``count`` instants."""
+        return np.broadcast_to(self.square(state, clocks)[0], count) / self.largest
+
+    def as_one(self, state: State, clocks: Sequence[FloatArray]) -> BoolArray:
+        """Where the two circles are so nearly one that their intersections are lost in rounding."""
+        return ~(np.asarray(self.square(state, clocks)[0]) > ONE * self.largest)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SignTrack:
+    """A quadratic block: its root's sign, which changes at ``switches`` (change points, where the two roots cross).
+
+    ``circles``: a dyad's, where they come near to being one.
+    """
+
+    first: float
+    switches: FloatArray
+    circles: Circles | None = None
+
+    def sign(self, tau: FloatArray) -> FloatArray | float:
+        """+1 or -1 at each instant."""
+        if len(self.switches) == 0:
+            return self.first
+        passed = np.searchsorted(self.switches, tau, side="right") % 2
+        return np.asarray(self.first * (1.0 - 2.0 * passed), dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NodeTrack:
+    """A Newton block: core values (K, n) and their rates (K, n) at nodes ``tau`` (K,); solved up to ``until``.
+
+    ``tolerance`` is the error of a step, in units of the unknowns' scale, where the nodes were integrated and not
+    solved for; infinite where accuracy was given up.
+    """
+
+    tau: FloatArray
+    values: FloatArray
+    rates: FloatArray
+    until: float
+    tolerance: float = 0.0
+
+    def guess(self, tau: FloatArray) -> FloatArray:
+        """(n, F) cubic Hermite interpolation between nodes (held beyond the last)."""
+        if len(self.tau) == 1:
+            return np.repeat(self.values[:1].T, len(tau), axis=1)
+        h = np.diff(self.tau)
+        j = np.clip(np.searchsorted(self.tau, tau, side="right") - 1, 0, len(h) - 1)
+        w = np.clip((tau - self.tau[j]) / h[j], -0.5, 1.5)
+        a, b = self.values[:-1].T, self.values[1:].T
+        da, db = self.rates[:-1].T * h, self.rates[1:].T * h
+        third = 2.0 * (a - b) + da + db  # a + w (da + w (second + w third))
+        second = 3.0 * (b - a) - 2.0 * da - db
+        return a[:, j] + w * (da[:, j] + w * (second[:, j] + w * third[:, j]))
+
+
+def node_track(
+    times: list[float], values: list[FloatArray], rates: list[FloatArray], until: float, tolerance: float = 0.0
+) -> NodeTrack:
+    """A track from lists of K times, values (n,) and rates (n,)."""
+    return NodeTrack(np.array(times), np.array(values), np.array(rates), until, tolerance)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AngleTrack:
+    """A winding: the continuous angle (degrees) at nodes close enough to count turns between them."""
+
+    tau: FloatArray
+    angle: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TotalTrack:
+    """An integral: its value at nodes."""
+
+    tau: FloatArray
+    total: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlowTrack:
+    """A block with states: the track of its core, and that of the states."""
+
+    core: NodeTrack
+    states: NodeTrack
+
+
+Track = FlowTrack | StillTrack | SignTrack | NodeTrack | AngleTrack | TotalTrack | None
+
+
+class Path(Protocol):
+    """A piece of path as its blocks see it: [``begin``, ``end``] (offsets from the segment's start), and the tracks of
+    the blocks so far.
+    """
+
+    plan: Plan
+    segment_start: Fraction
+    begin: float
+    end: float
+    tracks: list[Track]
+    resolved: bool
+    steppers: dict[int, Compiled | None]
+
+    def instants(self, tau: FloatArray) -> Instants:
+        """Instants at offsets ``tau``."""
+        ...
+
+    def upstream(self, number: int) -> tuple[int, ...]:
+        """The numbers of the blocks that block ``number`` depends on, in order."""
+        ...
+
+    def before(self, number: int, instants: Instants) -> State:
+        """The state of all that block ``number`` depends on."""
+        ...
+
+    def evaluate(self, instants: Instants, only: Iterable[int] | None = None) -> tuple[State, BoolArray]:
+        """Solve the blocks ``only`` (default: all so far): the state, and a mask (F,) of instants without a
+        solution.
+        """
+        ...

@@ -1,0 +1,39 @@
+"""Linear blocks: one solution, at every instant."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from movimentum.planning.blocks.kinds import Assign, Linear
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block import closed_form
+from movimentum.solver.block.change_points import find_events
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.continuation.grid import Grid
+from movimentum.solver.continuation.tracks import FloatArray, Gap, Path
+
+
+def evaluate(block: Linear, state: State, instants: Instants) -> None:
+    """Set the core."""
+    for n, value in zip(block.core, closed_form.linear(block, state, instants.clocks), strict=True):
+        state[n] = value
+
+
+def undefined(path: Path, grid: Grid, block: Assign | Linear) -> list[Gap]:
+    """Where a block that is assigned or linear has no finite value (the root of a negative number, an overflow)."""
+
+    def finite(state: State, count: int) -> FloatArray:
+        every = np.ones(count, dtype=np.bool_)
+        for n in block.unknowns:
+            every &= np.isfinite(state[n])
+        return np.where(every, 1.0, -1.0)
+
+    values = finite(grid.state, len(grid.tau))
+    if values.min() > 0.0:
+        return []
+
+    def margin(tau: FloatArray) -> FloatArray:
+        state, _ = path.evaluate(path.instants(tau), (*path.upstream(block.number), block.number))
+        return finite(state, len(tau))
+
+    return [Gap(begin, end, block.number) for begin, end in find_events(margin, grid.tau, values).gaps]

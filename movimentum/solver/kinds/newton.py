@@ -1,0 +1,182 @@
+"""Blocks that Newton's method solves, with freedom left or without."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.blocks.kinds import Block, Free, Newton
+from movimentum.planning.codegen.elimination import newton_steps, pivot_order
+from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.local import Probe
+from movimentum.solver.block.newton import freedom_of, newton, unrolled
+from movimentum.solver.block.rows import jacobian_of
+from movimentum.solver.block.sizes import scale_of, track_scale
+from movimentum.solver.block.turns import unwound
+from movimentum.solver.continuation.free_motion import drift
+from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.trace import trace
+from movimentum.solver.continuation.tracks import BoolArray, Choice, FloatArray, Gap, NodeTrack, Path
+from movimentum.solver.kinds.context import Beginning, Found
+from movimentum.solver.solutions.newton_starts import Starts, newton_starts
+
+FEW = 16
+"""Instants below which a batched dense solver is cheaper than generating code for the block."""
+LARGEST_UNROLLED = 24
+"""Unknowns; unrolled elimination of larger blocks makes too much code."""
+
+
+def begin(start: Beginning, block: Newton) -> Found:
+    """The solutions of a block without freedom; of a free one, the pose nearest to the one carried over."""
+    scale = track_scale(start.plan, block)
+    if isinstance(block, Free):
+        return found_from(start, block, start.free_start(block, scale))
+    return found_from(start, block, rigid_starts(start, block, block, scale))
+
+
+def rigid_starts(start: Beginning, block: Block, rows: Newton, scale: FloatArray) -> Starts:
+    """`newton_starts` for the equations ``rows`` of ``block``, with angles near to where they were."""
+    state, k = start.state, start.instants.clocks
+    found = newton_starts(start.plan, rows, state, k, start.carry, scale, start.all_of(block, scale))
+    return Starts(
+        unwound(start.plan, rows, state, k, found.solutions, start.carry, scale), found.complete, found.effort
+    )
+
+
+def found_from(start: Beginning, block: Block, starts: Starts) -> Found:
+    """What a search for core vectors comes to."""
+    choices = [choice_of(start, block, x) for x in starts.solutions]
+    return Found(choices, [] if choices else [-np.inf], starts.complete, starts.effort)
+
+
+def choice_of(start: Beginning, block: Block, x: FloatArray) -> Choice:
+    """The choice of core values ``x`` (n,)."""
+    if not block.moving:  # what stands still keeps the values of all its unknowns, in their order
+        x = np.array([x[block.core.index(n)] if n in block.core else 0.0 for n in block.unknowns])
+    return Choice(values=tuple(float(v) for v in x))
+
+
+def take(start: Beginning, block: Newton, choice: Choice) -> None:
+    """Set the core, at both instants."""
+    count = len(block.core)
+    core = choice.values[:count] if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
+    ahead(start, block, np.repeat(np.array(core)[None], 2, axis=0))
+
+
+def ahead(start: Beginning, block: Newton, core: FloatArray) -> None:
+    """Set the core, given for both instants (2, n), solved for again at the second."""
+    scale = track_scale(start.plan, block)
+    later = newton(block, start.state, start.instants.clocks, core, scale, limit=0.05)
+    x = np.array([core[0], later.x[1] if later.converged[1] else core[0]])
+    for j, n in enumerate(block.core):
+        start.state[n] = x[:, j]
+
+
+def first_track(path: Path, choice: Choice) -> NodeTrack:
+    """The track where a path is one instant long."""
+    return single_node(path, np.array(choice.values))
+
+
+def single_node(path: Path, values: FloatArray) -> NodeTrack:
+    """A track of one node at the beginning of a path."""
+    return NodeTrack(np.array([path.begin]), values[None, :], np.zeros((1, len(values))), path.begin)
+
+
+def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap]) -> NodeTrack:
+    """The track of a block; where it has no solution is added to ``gaps``."""
+    plan = path.plan
+    scale = track_scale(plan, block)
+    x = np.array(choice.values)
+    probe = probe_of(path, block)
+    until = ended(path, block, gaps)
+    with np.errstate(all="ignore"):
+        if isinstance(block, Free) and freedom_of(block, *probe(np.array([path.begin])), x, scale) > 0:
+            track = drift(plan, block, probe, x, scale, grid.tau, until)
+        else:
+            rates = None if choice.rates is None else np.array(choice.rates)
+            track = trace(block, probe, x, scale, grid.tau, until, rates, scale_of(plan, block.unknowns))
+    if track.until < path.end and track.until < until:
+        gaps.append(Gap(track.until, path.end, block.number))
+    return track
+
+
+def evaluate(path: Path, block: Newton, track: NodeTrack, state: State, instants: Instants) -> BoolArray:
+    """Set the core; returns where there is no solution."""
+    return solve_from(
+        path, block, track, state, instants, stepper(path, block, track) if len(instants) >= FEW else None
+    )
+
+
+def solve_from(
+    path: Path, block: Newton, track: NodeTrack, state: State, instants: Instants, step: Compiled | None
+) -> BoolArray:
+    """`evaluate`, by Newton steps that ``step`` computes, as far as they serve."""
+    k = instants.clocks
+    x = track.guess(instants.tau)
+    scale = track_scale(path.plan, block)
+    converged = unrolled(block, state, k, x, scale, step) if step is not None else np.zeros(x.shape[1], np.bool_)
+    if not converged.all():  # few frames, or a pivot that was good on the path's nodes and is not here
+        left = np.nonzero(~converged)[0]
+        some = at(state, left, len(instants), {*block.inputs, *block.unknowns})
+        clocks = [at_places(clock, left, len(instants)) for clock in k]
+        outcome = newton(block, some, clocks, x[:, left].T, scale, limit=0.1)
+        x[:, left] = outcome.x.T
+        converged[left] = outcome.converged
+    for j, n in enumerate(block.core):
+        state[n] = x[j]
+    return ~converged | (instants.tau > track.until)
+
+
+def stepper(path: Path, block: Newton, track: NodeTrack) -> Compiled | None:
+    """Newton's step of a square block as straight-line code, its pivots chosen for the path's nodes (made once)."""
+    if block.number not in path.steppers:
+        path.steppers[block.number] = _new_stepper(path, block, track)
+    return path.steppers[block.number]
+
+
+def _new_stepper(path: Path, block: Newton, track: NodeTrack) -> Compiled | None:
+    size = len(block.core)
+    if block.rows != size or block.free or size > LARGEST_UNROLLED or len(track.tau) < 2:
+        return None
+    chosen = np.unique(np.linspace(0, len(track.tau) - 1, 9).astype(np.int64))
+    instants = path.instants(track.tau[chosen])
+    state = path.before(block.number, instants)
+    with np.errstate(all="ignore"):
+        samples = jacobian_of(block, state, instants.clocks, track.values[chosen])
+    samples = samples[np.isfinite(samples).all(axis=(1, 2))]
+    if len(samples) == 0:
+        return None
+    order = pivot_order(samples * track_scale(path.plan, block), block.entries)
+    if len(order) < size:
+        return None
+    clocks = Clocks(path.plan.clocks)
+    entries = dict(zip(block.entries, block.slopes, strict=True))
+    return compiled(newton_steps(size, entries, block.residuals, order), clocks)
+
+
+def probe_of(path: Path, block: Block) -> Probe:
+    """What ``block`` is given by the blocks before it, along the path."""
+
+    def probe(tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
+        instants = path.instants(tau)
+        return path.before(block.number, instants), instants.clocks
+
+    return probe
+
+
+def at(state: State, places: NDArray[np.int64], count: int, unknowns: Iterable[int]) -> State:
+    """The state of some ``unknowns`` (None for all others) at some of its ``count`` instants."""
+    result: State = [None] * len(state)
+    for n in unknowns:
+        if state[n] is not None:
+            result[n] = at_places(state[n], places, count)
+    return result
+
+
+def at_places(value: FloatArray, places: NDArray[np.int64], count: int) -> FloatArray:
+    """A value (a scalar or (F,)) at some of F instants."""
+    return np.broadcast_to(value, count)[places]

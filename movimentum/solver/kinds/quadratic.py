@@ -1,0 +1,109 @@
+"""Quadratic blocks: two solutions, told apart by a sign that changes where they meet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.planning.blocks.kinds import Quadratic
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.plan import Plan
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block import closed_form
+from movimentum.solver.block.change_points import MARGIN_TOLERANCE, find_events
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.continuation.coincidences import with_coincidences
+from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.tracks import BoolArray, Choice, Circles, FloatArray, Gap, Path, SignTrack
+from movimentum.solver.kinds.context import Beginning, Found
+
+ALWAYS_ONE = 1e-20
+"""Of its unit: a squared distance of two centres that is never more says that the circles are one all the time."""
+UNSURE = 1e-8
+"""Of its largest value: a squared distance of two centres below which discriminants are not to be trusted."""
+NEARLY_ONE = 0.1
+"""Of its largest value: a squared distance of two centres that is never less does not come to zero between nodes."""
+
+
+def begin(start: Beginning, block: Quadratic) -> Found:
+    """One solution or two, or none."""
+    margin = np.broadcast_to(closed_form.quadratic(block, start.state, start.instants.clocks).margin, 2)
+    if not margin[0] >= -MARGIN_TOLERANCE:
+        return Found([], [float(margin[0]) if np.isfinite(margin[0]) else -np.inf])
+    double = margin[0] <= MARGIN_TOLERANCE and not margin[1] > MARGIN_TOLERANCE
+    return Found([Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))])
+
+
+def take(start: Beginning, block: Quadratic, choice: Choice) -> None:
+    """Set the core, at both instants."""
+    roots = closed_form.quadratic(block, start.state, start.instants.clocks).roots(choice.sign)
+    for n, value in zip(block.core, roots, strict=True):
+        start.state[n] = value * np.ones(2)
+
+
+def first_track(choice: Choice) -> SignTrack:
+    """The track where a path is one instant long."""
+    return SignTrack(choice.sign, np.zeros(0))
+
+
+def evaluate(block: Quadratic, track: SignTrack, state: State, instants: Instants) -> BoolArray:
+    """Set the core; returns where there is no solution."""
+    margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(track.sign(instants.tau))
+    for n, value in zip(block.core, core, strict=True):
+        state[n] = value
+    return ~(np.asarray(margin) >= -MARGIN_TOLERANCE)
+
+
+def follow(path: Path, grid: Grid, block: Quadratic, choice: Choice, gaps: list[Gap]) -> SignTrack:
+    """The track of a quadratic block, with its change points; where it has no solution is added to ``gaps``."""
+    circles = _circles(path, grid, block)
+    if circles is not None and not circles.largest > ALWAYS_ONE * _unit(path.plan):
+        gaps += [Gap(path.begin, path.end, block.number)]  # whatever came out would be rounding
+        return SignTrack(choice.sign, np.zeros(0), circles)
+    above = (path.tracks[number] for number in path.upstream(block.number))
+    near = [t.circles for t in above if isinstance(t, SignTrack) and t.circles is not None]
+    near += [circles] if circles is not None else []
+
+    def margin_of(state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
+        margin = np.broadcast_to(closed_form.quadratic(block, state, clocks).margin, count)
+        for some in near:  # rounding there is no end of a path
+            margin = np.where(some.apart(state, clocks, count) > UNSURE, margin, 1.0)
+        return margin
+
+    def margin(tau: FloatArray) -> FloatArray:
+        instants = path.instants(tau)
+        return margin_of(path.before(block.number, instants), instants.clocks, len(tau))
+
+    with np.errstate(all="ignore"):
+        values = margin_of(grid.state, grid.instants.clocks, len(grid.tau))
+        # as far as the others go; of this one there may be gaps that a coarser grid showed
+        gaps[:] = [gap for gap in gaps if gap.block != block.number]
+        earliest = ended(path, block, gaps)
+        nodes = grid.tau
+        if earliest < nodes[-1]:
+            reach = int(np.searchsorted(nodes, earliest, side="left"))
+            nodes = np.append(nodes[:reach], earliest)
+            values = np.append(values[:reach], margin(nodes[-1:]))
+        events = find_events(margin, nodes, values)
+    gaps += [Gap(begin, end, block.number) for begin, end in events.gaps]
+    track = SignTrack(choice.sign, np.array(events.flips), circles)
+    if circles is None:
+        return track
+    return with_coincidences(path, block, track, (grid.tau, grid.state, grid.instants.clocks))
+
+
+def _unit(plan: Plan) -> float:
+    """The smallest that the unit of the square of a line's normal may be: of places, of directions, or none."""
+    return min(1.0, plan.size) ** 4
+
+
+def _circles(path: Path, grid: Grid, block: Quadratic) -> Circles | None:
+    """A dyad's two circles, where they may become one on the way."""
+    if block.normal is None or isinstance(block.normal.value, float):
+        return None
+    square = compiled([block.normal], Clocks(path.plan.clocks))
+    values = np.broadcast_to(square(grid.state, grid.instants.clocks)[0], len(grid.tau))
+    largest = float(np.nanmax(values))
+    near = np.nanmin(values) < NEARLY_ONE * largest or not largest > ALWAYS_ONE * _unit(path.plan)
+    return Circles(square, max(largest, 1e-300)) if near else None
