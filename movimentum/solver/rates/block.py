@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan

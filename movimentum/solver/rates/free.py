@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.expressions import Expr, substitute, symbol
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.solver.arithmetic.evaluation import ordered
@@ -30,7 +30,7 @@ class FreeBlock:
     have in common with the speeds w of other unknowns (`planning.structure.metric`).
     """
 
-    block: Block
+    block: Free
     piece: Piece
     moment: Moment
     nodes: list[Expr] = field(init=False)
@@ -104,7 +104,6 @@ class FreeBlock:
     def _pulled(self, order: int) -> FloatArray:
         """(n, F) C w: the ``order``-th coefficients of what the metric couples, had the core none of that order."""
         metric = self.block.metric
-        assert metric is not None
         count = len(self.moment.instants)
         given = dict(zip([n for n, _ in self.explicit], self._explicit(order), strict=True))
         speeds = np.zeros((len(metric.coupled), count))
@@ -120,10 +119,9 @@ class FreeBlock:
         """The wishes' errors (p, F), and how they change if the block stands still."""
         count = len(self.moment.instants)
         wishes = self.moment.plan.system.wishes
+        drawn_by = () if self.block.wishes is None else self.block.wishes.numbers
         given = {symbol(n): root for n, root in self.explicit}
-        roots = [
-            substitute(error, lambda _: None, dict(given)) for w in self.block.drawn_by for error in wishes[w].errors
-        ]
+        roots = [substitute(error, lambda _: None, dict(given)) for w in drawn_by for error in wishes[w].errors]
         if not roots:
             return np.zeros((0, count)), np.zeros((0, count))
         nodes = ordered(roots)

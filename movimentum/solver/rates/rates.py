@@ -24,15 +24,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.expressions import Expr, symbols
-from movimentum.planning.blocks.build import Block
+from movimentum.planning.blocks.kinds import Block, Free
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.arithmetic.evaluation import ordered
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient, plus, times
 from movimentum.solver.basis.instants import Instants, at_times
 from movimentum.solver.basis.pose_state import Snapshot
+from movimentum.solver.continuation.tracks import NodeTrack, StillTrack
 from movimentum.solver.motion import BATCH, Motion
-from movimentum.solver.path.piece import NodeTrack, Piece, StillTrack
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, evaluated
 from movimentum.solver.rates.block import SINGULAR, Moment, Rows, differentiated, rows_of
 from movimentum.solver.rates.free import FreeBlock
@@ -214,8 +215,11 @@ class _Course:
             block, track = self.piece.plan.blocks[number], self.piece.tracks[number]
             if isinstance(track, StillTrack):
                 continue
-            if block.free:
+            if isinstance(block, Free):
                 self._move_freely(block, track, moment)
+                continue
+            if block.free:  # a differential equation with freedom left, which no velocity field says how to follow
+                _without_rates(block, moment)
                 continue
             rows = self.rows.get(number)
             if rows is None:
@@ -277,19 +281,22 @@ class _Course:
 
     # --- blocks with freedom left
 
-    def _move_freely(self, block: Block, track: object, moment: Moment) -> None:
+    def _move_freely(self, block: Free, track: object, moment: Moment) -> None:
         """The least velocity of a free block, as its path was integrated with, and its derivative."""
-        count = len(moment.instants)
         if (moment.depth > 1 and block.wishes is not None) or moment.depth > 2:
             things = (self.piece.plan.system.unknowns[n].thing for n in block.unknowns)
             raise UndefinedRate(next((t for t in things if t is not None), None))
-        if not isinstance(track, NodeTrack) or math.isinf(
-            track.tolerance
-        ):  # it was followed some other way: it has no velocity
-            for n in block.unknowns:
-                moment.values[n] = (coefficient(moment.values[n] or (), 0), *[np.full(count, np.nan)] * moment.depth)
+        if not isinstance(track, NodeTrack) or math.isinf(track.tolerance):  # accuracy was given up on the way
+            _without_rates(block, moment)
             return
         free = FreeBlock(block, self.piece, moment)
         free.first()
         if moment.depth > 1:
             free.second()
+
+
+def _without_rates(block: Block, moment: Moment) -> None:
+    """Nothing can be said about how the unknowns of ``block`` change."""
+    for n in block.unknowns:
+        rates = [np.full(len(moment.instants), np.nan)] * moment.depth
+        moment.values[n] = (coefficient(moment.values[n] or (), 0), *rates)
