@@ -37,6 +37,9 @@ class MovimentumError(Exception):
         self.source = source
         super().__init__("; ".join(item.message for item in self.diagnostics))
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.diagnostics, self.source)
+
     def __str__(self) -> str:
         shown = [item for item in self.diagnostics if item.severity is not Severity.NOTE] or self.diagnostics
         return render_text(shown, self.source or SourceText("movimentum", "")).rstrip("\n")

@@ -59,8 +59,8 @@ def examples() -> list[doctest.DocTest]:
             found += [test for test in finder.find(value, name, globs={}) if test.examples]
     for page in ("README.md", "docs/api.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
-        for number, block in enumerate(re.findall(r"```pycon\n(.*?)```", text, re.DOTALL)):
-            found.append(doctest.DocTestParser().get_doctest(block, {}, f"{page}-{number}", page, 0))
+        session = "\n".join(re.findall(r"```pycon\n(.*?)```", text, re.DOTALL))
+        found.append(doctest.DocTestParser().get_doctest(session, {}, page, page, 0))
     return found
 
 
