@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +17,8 @@ from movimentum.solver.arithmetic.taylor import coefficient
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import DenseTangent, tangent_at
 from movimentum.solver.block.local import Local
-from movimentum.solver.block.rows import jacobian_of, wishes_of
+from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import FreeMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.rates.block import Moment
@@ -49,12 +51,11 @@ class FreeBlock:
         errors, drifts = self._wishes()
         motion = FreeMotion(Local(block, self._probe, 1.0, self.piece.begin, self.piece.end), moment.plan)
         found = np.empty((len(block.core), len(moment.instants)))
-        for f in range(len(moment.instants)):
-            state, clocks, x = self._at(f)
-            tangent = tangent_at(block, list(state), clocks, x)
+        for f, (problem, x) in enumerate(self._instants()):
+            tangent = tangent_at(problem, x)
             v = tangent.least(-drift[:, f], self.pull[:, f])
             if block.wishes is not None:
-                _, slopes = wishes_of(block, list(state), clocks, x[None])
+                _, slopes = problem.wishes(x[None])
                 v = tangent.toward(v, slopes[0], motion.wished(errors[:, f], drifts[:, f]), motion.damping)
             found[:, f] = v
         self._keep(found, 1)
@@ -73,18 +74,18 @@ class FreeBlock:
         roots = [slope for _, _, slope in slopes]
         changes = moment.coefficients(ordered(roots), roots, 1)
         found = np.empty_like(speeds)
-        for f in range(len(moment.instants)):
-            state, clocks, x = self._at(f)
-            tangent = DenseTangent(block, jacobian_of(block, list(state), clocks, x[None])[0])
+        for f, (problem, x) in enumerate(self._instants()):
+            tangent = DenseTangent(block, problem.jacobian(x[None])[0])
             bending = np.zeros((len(block.residuals), len(x)))
             for (i, j, _), change in zip(slopes, changes, strict=True):
                 bending[i, j] += change[f]
             found[:, f] = tangent.accelerated(speeds[:, f], -rest[:, f], self.pull[:, f], pull_rate[:, f], bending)
         self._keep(0.5 * found, 2)
 
-    def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
+    def _probe(self, tau: FloatArray) -> BlockProblem:
         instants = self.piece.instants(tau)
-        return self.piece.before(self.block.number, instants), instants.clocks
+        state = self.piece.before(self.block.number, instants)
+        return BlockProblem.of(self.block, state, instants.clocks, scale_of(self.moment.plan, self.block.core))
 
     def _keep(self, found: FloatArray, order: int) -> None:
         """Keep the core's coefficients (n, F) of ``order``, and those of what follows from the core."""
@@ -127,16 +128,12 @@ class FreeBlock:
         nodes = ordered(roots)
         return self.moment.coefficients(nodes, roots, 0), self.moment.coefficients(nodes, roots, 1)
 
-    def _at(self, f: int) -> tuple[State, tuple[FloatArray, ...], FloatArray]:
-        """The state, the clocks and the core (n,) at instant number ``f``."""
-        count = len(self.moment.instants)
-
-        def one(n: int) -> FloatArray:
-            return np.broadcast_to(coefficient(self.moment.values[n] or (), 0), count)[f : f + 1]
-
-        state: State = [None] * len(self.moment.values)
-        for n in self.block.inputs:
-            if self.moment.values[n] is not None:
-                state[n] = one(n)
-        clocks = tuple(clock[f : f + 1] for clock in self.moment.instants.clocks)
-        return state, clocks, np.array([one(n)[0] for n in self.block.core])
+    def _instants(self) -> Iterator[tuple[BlockProblem, FloatArray]]:
+        """The block's equations and its core (n,), instant by instant."""
+        moment, count = self.moment, len(self.moment.instants)
+        state: State = [None if value is None else coefficient(value, 0) for value in moment.values]
+        scale = scale_of(moment.plan, self.block.core)
+        problem = BlockProblem.of(self.block, state, moment.instants.clocks, scale)
+        core = np.array([np.broadcast_to(state[n], count) for n in self.block.core])
+        for f in range(count):
+            yield problem.at(np.array([f]), count), core[:, f]
