@@ -24,7 +24,7 @@ from movimentum.planning.blocks.kinds import Free
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import Motion
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import Dead, Lack, Stretch
 from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
 
@@ -156,7 +156,7 @@ def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
 def _ill_conditioned(motion: Motion, index: int) -> Iterator[Diagnostic]:
     stretch = motion.stretches[index]
     span = motion.span(index, 0, motion.timeline.frame_count)
-    if span is None or any(t.kind == "start" for t in stretch.troubles):
+    if span is None or any(t.kind is Lack.START for t in stretch.troubles):
         return
     from movimentum.analysis.diagnose.conditioning import nearly_singular
 
@@ -182,7 +182,7 @@ def _ill_conditioned(motion: Motion, index: int) -> Iterator[Diagnostic]:
 
 
 def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
-    if any(t.kind == "start" for t in stretch.troubles):
+    if any(t.kind is Lack.START for t in stretch.troubles):
         return
     system = stretch.plan.system
     for rank in ranks:

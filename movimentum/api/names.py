@@ -93,12 +93,12 @@ class Names:
         except ScriptError as error:
             item = error.diagnostics[0]
             if item.code.startswith("name/") or item.code == "claim/undetermined":
-                raise self._unknown(text, item) from error
+                raise self._unknown(text, item) from None
             if item.code == NOT_A_READING:
                 message = "a derivative or an integral is not read off a motion but solved for"
                 helps = ('`motion.velocity("…")` is a derivative', "or give it a name in the script: `v = …;`")
                 item = replace(item, message=message, helps=helps)
-            raise ScriptError([replace(item, labels=())], source) from error
+            raise ScriptError([replace(item, labels=())], source) from None
         if claim is None:
             item = Diagnostic("name/expression", Severity.ERROR, f"`{text}` is no expression", Span(0, len(text)))
             raise ScriptError([item], source)

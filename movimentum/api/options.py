@@ -51,8 +51,8 @@ def exact(value: Number | Real, what: str) -> Fraction:
         if isinstance(value, Rational):
             return Fraction(int(value.numerator), int(value.denominator))
         return Fraction(repr(float(value)))  # NumPy's floats too
-    except (ValueError, TypeError, OverflowError, ZeroDivisionError) as problem:
-        raise usage_error("usage/number", f"{what} is a number such as 12, 2.5 or '1/3', not {value!r}") from problem
+    except (ValueError, TypeError, OverflowError, ZeroDivisionError):
+        raise usage_error("usage/number", f"{what} is a number such as 12, 2.5 or '1/3', not {value!r}") from None
 
 
 def frame_rate(value: Number | None) -> Fraction | None:
@@ -69,11 +69,11 @@ def one_of(kind: type[Choice], value: str, what: str) -> Choice:
     """The member of ``kind`` that ``value`` names; `UsageError` (``usage/choice``) where it names none."""
     try:
         return kind(value)
-    except ValueError as problem:
+    except ValueError:
         guess = nearest(str(value), [item.value for item in kind])
         known = ", ".join(f'"{item.value}"' for item in kind)
         helps = (f'did you mean "{guess}"?',) if guess else (f"one of {known}",)
-        raise usage_error("usage/choice", f"there is no {what} {value!r}", *helps) from problem
+        raise usage_error("usage/choice", f"there is no {what} {value!r}", *helps) from None
 
 
 def words(value: str | Iterable[str]) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from movimentum.solver.motion import Motion
 from movimentum.solver.path.double_roots import with_redundant_rows
 from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Beginning, Dead, Stretch, Trouble
+from movimentum.solver.segment_motion import Beginning, Dead, Lack, Reason, Stretch, Trouble
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.deceptive import deceptive
 from movimentum.solver.start.rejections import TurnedDown
@@ -91,7 +91,7 @@ def _solve_segment(
     if earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended:
         # the path ended and nothing new is stated: there is still no solution on it
         stretch = Stretch(segment, plan, carry, [Dead(0.0, length, carry)], [], [])
-        stretch.troubles.append(Trouble("start", 0.0, until=length, selection=selection))
+        stretch.troubles.append(Trouble(Lack.START, 0.0, until=length, selection=selection))
         return stretch, carry
     stretch = _followed(segment, plan, selection, carry, ahead)
     wrong = _disagreement(stretch)
@@ -106,7 +106,7 @@ def _solve_segment(
 def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float) -> Stretch:
     """A segment's motion from where it begins, piece by piece."""
     length = float(segment.end - segment.start)
-    stretch = Stretch(segment, plan, carry, [], [Beginning(0.0, selection, carry, "step")], [])
+    stretch = Stretch(segment, plan, carry, [], [Beginning(0.0, selection, carry, Reason.STEP)], [])
     begin = 0.0
     choices: list[Choice] | None = selection.choices
     if choices is None:
@@ -152,7 +152,7 @@ def _planned_anew(scene: Scene, stretch: Stretch, wrong: tuple[int, float], size
         beginnings=[beginning for beginning in stretch.beginnings if beginning.time <= time],
         troubles=[
             *(trouble for trouble in stretch.troubles if trouble.begin < time),
-            Trouble("check", time, until=length, check=check),
+            Trouble(Lack.CHECK, time, until=length, check=check),
         ],
     )
 
@@ -168,11 +168,11 @@ def _late_beginning(
 
     found = first_beginning(stretch.plan, stretch.segment.start, length, selection, chosen)
     onset, begin, there = found or (length, length, selection)
-    stretch.troubles.append(Trouble("start", 0.0, until=onset, selection=selection))
+    stretch.troubles.append(Trouble(Lack.START, 0.0, until=onset, selection=selection))
     stretch.pieces.append(Dead(0.0, begin, held(carry)))
     if found is None:
         return None, length
-    stretch.beginnings.append(Beginning(begin, there, held(carry), "reach"))
+    stretch.beginnings.append(Beginning(begin, there, held(carry), Reason.REACH))
     return there.choices, begin
 
 
@@ -263,9 +263,9 @@ def _continue(
     if violated is not None or gap is not None:
         end = violated[1] if violated is not None else gap.begin if gap is not None else length
         if len(stretch.pieces) >= MAXIMAL_PIECES or _creeps(stretch, end, length):
-            trouble = Trouble("gap", end, until=length, block=None if gap is None else gap.block)
+            trouble = Trouble(Lack.GAP, end, until=length, block=None if gap is None else gap.block)
             if violated is not None:
-                trouble = Trouble("selector", end, until=length, selector=violated[0])
+                trouble = Trouble(Lack.SELECTOR, end, until=length, selector=violated[0])
             stretch.troubles.append(trouble)
             _die(stretch, piece, end, length)
             return None, length
@@ -299,13 +299,13 @@ def _beyond_gap(stretch: Stretch, piece: Piece, gap: Gap, length: float) -> tupl
     if gap.begin < gap.end < length:  # known to the last digit, unless something else is in the way
         times = np.union1d(times, [gap.end])
     found = branch.first(times, gap.begin)
-    stretch.troubles.append(Trouble("gap", gap.begin, until=length if found is None else found[0], block=gap.block))
+    stretch.troubles.append(Trouble(Lack.GAP, gap.begin, until=length if found is None else found[0], block=gap.block))
     if found is None:
         _die(stretch, piece, gap.begin, length)
         return None, length
     begin, choices = branch.clear_of(found[0], length, found[1])
     carry = _die(stretch, piece, gap.begin, begin)
-    stretch.beginnings.append(Beginning(begin, Selection(choices, ()), carry, "reach"))
+    stretch.beginnings.append(Beginning(begin, Selection(choices, ()), carry, Reason.REACH))
     return choices, begin
 
 
@@ -328,8 +328,8 @@ def _beyond_inequality(
     selection = select(plan, stretch.segment.start, resume, ahead, carry, totals_of(plan, carry))
     piece.end = time
     if selection.choices is None:
-        stretch.troubles.append(Trouble("selector", time, until=length, selector=selector, selection=selection))
+        stretch.troubles.append(Trouble(Lack.SELECTOR, time, until=length, selector=selector, selection=selection))
         stretch.pieces.append(Dead(time, length, carry))
         return None, length
-    stretch.beginnings.append(Beginning(resume, selection, carry, "inequality", selector))
+    stretch.beginnings.append(Beginning(resume, selection, carry, Reason.INEQUALITY, selector))
     return selection.choices, resume

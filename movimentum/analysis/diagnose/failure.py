@@ -12,7 +12,7 @@ from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Winding
 from movimentum.scene.model import Constraint, Scene
 from movimentum.solver.motion import Motion
-from movimentum.solver.segment_motion import Stretch, Trouble
+from movimentum.solver.segment_motion import Lack, Stretch, Trouble
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.rejections import Rejection
 from movimentum.text import counted, number, time_text
@@ -33,13 +33,13 @@ def failure_diagnostic(motion: Motion, stretch: Stretch, trouble: Trouble) -> tu
     """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
     time).
     """
-    if trouble.kind == "gap" and trouble.block is not None and _is_formula(stretch.plan.blocks[trouble.block]):
+    if trouble.kind is Lack.GAP and trouble.block is not None and _is_formula(stretch.plan.blocks[trouble.block]):
         return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
-    if trouble.kind == "gap" and (bound := bind(motion, stretch, trouble)) is not None:
+    if trouble.kind is Lack.GAP and (bound := bind(motion, stretch, trouble)) is not None:
         return bound, 3
-    if trouble.kind == "selector":
+    if trouble.kind is Lack.SELECTOR:
         return _left_nothing(motion, stretch, trouble, trouble.begin), 3
-    if trouble.kind == "check":
+    if trouble.kind is Lack.CHECK:
         return _no_longer(motion, stretch, trouble)
     return _no_beginning(motion, stretch, trouble)
 
@@ -199,7 +199,7 @@ def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float
     step = stretch.segment.step
     reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
-        code="constraint/conflict" if trouble.kind == "start" and not reached else "solve/unreachable",
+        code="constraint/conflict" if trouble.kind is Lack.START and not reached else "solve/unreachable",
         severity=Severity.ERROR,
         message=message,
         span=constraint.span if constraint else None,

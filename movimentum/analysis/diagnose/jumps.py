@@ -13,7 +13,7 @@ from movimentum.scene.model import Scene
 from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Beginning, Stretch
+from movimentum.solver.segment_motion import Beginning, Reason, Stretch
 from movimentum.source import Span
 from movimentum.text import number, time_text
 
@@ -30,15 +30,15 @@ def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
     stretch = motion.stretches[index]
     scene = motion.timeline.scene
     for beginning in stretch.beginnings:
-        if beginning.reason == "reach":
+        if beginning.reason is Reason.REACH:
             continue  # where a solution comes back is told with the time at which there was none
-        if beginning.reason == "step" and (index == 0 or stretch.segment.step == 0):
+        if beginning.reason is Reason.STEP and (index == 0 or stretch.segment.step == 0):
             continue
         after = _after(stretch, beginning)
         if after is None:
             continue
         carry = beginning.carry
-        over = beginning.reason == "inequality"
+        over = beginning.reason is Reason.INEQUALITY
         seen = stretch.segment.visible if over else motion.stretches[index - 1].segment.visible
         least = LEAST * motion.size
         far, thing = _farthest(scene, carry.now, after, seen)
@@ -80,7 +80,7 @@ def _told(stretch: Stretch, beginning: Beginning, thing: int, amount: str, note:
     name = scene.things[thing].name
     when = time_text(float(stretch.segment.start) + beginning.time)
     span: Span | None
-    if beginning.reason == "inequality":
+    if beginning.reason is Reason.INEQUALITY:
         selector = stretch.plan.system.selectors[beginning.selector or 0]
         constraint = selector.constraint if selector.constraint is not None else selector.equation_of
         span = next((c.span for c in stretch.segment.active if c.number == constraint), None)

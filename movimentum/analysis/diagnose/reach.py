@@ -13,7 +13,7 @@ from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Stretch, Trouble
+from movimentum.solver.segment_motion import Lack, Stretch, Trouble
 from movimentum.solver.start.candidates import Selection
 from movimentum.text import number, time_text
 
@@ -48,7 +48,7 @@ def bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic | Non
     carry = stretch.base if piece is None else carry_at(stretch, piece, trouble.begin, stretch.base)
     until = _until(motion, stretch, trouble)
     tau, conflict = _conflict(motion, stretch, trouble, block, carry)
-    if trouble.kind == "start" and isinstance(block, Newton | Ode) and conflict is None:
+    if trouble.kind is Lack.START and isinstance(block, Newton | Ode) and conflict is None:
         return None
     where, label, labels = "", "binds", list[Label]()
     chosen: list[Constraint] = []
@@ -110,7 +110,7 @@ def _until(motion: Motion, stretch: Stretch, trouble: Trouble) -> str:
     end = trouble.until
     if end >= length:
         following = motion.stretches[motion.stretches.index(stretch) + 1 :]
-        if not following or any(t.kind == "start" and t.begin == 0.0 for t in following[0].troubles):
+        if not following or any(t.kind is Lack.START and t.begin == 0.0 for t in following[0].troubles):
             return ""
         end = length
     return f" until t = {_at(stretch, end, length)}"
@@ -130,7 +130,7 @@ def _conflict(
     first = float(timeline.start)
     frame = int(np.floor((start + trouble.begin - first) * float(timeline.fps) + 1e-9)) + 1
     following = first + frame / float(timeline.fps) - start
-    if trouble.kind == "start":
+    if trouble.kind is Lack.START:
         following = trouble.begin
     places = [tau for tau in (following,) if trouble.begin <= tau <= end] + [0.5 * (trouble.begin + end)]
     for tau in places:
