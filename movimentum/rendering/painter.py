@@ -1,4 +1,4 @@
-"""Scene and poses -> frames. A `Painter` is a value (it is sent to other processes); a `Session` draws with it.
+"""Scene and poses -> frames. A `Painter` is a value (it is sent to other processes); a `PaintSession` draws with it.
 
 ::
 
@@ -65,14 +65,14 @@ class Painter:
     def frame(self, poses: Poses, i: int) -> Image.Image:
         """The picture of frame ``i`` (a position in ``poses``); traces begin with the first frame of ``poses``."""
         past = self.trace_points(poses.select(slice(0, i)))
-        return next(Session(self).frames(poses.select(slice(i, i + 1)), past))
+        return next(PaintSession(self).frames(poses.select(slice(i, i + 1)), past))
 
     def trace_points(self, poses: Poses) -> tuple[Floats, ...]:
-        """For every trace, what `Session.frames` must be told of frames that the session did not draw."""
+        """For every trace, what `PaintSession.frames` must be told of frames that the session did not draw."""
         return tuple(trace.points(poses) for trace in self.traces)
 
 
-class Session:
+class PaintSession:
     """Draws runs of frames in order; remembers the traces so far, nothing else."""
 
     def __init__(self, painter: Painter) -> None:

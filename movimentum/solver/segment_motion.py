@@ -30,7 +30,7 @@ class Reason(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Beginning:
+class PathBeginning:
     """A path's beginning at offset ``time``: the candidates, the pose before, and why a new path begins."""
 
     time: float
@@ -79,7 +79,7 @@ class Stretch:
     plan: Plan
     base: Carry
     pieces: list[Piece | Dead]
-    beginnings: list[Beginning]
+    beginnings: list[PathBeginning]
     troubles: list[Trouble]
 
     @property

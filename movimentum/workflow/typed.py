@@ -42,17 +42,17 @@ def claimed(source: SourceText, choices: Choices, step: int, expression: Express
     """``expression`` inside the script: put there as a claim, which has no influence on anything, and which holds from
     step number ``step`` to the end. None where it says nothing (a bare ``_``); `ScriptError` where it makes no sense.
     """
-    from movimentum.scene.model import Claim as SceneClaim
+    from movimentum.scene.model import Claim
     from movimentum.syntax.parser import parse
-    from movimentum.syntax.tree import Claim, Comparison, Script, StepHeader
+    from movimentum.syntax.tree import ClaimStatement, Comparison, Script, StepHeader
 
     script: Script = parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
     items = list(script.items)
     headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
-    items.insert(headers[step] + 1, Claim(expression, Comparison.EQUAL, expression, span=expression.span))
+    items.insert(headers[step] + 1, ClaimStatement(expression, Comparison.EQUAL, expression, span=expression.span))
     scene: Scene = built(Script(tuple(items)), source)
     timeline: Timeline = arranged(scene, choices)
     place = scene.steps[step].claims[0]
-    if not isinstance(place, SceneClaim):
+    if not isinstance(place, Claim):
         return None
     return next(held.claim for held in timeline.claims if held.claim.number == place.number)
