@@ -19,10 +19,10 @@ from __future__ import annotations
 TYPE_CHECKING = False  # `typing` would be the first import of every command, at which Ctrl-C is not yet dealt with
 if TYPE_CHECKING:
     from movimentum import stages as stages
-    from movimentum.api.motion import Moments as Moments
+    from movimentum.api.moments import Moments as Moments
     from movimentum.api.motion import Motion as Motion
-    from movimentum.api.motion import Written as Written
     from movimentum.api.options import Limits as Limits
+    from movimentum.api.output import Written as Written
     from movimentum.api.script import Script as Script
     from movimentum.api.script import load as load
     from movimentum.api.script import loads as loads
@@ -43,7 +43,7 @@ _HOME = {
     "Diagnostic": "movimentum.diagnostics",
     "FailurePolicy": "movimentum.settings",
     "Limits": "movimentum.api.options",
-    "Moments": "movimentum.api.motion",
+    "Moments": "movimentum.api.moments",
     "Motion": "movimentum.api.motion",
     "MovimentumError": "movimentum.errors",
     "NoSolutionError": "movimentum.errors",
@@ -52,7 +52,7 @@ _HOME = {
     "Severity": "movimentum.diagnostics",
     "UnknownNameError": "movimentum.errors",
     "UsageError": "movimentum.errors",
-    "Written": "movimentum.api.motion",
+    "Written": "movimentum.api.output",
     "load": "movimentum.api.script",
     "loads": "movimentum.api.script",
 }

@@ -11,7 +11,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager
 
 from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.source import SourceText
@@ -105,3 +106,14 @@ def usage_error(code: str, message: str, *helps: str) -> UsageError:
 def script_error(code: str, message: str, *helps: str) -> ScriptError:
     """A `ScriptError` with one diagnostic, which is about no place in the script."""
     return ScriptError([Diagnostic(code, Severity.ERROR, message, helps=helps)])
+
+
+@contextmanager
+def told_in(source: SourceText) -> Generator[None, None, None]:
+    """Errors inside show the lines of ``source`` that they are about."""
+    try:
+        yield
+    except MovimentumError as error:
+        if error.source is None:
+            error.source = source
+        raise

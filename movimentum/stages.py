@@ -19,7 +19,7 @@ from movimentum.analysis.examine import Examination, examine
 from movimentum.rendering.images import image_size
 from movimentum.scene.build import build
 from movimentum.scene.model import Scene
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.solver import solve
 from movimentum.source import SourceText
@@ -29,7 +29,7 @@ from movimentum.timeline.model import Timeline
 
 __all__ = [
     "Examination",
-    "Motion",
+    "PathMotion",
     "Poses",
     "Scene",
     "SourceText",

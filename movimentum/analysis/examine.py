@@ -23,8 +23,8 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.planning.blocks.kinds import Free
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
 from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.motion import Motion
-from movimentum.solver.segment_motion import Dead, Lack, Stretch
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
 from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
 
@@ -46,7 +46,7 @@ class Examination:
     doubted: bool = False
 
 
-def examine(motion: Motion, *, every_frame: bool = True) -> Examination:
+def examine(motion: PathMotion, *, every_frame: bool = True) -> Examination:
     """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds, and what the script
     claims; without ``every_frame`` these two are left out.
     """
@@ -54,7 +54,7 @@ def examine(motion: Motion, *, every_frame: bool = True) -> Examination:
         return _examined(motion, every_frame)
 
 
-def _examined(motion: Motion, every_frame: bool) -> Examination:
+def _examined(motion: PathMotion, every_frame: bool) -> Examination:
     found: list[Diagnostic] = []
     steps: list[StepReport] = []
     fault = 0
@@ -125,7 +125,7 @@ def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
         )
 
 
-def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
+def _inaccurate(motion: PathMotion, stretch: Stretch) -> Iterator[Diagnostic]:
     """Free motion that was integrated with less accuracy than usual, because it would not have come to an end."""
     for piece in stretch.pieces:
         if isinstance(piece, Dead):
@@ -153,10 +153,10 @@ def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
             )
 
 
-def _ill_conditioned(motion: Motion, index: int) -> Iterator[Diagnostic]:
+def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     stretch = motion.stretches[index]
     span = motion.span(index, 0, motion.timeline.frame_count)
-    if span is None or any(t.kind is Lack.START for t in stretch.troubles):
+    if span is None or any(t.kind is TroubleKind.START for t in stretch.troubles):
         return
     from movimentum.analysis.diagnose.conditioning import nearly_singular
 
@@ -182,7 +182,7 @@ def _ill_conditioned(motion: Motion, index: int) -> Iterator[Diagnostic]:
 
 
 def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
-    if any(t.kind is Lack.START for t in stretch.troubles):
+    if any(t.kind is TroubleKind.START for t in stretch.troubles):
         return
     system = stretch.plan.system
     for rank in ranks:
@@ -218,7 +218,7 @@ def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
             )
 
 
-def _idle_selectors(motion: Motion) -> Iterator[Diagnostic]:
+def _idle_selectors(motion: PathMotion) -> Iterator[Diagnostic]:
     decisive: set[int] = set()
     stated: dict[int, Span] = {}
     for stretch in motion.stretches:
@@ -250,7 +250,7 @@ def _idle_selectors(motion: Motion) -> Iterator[Diagnostic]:
 # --- the last word
 
 
-def _unsolved_frame(motion: Motion, missing: Shortfall) -> Diagnostic:
+def _unsolved_frame(motion: PathMotion, missing: Shortfall) -> Diagnostic:
     """The first frame that the paths promised and that could not be solved after all."""
     stretch = missing.stretch
     time = time_text(float(motion.timeline.frame_time(missing.frame)))

@@ -3,52 +3,70 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.api.names import Reading
-from movimentum.api.options import Number, exact, frame_choice, one_of, words
+from movimentum.api.moments import Moments, rates_of, values_of
+from movimentum.api.names import Names
+from movimentum.api.options import Limits, Number, exact, frame_choice, one_of, positive, words
+from movimentum.api.output import Written, data_frame, silent
 from movimentum.diagnostics import Diagnostic
-from movimentum.errors import usage_error
+from movimentum.errors import told_in, usage_error
 from movimentum.settings import Accuracy, FailurePolicy
+from movimentum.solver.poses import Poses
+from movimentum.source import SourceText
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import Timeline
 from movimentum.workflow.choices import Choices, Picture
 from movimentum.workflow.frames import PoseChunks
 from movimentum.workflow.stages import Solution, afterwards
 
-if TYPE_CHECKING:
-    from movimentum.api.script import Script
-    from movimentum.solver.poses import Poses
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True)
-class Written:
-    """What `Motion.render` or `Motion.save` wrote: the file's ``path`` (numbered pictures: with its ``%d``), how many
-    ``frames`` (or rows), and what there is to say.
+class Origin(Protocol):
+    """The script that a motion is of; see `movimentum.Script`."""
 
-    >>> import movimentum as mv, tempfile, os
-    >>> motion = mv.load("scripts/trammel.mov").solve()
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     written = motion.render(os.path.join(folder, "trammel.png"), at=0.5)
-    >>> written.path.name, written.frames
-    ('trammel.png', 1)
-    """
+    @property
+    def source(self) -> SourceText:
+        """Its text."""
+        ...
 
-    path: Path
-    frames: int
-    diagnostics: tuple[Diagnostic, ...]
+    @property
+    def limits(self) -> Limits:
+        """What it may cost."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """What it is called in short."""
+        ...
+
+    @property
+    def names(self) -> Names:
+        """What can be asked of its motions."""
+        ...
+
+    def solve(
+        self,
+        accuracy: Accuracy | str = Accuracy.STANDARD,
+        *,
+        digits: int | None = None,
+        fps: Number | None = None,
+        on_failure: FailurePolicy | str = FailurePolicy.STOP,
+        strict: bool = False,
+    ) -> Motion:
+        """Its motion, with other choices."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,7 +94,7 @@ class Motion:
        = help: did you mean `Rod.A`?
     """
 
-    script: Script
+    script: Origin
     solution: Solution
     choices: Choices
 
@@ -139,7 +157,7 @@ class Motion:
         nan where a variable has no value, as no statement in force mentions it. `UnknownNameError` (a KeyError) for a
         name that there is not, `ScriptError` for what is no expression.
         """
-        return _values(self.script.names.reading(name), self._chunks)
+        return values_of(self.script.names.reading(name), self._chunks)
 
     def velocity(self, name: str) -> FloatArray:
         """(F,) or (F, 2): the time derivative of what `Motion` gives for ``name``, per time unit, in the world's frame.
@@ -174,7 +192,7 @@ class Motion:
     def _rates(self, name: str, order: int) -> FloatArray:
         frames, _, solved = self._moments
         exactly = [self.timeline.frame_time(int(frame)) for frame in frames]
-        return _rates(self, self.script.names.reading(name), order, exactly, solved)
+        return rates_of(self.solution.motion, self.script.names.reading(name), order, exactly, solved)
 
     def at(self, time: Number | Iterable[Number]) -> Moments:
         """The motion at a time, or at several, between frames too.
@@ -187,8 +205,8 @@ class Motion:
         ((2,), (3, 2))
         """
         if isinstance(time, str) or not isinstance(time, Iterable):
-            return Moments(self, (self._exact(time),), single=True)
-        return Moments(self, tuple(self._exact(item) for item in time), single=False)
+            return Moments(self.solution.motion, self.script.names, (self._exact(time),), single=True)
+        return Moments(self.solution.motion, self.script.names, tuple(self._exact(item) for item in time), single=False)
 
     def _exact(self, time: Number) -> Fraction:
         """A time; a float that a step's time was rounded to means the step's."""
@@ -226,26 +244,7 @@ class Motion:
         ...     51
         51
         """
-        from importlib import import_module
-
-        try:
-            pandas = import_module("pandas")
-        except ImportError as problem:
-            raise ImportError("to_dataframe() needs pandas: pip install pandas", name="pandas") from problem
-        from movimentum.analysis.diagnose.valueless import never_valued
-        from movimentum.interop.tables import columns
-
-        found = columns(self.timeline.scene, never_valued(self.solution.motion.path))
-        parts = [[column.values(poses) for column in found] for poses in self._chunks]
-        table = {column.name: np.concatenate([part[i] for part in parts]) for i, column in enumerate(found)}
-        for name, variable in self.timeline.scene.variables.items():
-            missing = np.concatenate(
-                [poses.missing.get(name, np.zeros(len(poses.times), bool)) for poses in self._chunks]
-            )
-            for title in (f"{name}.x", f"{name}.y") if variable.is_vector else (name,):
-                if title in table:
-                    table[title][missing] = np.nan
-        return pandas.DataFrame(table, index=pandas.Index(self.frames, name="frame"))
+        return data_frame(self.solution.motion, self._chunks, self.frames)
 
     def save(self, path: str | os.PathLike[str], *, frames: slice | range | int | str | None = None) -> Written:
         """Write the table of `movimentum solve` to ``path``: a ``.csv``, ``.json`` or ``.npz`` file, a row a frame.
@@ -258,7 +257,6 @@ class Motion:
         ...     mv.load("scripts/trammel.mov").solve().save(os.path.join(folder, "poses.csv")).frames
         51
         """
-        from movimentum.api.script import told_in
         from movimentum.interop.tables import SUFFIXES
         from movimentum.workflow.tabulate import tabulate
 
@@ -267,7 +265,7 @@ class Motion:
             raise usage_error("usage/format", f"{target}: a table ends in one of {', '.join(SUFFIXES)}")
         source = self.script.source
         with told_in(source):
-            outcome = tabulate(source, target, self.choices, frame_choice(frames), _silent, self.solution)
+            outcome = tabulate(source, target, self.choices, frame_choice(frames), silent, self.solution)
         return Written(target, outcome.frames, outcome.diagnostics)
 
     # --- pictures
@@ -310,9 +308,7 @@ class Motion:
         ...     motion.render(os.path.join(folder, "trammel.gif"), frames="0:5", scale=0.5, workers=1).frames
         5
         """
-        from movimentum.api.script import told_in
         from movimentum.rendering.options import Quality, Show
-        from movimentum.workflow.animate import animate
 
         if at is not None and frames is not None:
             raise usage_error("usage/at", "`at` is one picture and `frames` a range of them: give one of the two")
@@ -320,7 +316,7 @@ class Motion:
         picture = Picture(
             frames=frame_choice(frames),
             at=None if at is None else motion._exact(at),
-            scale=_positive(scale, "scale"),
+            scale=positive(scale, "scale"),
             traces=words(trace),
             show=frozenset(str(one_of(Show, word, "word for `show`")) for word in words(show)),
             background=background,
@@ -330,10 +326,15 @@ class Motion:
             workers=workers,
             max_pixels=self.script.limits.pixels if max_pixels is None else max_pixels,
         )
-        target, source = Path(os.fspath(path)), self.script.source
+        return motion._drawn(Path(os.fspath(path)), picture, show_it=open)
+
+    def _drawn(self, target: Path, picture: Picture, *, show_it: bool) -> Written:
+        from movimentum.workflow.animate import animate
+
+        source = self.script.source
         with told_in(source):
-            outcome = animate(source, target, motion.choices, picture, _silent, motion.solution)
-        if open:
+            outcome = animate(source, target, self.choices, picture, silent, self.solution)
+        if show_it:
             import click
 
             click.launch(str(target))
@@ -362,101 +363,3 @@ class Motion:
         things = counted(len(timeline.scene.things), "thing")
         times = " to ".join(time_text(float(time)) for time in (timeline.start, timeline.end))
         return f"Motion({self.script.name}: {counted(len(self), 'frame')}, {things}, {times})"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Moments:
-    """A motion at one time or at T times, in the order they were asked for (`Motion.at` makes it).
-
-    >>> import movimentum as mv
-    >>> motion = mv.loads("Arm : .bar O=[0,0] P=[10,0]; @0 Arm.O=[0,0]; Arm.angle = 90*.t; @1").solve()
-    >>> motion.at(1)["Arm.P"].tolist(), motion.at([1, 0])["Arm.angle"].tolist()
-    ([0.0, 10.0], [90.0, 0.0])
-    >>> motion.at("1/3")
-    Moments(<string>: 1 time)
-    """
-
-    motion: Motion
-    exact: tuple[Fraction, ...]
-    single: bool
-
-    @cached_property
-    def _order(self) -> list[int]:
-        return sorted(range(len(self.exact)), key=self.exact.__getitem__)
-
-    @cached_property
-    def _poses(self) -> Poses:
-        return self.motion.solution.motion.poses_at([self.exact[i] for i in self._order])
-
-    @property
-    def times(self) -> FloatArray:
-        """(T,) the times (a single one: ())."""
-        return self._given(self._poses.times)
-
-    @property
-    def solved(self) -> BoolArray:
-        """(T,) whether the scene has a solution there (a single time: ())."""
-        return self._given(self._poses.solved)
-
-    def __getitem__(self, name: str) -> FloatArray:
-        """(T,) or (T, 2); without T for a single time. Otherwise as `Motion`."""
-        return self._given(_values(self.motion.script.names.reading(name), (self._poses,)))
-
-    def velocity(self, name: str) -> FloatArray:
-        """As `Motion.velocity`, at these times."""
-        return self._rates(name, 1)
-
-    def acceleration(self, name: str) -> FloatArray:
-        """As `Motion.acceleration`, at these times."""
-        return self._rates(name, 2)
-
-    def _rates(self, name: str, order: int) -> FloatArray:
-        reading, ascending = self.motion.script.names.reading(name), [self.exact[i] for i in self._order]
-        return self._given(_rates(self.motion, reading, order, ascending, self._poses.solved))
-
-    def _given(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values in the order of the times asked for."""
-        result = np.empty_like(values)
-        result[self._order] = values
-        return result[0] if self.single else result
-
-    def __len__(self) -> int:
-        return len(self.exact)
-
-    def __repr__(self) -> str:
-        return f"Moments({self.motion.script.name}: {counted(len(self), 'time')})"
-
-
-def _values(reading: Reading, chunks: Iterable[Poses]) -> FloatArray:
-    """(F,) or (F, 2)."""
-    parts = [np.stack(reading.values(poses), axis=-1) for poses in chunks]
-    table = np.concatenate(parts) + 0.0
-    return table if reading.is_vector else table[:, 0]
-
-
-def _rates(
-    motion: Motion, reading: Reading, order: int, ascending: Sequence[Fraction], solved: BoolArray
-) -> FloatArray:
-    """(F,) or (F, 2) derivatives; nan where there is no solution."""
-    from movimentum.solver.rates.rates import UndefinedRate, rates_at
-
-    try:
-        table = rates_at(motion.solution.motion.path, reading.expressions, order, ascending)
-    except UndefinedRate as error:
-        scene = motion.timeline.scene
-        what = "it" if error.thing is None else f"`{scene.things[error.thing].name}`"
-        message = f"`{reading.text}` has no acceleration: {what} follows a wish, which has a velocity and no more"
-        raise usage_error("usage/no-acceleration", message, "an equation in place of the wish has one") from error
-    table[:, ~solved] = np.nan
-    return table.T.copy() if reading.is_vector else table[0]
-
-
-def _positive(value: float, what: str) -> float:
-    found = float(value)
-    if not 0.0 < found < np.inf:
-        raise usage_error("usage/number", f"{what} is a number greater than 0, not {value!r}")
-    return found
-
-
-def _silent(done: int, total: int) -> None:
-    """Nobody watches."""

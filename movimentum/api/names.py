@@ -21,7 +21,7 @@ _DOTTED = re.compile(r"[A-Za-z]\w*(?:\.[A-Za-z]\w*)*", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reading:
+class Readout:
     """What is asked for: one expression of the scene, or two for a vector; ``values`` reads them off poses."""
 
     text: str
@@ -36,13 +36,14 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Names:
-    """Everything that can be asked of a scene; each reading is understood once."""
+    """Everything that can be asked of a scene, which is called ``title``; each reading is understood once."""
 
     scene: Scene
     choices: Choices
-    known: dict[str, Reading] = field(default_factory=dict[str, Reading])
+    title: str
+    known: dict[str, Readout] = field(default_factory=dict[str, Readout])
 
-    def reading(self, text: str) -> Reading:
+    def reading(self, text: str) -> Readout:
         """What a name or an expression stands for; `UnknownNameError` for a name that the scene does not have,
         `ScriptError` for what is no expression.
         """
@@ -52,7 +53,7 @@ class Names:
             expressions = self._named(name)
             if expressions is None:
                 expressions = self._understood(text)
-            found = self.known[text] = Reading(name, expressions, reader(self.scene, expressions))
+            found = self.known[text] = Readout(name, expressions, reader(self.scene, expressions))
         return found
 
     def _named(self, name: str) -> tuple[Expr, ...] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -106,3 +107,11 @@ def frame_choice(value: slice | range | int | str | None) -> FrameChoice | None:
         return first, max(first, end)
 
     return chosen
+
+
+def positive(value: float, what: str) -> float:
+    """A finite number greater than 0; `UsageError` (``usage/number``) for any other."""
+    found = float(value)
+    if not 0.0 < found < math.inf:
+        raise usage_error("usage/number", f"{what} is a number greater than 0, not {value!r}")
+    return found

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +12,7 @@ from movimentum.api.motion import Motion
 from movimentum.api.names import Names
 from movimentum.api.options import Limits, Number, frame_rate, one_of
 from movimentum.diagnostics import Diagnostic, limited
-from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, usage_error
+from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, told_in, usage_error
 from movimentum.scene.model import Scene
 from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.source import SourceText
@@ -93,17 +92,6 @@ def _choices(limits: Limits) -> Choices:
     )
 
 
-@contextmanager
-def told_in(source: SourceText) -> Generator[None, None, None]:
-    """Errors inside show the lines of ``source`` that they are about."""
-    try:
-        yield
-    except MovimentumError as error:
-        if error.source is None:
-            error.source = source
-        raise
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Script:
     """A script that has been read and understood. `load` and `loads` make it; it never changes.
@@ -146,7 +134,7 @@ class Script:
     @cached_property
     def names(self) -> Names:
         """What can be asked of its motions."""
-        return Names(self.scene, _choices(self.limits))
+        return Names(self.scene, _choices(self.limits), self.name)
 
     @cached_property
     def _solutions(self) -> dict[Choices, Solution]:

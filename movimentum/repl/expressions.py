@@ -23,7 +23,7 @@ from movimentum.syntax.tree import (
     Comparison,
     Expression,
     Name,
-    Script,
+    ScriptTree,
     Statement,
     StepHeader,
     postorder,
@@ -89,7 +89,7 @@ def _solved_for(session: Session, text: str) -> Reading:
     variable = Name(name, span=statement.left.span)
     items.insert(headers[step] + 1, Statement(variable, Comparison.EQUAL, statement.left, span=statement.left.span))
     try:
-        changed = built(Script(tuple(items)), session.work.source)
+        changed = built(ScriptTree(tuple(items)), session.work.source)
         motion = moved(arranged(changed, session.work.choices))
     except MovimentumError as error:
         raise Refused(error.diagnostics[:1], SourceText("<prompt>", text.strip())) from error

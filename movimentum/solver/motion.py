@@ -37,7 +37,7 @@ class AnyMotion(Protocol):
         ...
 
     @property
-    def path(self) -> Motion:
+    def path(self) -> PathMotion:
         """The path that was followed, of standard accuracy: which solution, and with what velocity."""
         ...
 
@@ -56,7 +56,7 @@ class AnyMotion(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class PathMotion:
     """A solved timeline, of standard accuracy (see `AnyMotion`).
 
     ``stretches``: one for each segment. ``size``: the scene's size (pixels), for tolerances.
@@ -69,7 +69,7 @@ class Motion:
     doubted: bool = False
 
     @property
-    def path(self) -> Motion:
+    def path(self) -> PathMotion:
         """Itself."""
         return self
 

@@ -21,7 +21,7 @@ class Dead:
     carry: Carry
 
 
-class Reason(StrEnum):
+class PathReason(StrEnum):
     """Why a path begins: a step, an inequality that the one before violates, or (REACH) no solution before."""
 
     STEP = "step"
@@ -36,11 +36,11 @@ class PathBeginning:
     time: float
     selection: Selection
     carry: Carry
-    reason: Reason
+    reason: PathReason
     selector: int | None = None
 
 
-class Lack(StrEnum):
+class TroubleKind(StrEnum):
     """Why there is no solution.
 
     START: none to begin with; GAP: a block has none, after a path that ended; SELECTOR: an inequality is violated and
@@ -62,7 +62,7 @@ class Trouble:
     the equation, ``check``.
     """
 
-    kind: Lack
+    kind: TroubleKind
     begin: float
     until: float = float("inf")
     block: int | None = None

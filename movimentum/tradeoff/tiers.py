@@ -21,7 +21,7 @@ from movimentum.solver.accuracy.refinement import RefinedMotion, refined
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
 from movimentum.solver.basis.instants import at_times
-from movimentum.solver.motion import AnyMotion, Motion
+from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
@@ -172,7 +172,7 @@ Known = Callable[[int, Piece, list[Fraction], Arithmetic], list[Number] | None]
 """All unknowns of a piece (of stretch number …) at some times, as a tier has them; None where there is no solution."""
 
 
-def _as_floats(motion: Motion) -> Known:
+def _as_floats(motion: PathMotion) -> Known:
     def known(number: int, piece: Piece, times: list[Fraction], arithmetic: Arithmetic) -> list[Number] | None:
         instants = at_times(piece.plan.clocks, motion.stretches[number].segment.start, times)
         with np.errstate(all="ignore"):
@@ -199,7 +199,7 @@ def _as_rounded(motion: RefinedMotion) -> Known:
     return known
 
 
-def _residual(motion: Motion, times: Sequence[Fraction], arithmetic: Arithmetic, known: Known) -> float:
+def _residual(motion: PathMotion, times: Sequence[Fraction], arithmetic: Arithmetic, known: Known) -> float:
     """The largest residual at ``times``, evaluated in ``arithmetic``, of what is ``known``."""
     evaluator = Evaluator(arithmetic)
     worst = 0.0
@@ -210,7 +210,7 @@ def _residual(motion: Motion, times: Sequence[Fraction], arithmetic: Arithmetic,
     return worst
 
 
-def _by_piece(motion: Motion, times: Sequence[Fraction]) -> Iterator[tuple[int, Piece, list[Fraction]]]:
+def _by_piece(motion: PathMotion, times: Sequence[Fraction]) -> Iterator[tuple[int, Piece, list[Fraction]]]:
     for number, stretch in enumerate(motion.stretches):
         inside = [time for time in times if motion.timeline.segment_at(time) == number]
         for piece, end in _with_ends(stretch):
@@ -226,7 +226,9 @@ def _with_ends(stretch: Stretch) -> Iterator[tuple[Piece | Dead, float]]:
     yield from zip(stretch.pieces, [*begins, float("inf")], strict=True)
 
 
-def _of_state(motion: Motion, piece: Piece, evaluator: Evaluator, state: list[Number], times: list[Fraction]) -> float:
+def _of_state(
+    motion: PathMotion, piece: Piece, evaluator: Evaluator, state: list[Number], times: list[Fraction]
+) -> float:
     system = piece.plan.system
     known = {n for n, value in enumerate(state) if value is not None}
     rows = [

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from movimentum.rendering.options import FreeMark, PictureOptions
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
-    from movimentum.solver.motion import Motion
+    from movimentum.solver.motion import PathMotion
     from movimentum.timeline.model import Timeline
 
 
@@ -49,10 +49,7 @@ def animate(
     kind = check_output(target, transparent=picture.transparent)
     background = None if picture.background is None else _color(picture.background)
     refuse_unwritable(target)
-    if solution is None:
-        timeline = arranged(understand(source, choices, picture.max_pixels), choices)
-    else:
-        timeline = solution.motion.timeline
+    timeline = solution.motion.timeline if solution else _arranged(source, choices, picture)
     scene = timeline.scene
     numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
     refuse_overwriting(target, reads(source, scene), numbers)
@@ -81,13 +78,7 @@ def animate(
         # A warning that only the writing brings to light must not leave a file with --strict: a place beside it, then.
         place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
         written = write_animation(
-            painter,
-            poses,
-            place,
-            fps=timeline.fps,
-            loop=picture.loop,
-            workers=picture.workers,
-            progress=progress,
+            painter, poses, place, fps=timeline.fps, loop=picture.loop, workers=picture.workers, progress=progress
         )
         said, notes = afterwards(solution, choices)
         diagnostics, warned = judged((*said, *written.diagnostics), choices)
@@ -95,6 +86,10 @@ def animate(
             raise ScriptError(diagnostics)
     unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: tell
     return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
+
+
+def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timeline:
+    return arranged(understand(source, choices, picture.max_pixels), choices)
 
 
 def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
@@ -126,7 +121,7 @@ FREE_MOMENTS = 24
 """Moments of an animation at which its free motions are found anew; arrows turn with their things in between."""
 
 
-def _free_marks(motion: Motion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
+def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
     """Arrows for all free motions at ``times`` (ascending): one for each moving anchor, numbered by motion."""
     from movimentum.analysis.freedom.motions import free_motions_at
     from movimentum.rendering.options import FreeMark

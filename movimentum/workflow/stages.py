@@ -15,9 +15,9 @@ from movimentum.workflow.limits import MAX_PIXELS
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
     from movimentum.scene.model import Scene
-    from movimentum.solver.motion import AnyMotion, Motion
+    from movimentum.solver.motion import AnyMotion, PathMotion
     from movimentum.source import SourceText
-    from movimentum.syntax.tree import Script
+    from movimentum.syntax.tree import ScriptTree
     from movimentum.timeline.model import Timeline
 
 
@@ -30,7 +30,7 @@ def understand(source: SourceText, choices: Choices | None = None, max_pixels: i
     return built(script, source, max_pixels)
 
 
-def built(script: Script, source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
+def built(script: ScriptTree, source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
     """Resolve a parsed script; raises `ScriptError` with everything that is wrong with it."""
     from movimentum.scene.build import build
 
@@ -50,7 +50,7 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
     return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
 
 
-def moved(timeline: Timeline) -> Motion:
+def moved(timeline: Timeline) -> PathMotion:
     """The motion, as far as there is one; `ScriptError` where a derivative depends on itself."""
     from movimentum.planning.planner import CyclicRateError
     from movimentum.solver.solver import solve

@@ -12,7 +12,7 @@ from movimentum.workflow.stages import arranged, built
 
 if TYPE_CHECKING:
     from movimentum.scene.model import Claim, Scene
-    from movimentum.syntax.tree import Expression, Script, Statement
+    from movimentum.syntax.tree import Expression, ScriptTree, Statement
     from movimentum.timeline.model import Timeline
     from movimentum.workflow.choices import Choices
 
@@ -44,13 +44,13 @@ def claimed(source: SourceText, choices: Choices, step: int, expression: Express
     """
     from movimentum.scene.model import Claim
     from movimentum.syntax.parser import parse
-    from movimentum.syntax.tree import ClaimStatement, Comparison, Script, StepHeader
+    from movimentum.syntax.tree import ClaimStatement, Comparison, ScriptTree, StepHeader
 
-    script: Script = parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
+    script: ScriptTree = parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
     items = list(script.items)
     headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
     items.insert(headers[step] + 1, ClaimStatement(expression, Comparison.EQUAL, expression, span=expression.span))
-    scene: Scene = built(Script(tuple(items)), source)
+    scene: Scene = built(ScriptTree(tuple(items)), source)
     timeline: Timeline = arranged(scene, choices)
     place = scene.steps[step].claims[0]
     if not isinstance(place, Claim):

@@ -20,7 +20,7 @@ from movimentum.solver.accuracy.wide_poses import RefinedPoses
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from tests.solver.scenes import motion_of
 
@@ -277,7 +277,7 @@ def test_what_a_later_step_does_not_mention_keeps_its_digits() -> None:
     assert digits_right(poses.texts(poses.coordinate(0, (10.0, 0.0), 0))[6], x) >= 39.0
 
 
-def farthest(motion: Motion, some: Poses, others: Poses) -> float:
+def farthest(motion: PathMotion, some: Poses, others: Poses) -> float:
     ways = [
         np.hypot(*(some.world(thing.number, anchor.local) - others.world(thing.number, anchor.local)).T).max()
         for thing in motion.timeline.scene.things

@@ -13,7 +13,7 @@ from movimentum.expressions import Expr, symbol
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, VariableComponent
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.refinement import refined
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.rates.rates import UndefinedRate, rates_at
 from movimentum.solver.solver import solve
@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[2]
 GALLERY = sorted((ROOT / "scripts").glob("*.mov"))
 
 
-def motion_of(text: str) -> Motion:
+def motion_of(text: str) -> PathMotion:
     return solve(timeline_of(text))
 
 
@@ -46,7 +46,7 @@ def variable(name: str, axis: int | None = None) -> Expr:
     return symbol(VariableComponent(name, axis))
 
 
-def times_of(motion: Motion) -> list[Fraction]:
+def times_of(motion: PathMotion) -> list[Fraction]:
     return [motion.timeline.frame_time(frame) for frame in range(motion.timeline.frame_count)]
 
 

@@ -23,7 +23,7 @@ from movimentum.solver.assembly import Placement, placements
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
@@ -117,8 +117,8 @@ class DraftMotion:
     place (pixels).
     """
 
-    path: Motion
-    drawn: Motion
+    path: PathMotion
+    drawn: PathMotion
     error: float
 
     @property
@@ -145,7 +145,7 @@ class DraftMotion:
         return self.drawn.poses_at(times)
 
 
-def drafted(motion: Motion) -> DraftMotion:
+def drafted(motion: PathMotion) -> DraftMotion:
     """``motion`` with its poses interpolated."""
     worst = 0.0
     stretches: list[Stretch] = []

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Severity
@@ -41,3 +43,25 @@ def rough_note(what: Iterable[str]) -> Diagnostic:
         f"{listed(list(what))}: integrated along the path in float64 (some 12 digits, free motions 8); what depends on"
         " it is no more exact",
     )
+
+
+@dataclass(slots=True)
+class Attained:
+    """What could not be made as exact as asked: ``digits``, the fewest at any frame seen so far, at ``time``; ``rough``
+    says what no equation gives (integrals along the path, free motions), which stay those of
+    `standard`.
+    """
+
+    digits: float = math.inf
+    time: Fraction | None = None
+    rough: dict[str, None] = field(default_factory=dict[str, None])
+
+    def notes(self, shown: int | None) -> tuple[Diagnostic, ...]:
+        """What that falls short of, where so many digits are ``shown`` (None: those of a float)."""
+        found: list[Diagnostic] = []
+        asked = FLOAT_DIGITS if shown is None else shown
+        if self.time is not None and self.digits < asked:
+            found.append(singular_warning(self.digits, asked, self.time))
+        if self.rough:
+            found.append(rough_note(self.rough))
+        return tuple(found)

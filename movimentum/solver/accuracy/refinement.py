@@ -23,7 +23,7 @@ from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
 from movimentum.settings import Accuracy
-from movimentum.solver.accuracy.notes import FLOAT_DIGITS, rough_note, singular_warning
+from movimentum.solver.accuracy.notes import Attained
 from movimentum.solver.accuracy.polish import RowContext, Rows, make_rows, polished
 from movimentum.solver.accuracy.wide_poses import RefinedPoses, WidePose
 from movimentum.solver.arithmetic.double_double import WideArithmetic
@@ -33,7 +33,7 @@ from movimentum.solver.basis.instants import at_times
 from movimentum.solver.block.formulas import UnknownFormulas
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import StillTrack
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
@@ -46,23 +46,11 @@ DEFAULT_DIGITS = 50
 AN_INTEGRAL = "an integral"
 
 
-@dataclass(slots=True)
-class Attained:
-    """What could not be made as exact as asked: ``digits``, the fewest at any frame seen so far, at ``time``; ``rough``
-    says what no equation gives (integrals along the path, free motions), which stay those of
-    `standard`.
-    """
-
-    digits: float = math.inf
-    time: Fraction | None = None
-    rough: dict[str, None] = field(default_factory=dict[str, None])
-
-
 @dataclass(slots=True, eq=False)
 class RefinedMotion:
-    """A motion whose poses are computed again in ``arithmetic``; asked for poses as `Motion` is."""
+    """A motion whose poses are computed again in ``arithmetic``; asked for poses as `PathMotion` is."""
 
-    base: Motion
+    base: PathMotion
     arithmetic: Arithmetic
     attained: Attained = field(default_factory=Attained)
     _evaluator: Evaluator = field(init=False)
@@ -90,20 +78,14 @@ class RefinedMotion:
         return self.base.size
 
     @property
-    def path(self) -> Motion:
+    def path(self) -> PathMotion:
         """The motion of which this has more digits."""
         return self.base
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
         """What the frames computed so far fall short of."""
-        attained, found = self.attained, list[Diagnostic]()
-        asked = FLOAT_DIGITS if self.arithmetic.shown is None else self.arithmetic.shown
-        if attained.time is not None and attained.digits < asked:
-            found.append(singular_warning(attained.digits, asked, attained.time))
-        if attained.rough:
-            found.append(rough_note(attained.rough))
-        return tuple(found)
+        return self.attained.notes(self.arithmetic.shown)
 
     def poses(self, first: int, stop: int, *, angles: bool = True) -> RefinedPoses:
         """The poses of frames ``first`` … ``stop - 1``."""
@@ -410,7 +392,7 @@ def _spread(value: Number, count: int) -> Number:
     return value if len(value) == count else value[np.zeros(count, dtype=np.int64)]
 
 
-def refined(motion: Motion, accuracy: Accuracy, digits: int | None = None) -> RefinedMotion:
+def refined(motion: PathMotion, accuracy: Accuracy, digits: int | None = None) -> RefinedMotion:
     """``motion`` with its poses in the tier HIGH or EXACT (to ``digits``, default `DEFAULT_DIGITS`)."""
     high = accuracy is Accuracy.HIGH
     arithmetic: Arithmetic = WideArithmetic() if high else DigitsArithmetic(digits or DEFAULT_DIGITS)

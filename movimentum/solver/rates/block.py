@@ -72,7 +72,7 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class BlockRows:
     """A block's equations (m) in its unknowns (n), and the Jacobian's ``entries`` with their ``slopes``."""
 
     residuals: tuple[Expr, ...]
@@ -83,7 +83,7 @@ class Rows:
     slope_nodes: list[Expr]
 
 
-def rows_of(plan: Plan, block: Block) -> Rows:
+def rows_of(plan: Plan, block: Block) -> BlockRows:
     """The equations that a block stands for, as they were before any was eliminated."""
     residuals = tuple(plan.system.equations[e].residual for e in block.equations)
     entries: list[tuple[int, int]] = []
@@ -94,10 +94,10 @@ def rows_of(plan: Plan, block: Block) -> Rows:
             if n in present:
                 entries.append((i, j))
                 slopes.append(with_respect_to(residual, n))
-    return Rows(residuals, ordered(residuals), block.unknowns, tuple(entries), tuple(slopes), ordered(slopes))
+    return BlockRows(residuals, ordered(residuals), block.unknowns, tuple(entries), tuple(slopes), ordered(slopes))
 
 
-def differentiated(rows: Rows, moment: Moment) -> FloatArray:
+def differentiated(rows: BlockRows, moment: Moment) -> FloatArray:
     """Give the unknowns of ``rows`` their derivatives; returns (F,) the Jacobian's reciprocal condition number."""
     count = len(moment.instants)
     jacobian = np.zeros((count, len(rows.residuals), len(rows.unknowns)))

@@ -19,7 +19,7 @@ from movimentum.solver.block.linearization import DenseTangent, tangent_at
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.free.velocity import FreeMotion
+from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.rates.block import Moment
 
@@ -49,7 +49,7 @@ class FreeBlock:
         drift = moment.coefficients(self.nodes, block.residuals, 1)
         self.pull = self._pulled(1)
         errors, drifts = self._wishes()
-        motion = FreeMotion(Local(block, self._probe, 1.0, self.piece.begin, self.piece.end), moment.plan)
+        motion = FreeVelocity(Local(block, self._probe, 1.0, self.piece.begin, self.piece.end), moment.plan)
         found = np.empty((len(block.core), len(moment.instants)))
         for f, (problem, x) in enumerate(self._instants()):
             tangent = tangent_at(problem, x)

@@ -32,10 +32,10 @@ from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient, plu
 from movimentum.solver.basis.instants import Instants, at_times
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.continuation.tracks import NodeTrack, StillTrack
-from movimentum.solver.motion import BATCH, Motion
+from movimentum.solver.motion import BATCH, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, evaluated
-from movimentum.solver.rates.block import SINGULAR, Moment, Rows, differentiated, rows_of
+from movimentum.solver.rates.block import SINGULAR, BlockRows, Moment, differentiated, rows_of
 from movimentum.solver.rates.free import FreeBlock
 from movimentum.solver.segment_motion import Dead, Stretch
 
@@ -62,7 +62,7 @@ class UndefinedRate(Exception):
         super().__init__("free motion toward a wish has no acceleration")
 
 
-def rates_at(motion: Motion, expressions: Sequence[Expr], order: int, instants: Sequence[Fraction]) -> FloatArray:
+def rates_at(motion: PathMotion, expressions: Sequence[Expr], order: int, instants: Sequence[Fraction]) -> FloatArray:
     """(n, F): the ``order``-th time derivative of each of n expressions of the scene at ``instants`` (ascending).
 
     Units: the expression's, per time unit to that power; world frame. nan where there is no solution, no value, or no
@@ -117,7 +117,7 @@ class _Course:
     ahead: bool
     needed: tuple[int, ...] = field(init=False)
     nodes: list[Expr] = field(init=False)
-    rows: dict[int, Rows] = field(default_factory=dict[int, Rows])
+    rows: dict[int, BlockRows] = field(default_factory=dict[int, BlockRows])
     depth: int = field(init=False)
 
     def __post_init__(self) -> None:
