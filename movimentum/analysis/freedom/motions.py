@@ -19,7 +19,7 @@ from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Dead
 from movimentum.text import number
 
@@ -115,7 +115,7 @@ def free_directions(
     return [(_told(plan, block, one, v, drawn), v) for v, drawn in _basis(plan, block, one, clocks, x, free, scale)]
 
 
-def free_motions_at(motion: Motion, time: Fraction) -> list[FreeMotion]:
+def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
     """The free motions at one moment of a motion; none if there is no solution."""
     timeline = motion.timeline
     stretch = motion.stretches[timeline.segment_at(time)]
