@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.planning.blocks.kinds import Newton
-from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton
-from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 
 FloatArray = NDArray[np.float64]
 
-Probe = Callable[[FloatArray], tuple[State, tuple[FloatArray, ...]]]
-"""Upstream state and clocks at given offsets."""
+Probe = Callable[[FloatArray], BlockProblem]
+"""A block's problem at given offsets."""
 
 SMALLEST_STEP = 1e-10
 """Of the stretch to be followed: where even that fails, the path ends."""
@@ -42,8 +41,8 @@ class Local:
     high: float
     sizes: FloatArray | None = None
 
-    def around(self, tau: float) -> tuple[State, tuple[FloatArray, ...], float]:
-        """State and clocks at [tau, later, earlier] and the time between the latter two; inside [low, high] where
+    def around(self, tau: float) -> tuple[BlockProblem, float]:
+        """The problem at [tau, later, earlier] and the time between the latter two; inside [low, high] where
         possible.
         """
         later = min(tau + self.delta, max(self.high, tau))
@@ -51,18 +50,17 @@ class Local:
         if later - earlier < self.delta:
             later, earlier = tau + self.delta, tau
         points = np.array([tau, later, earlier])
-        state, clocks = self.probe(points)
-        return state, clocks, later - earlier
+        return self.probe(points), later - earlier
 
     def rate(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, float]:
         """The velocity of the core unknowns (per unit of time), and the smallest singular value of the scaled Jacobian
         relative to its largest.
         """
-        state, clocks, span = self.around(tau)
+        problem, span = self.around(tau)
         repeated = np.repeat(x[None, :], 3, axis=0)
-        residual = residual_of(self.block, state, clocks, repeated)
+        residual = problem.residual(repeated)
         drift = (residual[1] - residual[2]) / span
-        jacobian = jacobian_of(self.block, state, clocks, repeated)[:1]
+        jacobian = problem.jacobian(repeated)[:1]
         rows, lengths = scaled(jacobian, scale)
         right = -drift / lengths[0]
         if not (np.isfinite(rows).all() and np.isfinite(right).all()):
@@ -80,8 +78,7 @@ class Local:
         """
         if self.block.rows != len(self.block.core):
             return 0.0
-        state, clocks = self.probe(np.array([tau]))
-        rows, _ = scaled(jacobian_of(self.block, state, clocks, x[None]), scale)
+        rows, _ = scaled(self.probe(np.array([tau])).jacobian(x[None]), scale)
         if not np.isfinite(rows).all():
             return 0.0
         singular = np.linalg.svd(rows[0], compute_uv=False)
@@ -89,8 +86,7 @@ class Local:
             return 0.0
         return float(np.linalg.slogdet(rows[0])[0])
 
-    def corrected(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, bool]:
+    def corrected(self, tau: float, x: FloatArray) -> tuple[FloatArray, bool]:
         """Newton from core values ``x`` (n,) at an instant: where it ends (n,), and whether that is a solution."""
-        state, clocks = self.probe(np.array([tau]))
-        outcome = newton(self.block, state, clocks, x[None, :], scale, iterations=8)
+        outcome = newton(self.probe(np.array([tau])), x[None, :], iterations=8)
         return outcome.x[0], bool(outcome.converged[0])
