@@ -22,11 +22,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
+from movimentum.arrays import FloatArray
 from movimentum.scene.model import Scene
 
 if TYPE_CHECKING:
     from movimentum.solver.accuracy.wide_poses import RefinedPoses
-    from movimentum.solver.poses import FloatArray, Poses
+    from movimentum.solver.poses import Poses
 
 SUFFIXES = (".csv", ".json", ".npz")
 

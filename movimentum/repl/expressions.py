@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.repl.reading import Reading
 from movimentum.repl.session import Refused, Session, refused
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from movimentum.scene.model import Scene
     from movimentum.solver.poses import Poses
 
-FloatArray = NDArray[np.float64]
 NOT_A_READING = "claim/not-a-reading"
 _RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], NDArray[np.bool_]]] = {
     Comparison.BELOW: np.less,

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.solver.assembly import Placement, placements
@@ -23,9 +24,6 @@ from movimentum.solver.motion import Motion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.segment_motion import Dead, Stretch
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 WITHIN = (0.25, 0.5, 0.75)
 """Where in an interval the interpolation is compared with the path."""

@@ -15,6 +15,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO, Expr
 from movimentum.planning.blocks.kinds import Block, Integral, Ode, Winding
 from movimentum.planning.lowering.equations import Form
@@ -36,8 +37,6 @@ from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead
 from movimentum.timeline.model import Timeline
-
-FloatArray = NDArray[np.float64]
 
 DEFAULT_DIGITS = 50
 AN_INTEGRAL = "an integral"
