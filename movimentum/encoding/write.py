@@ -1,12 +1,12 @@
-"""The way into this stage: a painter and poses become a file (or numbered files).
+"""The entry to this stage: a painter and poses become a file (or numbered files).
 
 ::
 
     painter = make_painter(scene, source, PictureOptions(...))  # movimentum.rendering.painter
     report = write_animation(painter, source, Path("out.gif"), fps=timeline.fps, loop=0, workers=None, progress=show)
 
-``source`` is a `Poses` of all frames, or anything that yields `Poses` in order and can be iterated more than once;
-wrap a generator in `movimentum.rendering.stream.Spool` (temporary file), then a million frames need not be in memory::
+``source`` is a `Poses` of all frames, or anything that yields `Poses` in order and can be iterated more than once. Wrap
+a generator in `movimentum.rendering.stream.Spool` (temporary file); then a million frames need not be in memory::
 
     with Spool(solve_in_chunks(...)) as source:
         painter = make_painter(scene, source, options)
@@ -36,7 +36,7 @@ from movimentum.encoding.runs import coded_runs, timed_frames, workers_that_pay
 from movimentum.encoding.stills import JPEG_LARGEST, SequenceWriter, coder_of
 from movimentum.encoding.video import write_video
 from movimentum.encoding.webp import WebpCoder, WebpWriter
-from movimentum.errors import UsageError
+from movimentum.errors import usage_error
 from movimentum.output.files import whole_file, whole_folder
 from movimentum.rendering.painter import Painter, PaintSession
 from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, pieces, thinned
@@ -46,9 +46,9 @@ from movimentum.terminal import typed
 SUFFIXES = (".gif", ".png", ".jpg", ".jpeg", ".apng", ".webp", ".mp4", ".webm")
 _STILLS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
 STILL_KINDS = frozenset(_STILLS.values())
-"""What `check_output` says of a file that holds one picture."""
+"""The kinds that `check_output` returns for a file with one picture."""
 _SAMPLES = 8  # frames that a palette is chosen from
-_WORTH_TIMING = 60  # frames: fewer are drawn here without asking
+_WORTH_TIMING = 60  # frames: fewer are drawn in this process without measuring
 
 Progress = Callable[[int, int], None]
 
@@ -56,7 +56,7 @@ Progress = Callable[[int, int], None]
 @dataclass(frozen=True, slots=True)
 class WriteReport:
     """What was written: ``files``, ``frames`` shown (a GIF faster than 50 a second has fewer than were given), the
-    picture's ``size`` (width, height) in pixels, the total ``duration`` in seconds as the file has it, the number of
+    picture's ``size`` (width, height) in pixels, the total ``duration`` in seconds as in the file, the number of
     ``workers`` that drew (1: this process), and ``diagnostics`` (warnings).
     """
 
@@ -72,21 +72,21 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
     """The kind of file that ``path`` asks for: ``"sequence"`` for numbered pictures, one of `STILL_KINDS` for a single
     one, else its suffix without the dot.
 
-    `UsageError`: ``output/format`` for a suffix that is not written here, ``output/pattern`` for a number pattern that
+    `UsageError`: ``output/format`` for a suffix that is not supported, ``output/pattern`` for a number pattern that
     cannot be filled, ``output/one-picture`` for more than one frame into one picture, ``output/opaque`` for a
     ``transparent`` background in a JPEG.
     """
     suffix, name = path.suffix.lower(), path.name
     if suffix not in SUFFIXES:
         known = ", ".join(SUFFIXES)
-        raise _usage("output/format", f"cannot tell a format from `{name}`: known are {known}", "-o out.gif")
+        raise usage_error("output/format", f"cannot tell a format from `{name}`: known are {known}", "-o out.gif")
     if suffix not in _STILLS:
         return suffix[1:]
     if transparent and suffix != ".png":
-        raise _usage("output/opaque", "a JPEG has no transparency", f"-o {typed(path.with_suffix('.png'))}")
+        raise usage_error("output/opaque", "a JPEG has no transparency", f"-o {typed(path.with_suffix('.png'))}")
     if "%" not in name:
         if frames is not None and frames > 1:
-            raise _usage(
+            raise usage_error(
                 "output/one-picture",
                 f"{frames} frames do not fit into one picture `{name}`",
                 f"-o {typed(path.with_name(path.stem + '-%04d' + path.suffix))}",
@@ -95,7 +95,7 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
             )
         return _STILLS[suffix]
     if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", name):
-        raise _usage(
+        raise usage_error(
             "output/pattern",
             f"`{name}` must have one %d (or %04d) for the frame's number",
             f"-o out-%04d{path.suffix}",
@@ -113,11 +113,11 @@ def write_animation(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> WriteReport:
-    """Draw all frames of ``source`` and write them to ``path``, whose suffix says how (see `check_output`).
+    """Draw all frames of ``source`` and write them to ``path``, whose suffix gives the format (see `check_output`).
 
     Frame k (by position in ``source``) is shown from k / ``fps``. ``loop``: how often the animation is played, 0 for
-    ever (not in video). ``workers``: processes that draw; None: as many as pay. The bytes written do not depend on it.
-    ``progress`` is called with (frames done, frames in all) about every 30 frames.
+    ever (not in video). ``workers``: processes that draw; None: chosen automatically. The bytes written do not depend
+    on it. ``progress`` is called with (frames done, frames in all) about every 30 frames.
 
     The file appears whole or not at all, whatever goes wrong. `UsageError`: see `check_output`; a file that cannot be
     written or a full disk (``output/unwritable``); no frames (``output/no-frames``); a picture larger than the format
@@ -126,7 +126,7 @@ def write_animation(
     total = count(source)
     kind = check_output(path, total, transparent=painter.transparent)
     if total == 0:
-        raise _usage("output/no-frames", "there is no frame to draw")
+        raise usage_error("output/no-frames", "there is no frame to draw")
     job = _Job(painter, source, total, fps, loop, workers, progress)
     match kind:
         case "gif":
@@ -161,7 +161,7 @@ class _Job:
             self.progress(done, self.total)
 
     def choose_workers(self, coder: Coder, images: list[Image.Image] | None, seconds: float) -> int:
-        """As asked; else by the time that a frame takes: measured, for guessing it from sizes is no better."""
+        """As asked; otherwise by the measured time of a frame, because an estimate from sizes is no better."""
         if self.workers is not None:
             return max(1, self.workers)
         if self.total < _WORTH_TIMING:
@@ -270,7 +270,7 @@ def _write_video(job: _Job, path: Path, kind: str) -> WriteReport:
 
 
 def _write_pieces(job: _Job, writer: PieceWriter, coder: Coder, workers: int) -> None:
-    """All frames; those that change nothing make the one before them longer."""
+    """All frames; a frame that changes nothing makes the one before it longer."""
     writer.begin()
     shown: FramePiece | None = None
     since = done = 0
@@ -296,7 +296,9 @@ def _refuse_large_jpeg(painter: Painter, path: Path) -> None:
 def _refuse_larger(painter: Painter, limit: int, name: str) -> None:
     if max(painter.size) > limit:
         width, height = painter.size
-        raise _usage("limit/pixels", f"{width} x {height} pixels: {name} ends at {limit} each way", "--scale 0.5")
+        raise usage_error(
+            "limit/pixels", f"{width} x {height} pixels: the limit of {name} is {limit} each way", "--scale 0.5"
+        )
 
 
 def _too_fast(fps: Fraction) -> Diagnostic:
@@ -304,10 +306,6 @@ def _too_fast(fps: Fraction) -> Diagnostic:
         "render/gif-rate",
         Severity.WARNING,
         f"GIF shows at most {gif.FASTEST} frames a second: {float(fps):g} are thinned out to {gif.FASTEST}",
-        notes=("browsers slow down what is faster to 10 a second",),
+        notes=("browsers slow faster animations down to 10 frames a second",),
         helps=(f"--fps {gif.FASTEST}", "-o out.webp"),
     )
-
-
-def _usage(code: str, message: str, *helps: str) -> UsageError:
-    return UsageError([Diagnostic(code, Severity.ERROR, message, helps=helps)])
