@@ -29,7 +29,7 @@ from movimentum.syntax.parser import parse
 from movimentum.timeline.arrange import arrange
 
 INSIDE = {
-    "plan": "movimentum.planning.planner:compile_segment",
+    "plan": "movimentum.planning.planner:compile_structure",
     "code": "movimentum.planning.codegen.generate:compiled",
 }
 """What is timed inside of solving: planning, and of that, generating code."""

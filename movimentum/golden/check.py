@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.golden import pictures
@@ -23,8 +23,6 @@ from movimentum.source import SourceText
 from movimentum.terminal import typed
 from movimentum.text import counted, listed, number, time_text
 from movimentum.workflow.read import reads
-
-FloatArray = NDArray[np.float64]
 
 TOLERANCE = 1e-8
 """Of the scene's size: how far an anchor may be from where it was. A millionth of a pixel in a scene of 100 pixels."""

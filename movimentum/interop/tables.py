@@ -22,10 +22,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
+from movimentum.arrays import FloatArray
 from movimentum.scene.model import Scene
 
 if TYPE_CHECKING:
-    from movimentum.solver.poses import FloatArray, Poses, SpelledPoses
+    from movimentum.solver.poses import Poses, SpelledPoses
 
 SUFFIXES = (".csv", ".json", ".npz")
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formula, Formulas, evaluate
@@ -20,8 +20,6 @@ from movimentum.scene.model import Scene
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import listed
-
-FloatArray = NDArray[np.float64]
 
 STILL = 1e-13
 SAME = 1e-12

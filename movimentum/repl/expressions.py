@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.repl.reading import Reading
 from movimentum.repl.session import Refused, Session, refused
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from movimentum.scene.model import Scene
     from movimentum.solver.poses import Poses
 
-FloatArray = NDArray[np.float64]
 _RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], NDArray[np.bool_]]] = {
     Comparison.BELOW: np.less,
     Comparison.AT_MOST: np.less_equal,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.codegen.numeric import sincosd
 from movimentum.planning.lowering.unknowns import PosePart, Rate
 from movimentum.planning.plan import Plan
@@ -23,8 +24,6 @@ from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
 from movimentum.solver.valued import first_value, has_value
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Values = FloatArray | np.float64
 
 

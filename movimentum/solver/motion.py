@@ -9,10 +9,11 @@ from typing import Protocol
 
 import numpy as np
 
+from movimentum.arrays import FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.solver.assembly import Assembly
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
-from movimentum.solver.poses import FloatArray, IntArray, Poses
+from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Stretch
 from movimentum.timeline.model import Timeline
 

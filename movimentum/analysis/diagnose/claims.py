@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.evaluate import Reader, reader
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Claim, Relation
 from movimentum.solver.motion import PathMotion
@@ -17,8 +18,6 @@ from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead
 from movimentum.text import counted, number, time_text
 from movimentum.timeline.model import HeldClaim
-
-FloatArray = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 """Of the scene's size (its largest extent, in pixels), for a claim without ``.within``."""

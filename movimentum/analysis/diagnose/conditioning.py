@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Integral, Newton, Quadratic, Winding
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.problem import BlockProblem
@@ -17,8 +18,6 @@ from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
-
-FloatArray = NDArray[np.float64]
 
 WORTH_TELLING = 1e6
 """From this condition on, half of float64's digits are lost at worst."""

@@ -7,14 +7,12 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Scene, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.text import listed
-
-FloatArray = NDArray[np.float64]
 
 MOST_NOTES = 8
 """Up to this many things have a note each; more are reported together."""

@@ -8,14 +8,13 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.looks import DISC_RADIUS, LABEL_HEIGHT, width_of
 from movimentum.scene.model import Scene, Shape, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import listed, number, time_text
-
-FloatArray = NDArray[np.float64]
 
 OUTSIDE, CUT_OFF = "canvas/outside", "canvas/cut-off"
 CHUNK = 2048

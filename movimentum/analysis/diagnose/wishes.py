@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.planning.blocks.kinds import Free, simultaneous, wishes_drawing
 from movimentum.planning.lowering.equations import Wish
@@ -21,8 +22,6 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
 from movimentum.text import listed, number, time_text
-
-FloatArray = NDArray[np.float64]
 
 REACHED = 1e-3
 """Of the scene's size: how far from its goal a wish may be and count as reached."""

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.motions import FreeMotion, motions_of, told_by
 from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
+from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.equations import System
@@ -22,8 +22,6 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
-
-FloatArray = NDArray[np.float64]
 
 STRESSED = 1e-6
 """Of the largest: from here, a row takes part in a dependence among rows."""

@@ -8,9 +8,9 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.rank import RANK_TOLERANCE, at_one, rank_at, values_of
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
@@ -22,8 +22,6 @@ from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Dead
 from movimentum.text import number
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.diagnose.conditioning import conditions
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block, Integral, Newton, Quadratic, Winding
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.solver.block import closed_form
@@ -16,8 +16,6 @@ from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
-
-FloatArray = NDArray[np.float64]
 
 CLOSE = 0.01
 """Of the scene's size: if a rival solution comes nearer than that, the choice was close."""

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
@@ -29,9 +30,6 @@ from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead, Stretch
 from movimentum.timeline.model import Timeline
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 WITHIN = (0.25, 0.5, 0.75)
 """Where in an interval the interpolation is compared with the path."""

@@ -15,6 +15,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import ZERO, Expr
 from movimentum.planning.blocks.kinds import Block, Integral, Ode, Winding
@@ -39,8 +40,6 @@ from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead
 from movimentum.timeline.model import Timeline
-
-FloatArray = NDArray[np.float64]
 
 DEFAULT_DIGITS = 50
 AN_INTEGRAL = "an integral"

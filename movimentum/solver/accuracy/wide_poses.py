@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.lowering.body_frames import stated_point
 from movimentum.scene.model import Thing
 from movimentum.solver.arithmetic.evaluation import Evaluator, Number
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.poses import Poses
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

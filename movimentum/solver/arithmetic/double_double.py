@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from movimentum.arrays import FloatArray
 
 _SPLITTER = 134217729.0  # 2^27 + 1: halves a float into two of 26 bits
 

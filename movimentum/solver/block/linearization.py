@@ -9,13 +9,11 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
-
-FloatArray = NDArray[np.float64]
 
 SLOW = 0.2
 """A chord step that leaves more of the residual calls for a new linearisation."""
