@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from movimentum.analysis.freedom.degrees import BlockRank, Part
+from movimentum.analysis.freedom.degrees import BlockRank, ConnectedPart
 from movimentum.analysis.freedom.motions import FreeMotion, in_order
 from movimentum.planning.blocks.kinds import Assign, Integral, Winding, method_of
 from movimentum.scene.model import Scene
@@ -59,7 +59,7 @@ class StepReport:
     motions: tuple[MotionReport, ...] = ()
 
 
-def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Part]) -> StepReport:
+def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[ConnectedPart]) -> StepReport:
     """The report of one stretch; ``ranks`` and ``parts`` as `analysis.freedom.degrees` finds them."""
     plan = stretch.plan
     of_block = {rank.block: rank for rank in ranks}
@@ -96,7 +96,7 @@ def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Pa
     )
 
 
-def _part(scene: Scene, part: Part) -> PartReport:
+def _part(scene: Scene, part: ConnectedPart) -> PartReport:
     def names(things: Sequence[int]) -> tuple[str, ...]:
         return tuple(scene.things[t].name for t in things)
 

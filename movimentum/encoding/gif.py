@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from movimentum.encoding.palette import Mapper, Palette
-from movimentum.encoding.pieces import Box, Clock, Piece, changed_box, parts, saved
+from movimentum.encoding.pieces import Box, FrameClock, FramePiece, changed_box, parts, saved
 
 FASTEST = 50  # frames a second: browsers take a delay of 1/100 s for 1/10 s
 LARGEST = 65535  # pixels each way
@@ -32,7 +32,7 @@ class GifCoder:
     def __reduce__(self) -> tuple[type[GifCoder], tuple[Palette]]:
         return GifCoder, (self._palette,)  # the look-up table is made again where it is needed
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
         if self._mapper is None:
             self._mapper = Mapper(self._palette)
@@ -41,10 +41,10 @@ class GifCoder:
             return None
         if image.mode == "RGB":
             part = image if previous is None else image.crop(box)
-            return Piece(box, image_block(self._mapper.indices(part)))
+            return FramePiece(box, image_block(self._mapper.indices(part)))
         indices = self._mapper.indices(image)
         box = box if previous is None else _shown(indices)
-        return Piece(box, image_block(np.ascontiguousarray(indices[box.top : box.bottom, box.left : box.right])))
+        return FramePiece(box, image_block(np.ascontiguousarray(indices[box.top : box.bottom, box.left : box.right])))
 
 
 def _shown(indices: NDArray[np.uint8]) -> Box:
@@ -79,7 +79,7 @@ class GifWriter:
         stream: BinaryIO,
         size: tuple[int, int],
         palette: Palette,
-        clock: Clock,
+        clock: FrameClock,
         end: tuple[int, int],
         loop: int,
         transparent: bool,
@@ -100,7 +100,7 @@ class GifWriter:
             again = max(0, self._loop - 1)  # a count of n has players repeat it n times
             self._stream.write(b"!\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<HB", min(again, 65535), 0))
 
-    def add(self, piece: Piece, first: int, end: int) -> None:
+    def add(self, piece: FramePiece, first: int, end: int) -> None:
         """See `Writer`."""
         box = piece.box
         last_frame, last_tick = self._end

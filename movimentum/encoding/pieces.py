@@ -1,6 +1,6 @@
 """Animations as pieces: for each frame the box that changed, encoded separately.
 
-A `Coder` turns pictures into pieces, in any process; a `Writer` puts pieces into a file, in order. So pictures are
+A `Coder` turns pictures into pieces, in any process; a `PieceWriter` puts pieces into a file, in order. So pictures are
 never sent between processes, and only a few frames are in memory.
 """
 
@@ -24,7 +24,7 @@ class Box(NamedTuple):
     bottom: int
 
 
-class Piece(NamedTuple):
+class FramePiece(NamedTuple):
     """What a frame changes: coded ``data`` for the pixels of ``box``."""
 
     box: Box
@@ -34,19 +34,19 @@ class Piece(NamedTuple):
 class Coder(Protocol):
     """Encodes one frame; a value that is sent to other processes. It may keep tables that do not change the result."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """``image`` after ``previous`` (None: as the first frame); None where nothing changed."""
         ...
 
 
-class Writer(Protocol):
+class PieceWriter(Protocol):
     """Writes pieces to one file."""
 
     def begin(self) -> None:
         """Everything before the first frame."""
         ...
 
-    def add(self, piece: Piece, first: int, end: int) -> None:
+    def add(self, piece: FramePiece, first: int, end: int) -> None:
         """Show ``piece`` from frame number ``first`` until before frame number ``end``."""
         ...
 
@@ -70,7 +70,7 @@ def changed_box(image: Image.Image, previous: Image.Image | None) -> Box | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Clock:
+class FrameClock:
     """Frame times in whole ticks: frame k begins at tick round(k · ``ticks`` / ``fps``), so errors never accumulate."""
 
     fps: Fraction

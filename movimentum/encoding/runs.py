@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 
 from movimentum.budget import DEFAULT_MEGABYTES
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.encoding.pieces import Coder, Piece
+from movimentum.encoding.pieces import Coder, FramePiece
 from movimentum.errors import MovimentumError
-from movimentum.rendering.painter import Painter, Session
+from movimentum.rendering.painter import Painter, PaintSession
 from movimentum.rendering.stream import PoseSource, chunks, concatenate, pieces
 from movimentum.solver.poses import Poses
 
@@ -45,13 +45,13 @@ _ROOM = 800_000 * DEFAULT_MEGABYTES
 _SHARED, _LEAST = 40_000_000, 10_000_000  # of a worker's memory: what it shares with us, and what it has at least
 _START = 0.03 if _FORKS else 0.4  # seconds until a worker works
 
-Pieces: TypeAlias = "list[Piece | None]"
+Pieces: TypeAlias = "list[FramePiece | None]"
 Points: TypeAlias = "tuple[NDArray[np.float64], ...]"
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
-    """``poses``: the run's frames, with ``lead`` the frame before them first. ``past``: see `Session.frames`."""
+class FrameRun:
+    """``poses``: the run's frames, with ``lead`` the frame before them first. ``past``: see `PaintSession.frames`."""
 
     number: int
     lead: bool
@@ -59,11 +59,11 @@ class Run:
     past: Points = ()
 
 
-def runs(source: PoseSource) -> Iterator[Run]:
+def runs(source: PoseSource) -> Iterator[FrameRun]:
     """All runs of a source, in order."""
     before: Poses | None = None
     for number, piece in enumerate(pieces(chunks(source), RUN)):
-        yield Run(number, before is not None, piece if before is None else concatenate([before, piece]))
+        yield FrameRun(number, before is not None, piece if before is None else concatenate([before, piece]))
         before = piece.select(slice(-1, None))
 
 
@@ -96,7 +96,7 @@ def workers_that_pay(seconds_a_frame: float, frames: int, held: int = 0) -> int:
 
 
 def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Generator[Pieces, None, None]:
-    session = Session(painter)
+    session = PaintSession(painter)
     previous: Image.Image | None = None
     for run in runs(source):
         poses = run.poses.select(slice(1, None)) if run.lead else run.poses
@@ -110,7 +110,7 @@ def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Generator
 # --- in others ------------------------------------------------------------------------------------------------
 
 
-def _code_run(session: Session, coder: Coder, run: Run) -> Pieces:
+def _code_run(session: PaintSession, coder: Coder, run: FrameRun) -> Pieces:
     coded: Pieces = []
     previous: Image.Image | None = None
     for image in session.frames(run.poses, run.past):
@@ -126,9 +126,9 @@ def _work(pipe: Connection, others: Sequence[Connection], painter: Painter, code
     for other in others:  # if held open here, they would hide the parent's end from its other workers
         other.close()
     try:
-        session = Session(painter)
+        session = PaintSession(painter)
         while True:
-            run: Run = pipe.recv()
+            run: FrameRun = pipe.recv()
             try:
                 answer: Pieces | Exception = _code_run(session, coder, run)
             except Exception as error:
@@ -214,7 +214,7 @@ def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers
                 if painter.traces:
                     missed = tail[sent[worker] : given]
                     past = tuple(np.concatenate(part) for part in zip(*missed, strict=True))
-                    run = Run(run.number, run.lead, run.poses, past)
+                    run = FrameRun(run.number, run.lead, run.poses, past)
                     tail.append(painter.trace_points(run.poses))
                     sent[worker] = given + 1
                 _send(crew.pipes[worker], run)
@@ -234,7 +234,7 @@ def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers
                 done[number] = answer
 
 
-def _send(pipe: Connection, run: Run) -> None:
+def _send(pipe: Connection, run: FrameRun) -> None:
     try:
         pipe.send(run)
     except OSError as error:
@@ -255,7 +255,7 @@ def _died() -> MovimentumError:
 
 def timed_frames(painter: Painter, source: PoseSource, positions: Sequence[int]) -> tuple[list[Image.Image], float]:
     """The pictures at some positions (ascending), and the seconds that one took (the fastest: the first warms up)."""
-    session = Session(painter)
+    session = PaintSession(painter)
     images: list[Image.Image] = []
     fastest = float("inf")
     past: list[Points] = []

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from movimentum.encoding.pieces import Box, Coder, Piece, saved
+from movimentum.encoding.pieces import Box, Coder, FramePiece, saved
 
 JPEG_LARGEST = 65_500
 """Pixels each way: the JPEG library's limit."""
@@ -17,7 +17,7 @@ _QUALITY = 95  # of 100; with colours at full resolution (subsampling 0), for dr
 class PngCoder:
     """Frames -> whole files; a frame like the one before is not encoded again."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
         return None if image is previous else _piece(image, saved(image, "PNG", compress_level=_COMPRESSION))
 
@@ -25,7 +25,7 @@ class PngCoder:
 class JpegCoder:
     """Opaque frames -> whole files; a frame like the one before is not encoded again."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
         return None if image is previous else _piece(image, saved(image, "JPEG", quality=_QUALITY, subsampling=0))
 
@@ -35,8 +35,8 @@ def coder_of(suffix: str) -> Coder:
     return PngCoder() if suffix.lower() == ".png" else JpegCoder()
 
 
-def _piece(image: Image.Image, data: bytes) -> Piece:
-    return Piece(Box(0, 0, image.width, image.height), data)
+def _piece(image: Image.Image, data: bytes) -> FramePiece:
+    return FramePiece(Box(0, 0, image.width, image.height), data)
 
 
 class SequenceWriter:
@@ -54,7 +54,7 @@ class SequenceWriter:
     def begin(self) -> None:
         """Nothing comes first."""
 
-    def add(self, piece: Piece, first: int, end: int) -> None:
+    def add(self, piece: FramePiece, first: int, end: int) -> None:
         """One file for each frame that looks like this."""
         for position in range(first, end):
             name = self._pattern % self._numbers[position]

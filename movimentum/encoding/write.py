@@ -31,14 +31,14 @@ from movimentum.encoding import gif, webp
 from movimentum.encoding.apng import ApngCoder, ApngWriter
 from movimentum.encoding.gif import GifCoder, GifWriter
 from movimentum.encoding.palette import choose_palette
-from movimentum.encoding.pieces import Clock, Coder, Piece, Writer
+from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, PieceWriter
 from movimentum.encoding.runs import coded_runs, timed_frames, workers_that_pay
 from movimentum.encoding.stills import JPEG_LARGEST, SequenceWriter, coder_of
 from movimentum.encoding.video import write_video
 from movimentum.encoding.webp import WebpCoder, WebpWriter
 from movimentum.errors import UsageError
 from movimentum.output.files import whole_file, whole_folder
-from movimentum.rendering.painter import Painter, Session
+from movimentum.rendering.painter import Painter, PaintSession
 from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, pieces, thinned
 from movimentum.solver.poses import Poses
 from movimentum.terminal import typed
@@ -189,14 +189,14 @@ class _Thinned:
 def _write_gif(job: _Job, path: Path) -> WriteReport:
     warnings: list[Diagnostic] = []
     _refuse_larger(job.painter, gif.LARGEST, "GIF")
-    end = Clock(job.fps, 100).at(job.total)
-    clock = Clock(job.fps, 100)
+    end = FrameClock(job.fps, 100).at(job.total)
+    clock = FrameClock(job.fps, 100)
     if job.fps > gif.FASTEST:
         keep = kept_frames(job.total, job.fps, gif.FASTEST)
         warnings.append(_too_fast(job.fps))
         thin = _Thinned(job.source, job.fps, gif.FASTEST, keep)
         job = _Job(job.painter, thin, keep, Fraction(gif.FASTEST), job.loop, job.workers, job.progress)
-        clock = Clock(job.fps, 100)
+        clock = FrameClock(job.fps, 100)
     painter = job.painter
     end = max(end, clock.at(job.total))
     positions = sorted({number * job.total // _SAMPLES for number in range(_SAMPLES)})
@@ -260,7 +260,7 @@ def _write_video(job: _Job, path: Path, kind: str) -> WriteReport:
             job.tell(done)
 
     def images() -> Iterator[Image.Image]:
-        session = Session(painter)
+        session = PaintSession(painter)
         for piece in pieces(chunks(job.source), 30):
             yield from session.frames(piece)
 
@@ -269,10 +269,10 @@ def _write_video(job: _Job, path: Path, kind: str) -> WriteReport:
     return job.report([path], job.total / job.fps, 1, *warnings)
 
 
-def _write_pieces(job: _Job, writer: Writer, coder: Coder, workers: int) -> None:
+def _write_pieces(job: _Job, writer: PieceWriter, coder: Coder, workers: int) -> None:
     """All frames; a frame that changes nothing makes the one before it longer."""
     writer.begin()
-    shown: Piece | None = None
+    shown: FramePiece | None = None
     since = done = 0
     with closing(coded_runs(job.painter, coder, job.source, workers)) as coded:
         for run in coded:

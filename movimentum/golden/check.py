@@ -34,7 +34,7 @@ MOST = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class GoldenResult:
     """``diagnostics``: one error for what is no longer as recorded, none if everything is. ``pictures`` are those that
     differ: (frame, expected, actual); expected is None if there was no such frame. ``inputs``: the files read.
     """
@@ -50,7 +50,7 @@ class Outcome:
         return not self.diagnostics
 
 
-def check(golden: Golden) -> Outcome:
+def check(golden: Golden) -> GoldenResult:
     """Solve and draw a script again; raises what solving raises, and `ScriptError` if nothing was recorded."""
     recorded = _recorded(golden)
     made = rendition(golden.script)
@@ -82,7 +82,7 @@ def check(golden: Golden) -> Outcome:
             )
         )
     inputs = reads(SourceText(str(golden.script), ""), made.scene)
-    return Outcome(golden, tuple(found), inputs, tuple(differing))
+    return GoldenResult(golden, tuple(found), inputs, tuple(differing))
 
 
 def _error(code: str, message: str, *notes: str) -> Diagnostic:

@@ -10,7 +10,7 @@ from typing import cast
 
 from movimentum.diagnostics import render_text
 from movimentum.golden import pictures
-from movimentum.golden.check import Outcome
+from movimentum.golden.check import GoldenResult
 from movimentum.golden.manifest import MANIFEST_BYTES
 from movimentum.output.files import make_folder, read_limited, remove_own, whole_folder
 from movimentum.source import SourceText
@@ -27,12 +27,12 @@ MANIFEST = "pictures.json"
 _OURS = re.compile(r"frame-\d{5,9}-(expected|actual|difference)\.png")
 
 
-def report_folder(outcome: Outcome) -> Path:
+def report_folder(outcome: GoldenResult) -> Path:
     """Where the page and its pictures go: beside the golden frames."""
     return outcome.golden.folder.with_suffix(".golden-failed")
 
 
-def write_report(outcome: Outcome) -> Path:
+def write_report(outcome: GoldenResult) -> Path:
     """Write the page and its pictures; returns the page's path."""
     folder = report_folder(outcome)
     make_folder(folder)

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from movimentum.golden.check import Outcome
+    from movimentum.golden.check import GoldenResult
 
 
 class Differs(Exception):
     """A script no longer agrees with its recording."""
 
-    def __init__(self, outcome: Outcome) -> None:
+    def __init__(self, outcome: GoldenResult) -> None:
         self.outcome = outcome
         super().__init__(outcome.diagnostics[0].message)
 

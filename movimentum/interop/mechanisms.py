@@ -25,7 +25,7 @@ TURN = 60
 
 
 @dataclass(frozen=True, slots=True)
-class Joint:
+class MechanismJoint:
     """``kind`` is "R", "P" or "RP"; ``angle`` (degrees) that of a slot; ``links`` the slot's first."""
 
     kind: str
@@ -95,11 +95,11 @@ def _tokens(source: SourceText) -> Iterator[_Token]:
     yield _Token("end", "", Span(place, place))
 
 
-def read_mechanism(source: SourceText) -> tuple[Joint, ...]:
+def read_mechanism(source: SourceText) -> tuple[MechanismJoint, ...]:
     """The joints of a mechanism expression; raises `ScriptError` with the place of the error."""
     reader = _Reader(source)
     reader.bracket("M")
-    joints: list[Joint] = []
+    joints: list[MechanismJoint] = []
     while reader.peek() != "]":
         joints.append(_joint(reader))
         if reader.peek() != "]":
@@ -112,7 +112,7 @@ def read_mechanism(source: SourceText) -> tuple[Joint, ...]:
     return tuple(joints)
 
 
-def _joint(reader: _Reader) -> Joint:
+def _joint(reader: _Reader) -> MechanismJoint:
     begin = reader.bracket("J")
     kind = reader.take("R", "P", "RP").text
     reader.take(",")
@@ -148,7 +148,7 @@ def _joint(reader: _Reader) -> Joint:
     span = begin.span.to(end.span)
     if kind != "R" and len(links) < 2:
         raise _error("mechanism/links", f"a {kind} joint needs the link with the slot and one that slides", span)
-    return Joint(kind, (x, y), tuple(links), angle)
+    return MechanismJoint(kind, (x, y), tuple(links), angle)
 
 
 def _color(reader: _Reader) -> None:
@@ -168,7 +168,7 @@ def _error(code: str, message: str, span: Span | None, *helps: str) -> ScriptErr
 # --- as a script ----------------------------------------------------------------------------------------
 
 
-def mechanism_script(joints: Sequence[Joint], drives: Iterable[tuple[int, int]], title: str) -> str:
+def mechanism_script(joints: Sequence[MechanismJoint], drives: Iterable[tuple[int, int]], title: str) -> str:
     """A script that states the mechanism: links as bars, whose anchors are named after their joints, and the equations
     of the joints; each of ``drives`` (base, driven) turns the driven joint about the base, one turn from where it is
     drawn. (A slider that is its own base is moved along its slot.)
@@ -215,7 +215,7 @@ def mechanism_script(joints: Sequence[Joint], drives: Iterable[tuple[int, int]],
 _OURS = re.compile(r"Ground\d+|slide_\d+|input_\d+_\d+")
 
 
-def _link_names(joints: Sequence[Joint]) -> dict[str, str]:
+def _link_names(joints: Sequence[MechanismJoint]) -> dict[str, str]:
     """Each link's name in the script."""
     names: dict[str, str] = {}
     for joint in joints:
@@ -225,7 +225,7 @@ def _link_names(joints: Sequence[Joint]) -> dict[str, str]:
     return names
 
 
-def _driven_link(joints: Sequence[Joint], pair: tuple[int, int]) -> str:
+def _driven_link(joints: Sequence[MechanismJoint], pair: tuple[int, int]) -> str:
     base, driven = pair
     for number in pair:
         if not 0 <= number < len(joints):
@@ -254,7 +254,7 @@ def _usage(message: str, *helps: str) -> UsageError:
     return UsageError([Diagnostic("usage/drive", Severity.ERROR, message, helps=helps)])
 
 
-def _definition(joints: Sequence[Joint], link: str, name: str) -> str:
+def _definition(joints: Sequence[MechanismJoint], link: str, name: str) -> str:
     """A link as a bar through its joints; with a slot, to a point further along it."""
     anchors: list[str] = []
     for n, joint in enumerate(joints):
@@ -270,14 +270,14 @@ def _definition(joints: Sequence[Joint], link: str, name: str) -> str:
     return f"{name} : .bar  {'  '.join(anchors)};"
 
 
-def _has_direction(joint: Joint, link: str) -> bool:
+def _has_direction(joint: MechanismJoint, link: str) -> bool:
     """Whether the direction of a joint's slot is marked on ``link``: on the slot's link, and on links that must not
     turn in it.
     """
     return link == joint.links[0] or (joint.kind == "P" and joint.links[0] != GROUND)
 
 
-def _statements(n: int, joint: Joint, names: dict[str, str], pushed: bool) -> list[str]:
+def _statements(n: int, joint: MechanismJoint, names: dict[str, str], pushed: bool) -> list[str]:
     """The equations of a joint about its links."""
     lines: list[str] = []
     if joint.kind == "R":
@@ -312,7 +312,7 @@ def _statements(n: int, joint: Joint, names: dict[str, str], pushed: bool) -> li
     return lines
 
 
-def _free_links(joints: Sequence[Joint], names: dict[str, str], stated: Iterable[str]) -> list[str]:
+def _free_links(joints: Sequence[MechanismJoint], names: dict[str, str], stated: Iterable[str]) -> list[str]:
     """For each link that no statement mentions, a statement that it may be anywhere, so that it is not a backdrop."""
     mentioned = set(re.findall(r"\w+(?=\.)", "\n".join(stated)))
     first = {link: n for n, joint in reversed([*enumerate(joints)]) for link in joint.links}
@@ -323,11 +323,11 @@ def _free_links(joints: Sequence[Joint], names: dict[str, str], stated: Iterable
     ]
 
 
-def _spoken(joint: Joint) -> str:
+def _spoken(joint: MechanismJoint) -> str:
     return "  // no link" if not joint.links else ""
 
 
-def _size(joints: Sequence[Joint]) -> float:
+def _size(joints: Sequence[MechanismJoint]) -> float:
     """The mechanism's extent as drawn; 1 if it has none."""
     return max(max(j.place[k] for j in joints) - min(j.place[k] for j in joints) for k in (0, 1)) or 1.0
 

@@ -11,7 +11,7 @@ from movimentum.interop.formulas import without_comments
 from movimentum.source import SourceText
 
 
-class Kind(StrEnum):
+class FileKind(StrEnum):
     """What can be imported."""
 
     LINKAGE = "linkage"
@@ -31,7 +31,7 @@ _VERTICES = re.compile(r"(?:^|[\r\n])[ \t]*v[^\r\n]*[\r\n]+[ \t]*[-+.\d]\S*[ \t]
 _SECTION = re.compile(r"(?:^|[\r\n])[ \t]*[vefa]")
 
 
-def kind_of(source: SourceText) -> Kind:
+def kind_of(source: SourceText) -> FileKind:
     """The format of a text; raises `ScriptError` if it has no known format.
 
     A mechanism begins with ``M[``; formulas have a function with brackets, or begin with a value; a linkage has a line
@@ -39,11 +39,11 @@ def kind_of(source: SourceText) -> Kind:
     """
     text = without_comments(source.text)
     if _MECHANISM.match(text):
-        return Kind.MECHANISM
+        return FileKind.MECHANISM
     if _FORMULA.search(text) or (_VALUE.match(text) and not _VERTICES.search(text)):
-        return Kind.FORMULAS
+        return FileKind.FORMULAS
     if _SECTION.search(text):
-        return Kind.LINKAGE
+        return FileKind.LINKAGE
     helps = (
         "a linkage file: `v`, and below it two numbers on each line",
         "M[J[R, P[0, 0], L[ground, link_1]]]",

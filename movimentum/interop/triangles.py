@@ -48,7 +48,7 @@ def triangles_of(motion: Motion) -> Triangles:
     """
     timeline = motion.timeline
     plan = _only_plan(motion)
-    builder = _Builder(timeline.scene, plan, motion.poses(0, timeline.frame_count), motion.size)
+    builder = _TriangleBuilder(timeline.scene, plan, motion.poses(0, timeline.frame_count), motion.size)
     builder.values[FPS] = np.asarray(float(timeline.fps))
     for block in plan.blocks:
         builder.solve(block)
@@ -91,7 +91,7 @@ class _End:
 
 
 @dataclass(slots=True, eq=False)
-class _Builder:
+class _TriangleBuilder:
     """Names points in the order in which the plan finds them."""
 
     scene: Scene

@@ -1,4 +1,4 @@
-"""Scene and poses -> frames. A `Painter` is a value (it is sent to other processes); a `Session` draws with it.
+"""Scene and poses -> frames. A `Painter` is a value (it is sent to other processes); a `PaintSession` draws with it.
 
 ::
 
@@ -65,14 +65,14 @@ class Painter:
     def frame(self, poses: Poses, i: int) -> Image.Image:
         """The picture of frame ``i`` (a position in ``poses``); traces begin with the first frame of ``poses``."""
         past = self.trace_points(poses.select(slice(0, i)))
-        return next(Session(self).frames(poses.select(slice(i, i + 1)), past))
+        return next(PaintSession(self).frames(poses.select(slice(i, i + 1)), past))
 
     def trace_points(self, poses: Poses) -> tuple[Floats, ...]:
-        """For every trace, the points that `Session.frames` needs from frames that the session did not draw."""
+        """For every trace, the points that `PaintSession.frames` needs from frames not drawn in the session."""
         return tuple(trace.points(poses) for trace in self.traces)
 
 
-class Session:
+class PaintSession:
     """Draws runs of frames in order; remembers only the traces so far."""
 
     def __init__(self, painter: Painter) -> None:

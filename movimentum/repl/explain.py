@@ -148,7 +148,7 @@ def wiggle(session: Session, argument: str) -> Answer:
 
 def drag(session: Session, argument: str) -> Answer:
     """``drag EXPR to EXPR [-o FILE]``: pull at it at this moment, as a wish would, while time stands still."""
-    from movimentum.analysis.interactive.drag import Outcome
+    from movimentum.analysis.interactive.drag import DragResult
     from movimentum.analysis.interactive.drag import drag as pull
 
     rest, target = split_output(argument, (".gif", ".apng", ".webp"))
@@ -168,15 +168,15 @@ def drag(session: Session, argument: str) -> Answer:
     except ValueError as error:
         raise refused("name", f"nothing says anything about `{error}` at this moment") from error
     off = number(found.off)
-    if found.outcome is Outcome.FIXED:
+    if found.outcome is DragResult.FIXED:
         return (
             session,
             f"`{left}` is determined, and cannot be dragged; it is {off} from there (`why {left}` says more)",
         )
     words = {
-        Outcome.REACHED: f"`{left}` gets there",
-        Outcome.BLOCKED: f"`{left}` comes no nearer than {off}: the statements hold it back",
-        Outcome.SINGULAR: f"`{left}` is stuck {off} from there: in this pose no velocity brings it nearer",
+        DragResult.REACHED: f"`{left}` gets there",
+        DragResult.BLOCKED: f"`{left}` comes no nearer than {off}: the statements hold it back",
+        DragResult.SINGULAR: f"`{left}` is stuck {off} from there: in this pose no velocity brings it nearer",
     }
     lines = [words[found.outcome], *_displaced(session, found.moments)]
     suggestion = f"{left} ~ {goal};"

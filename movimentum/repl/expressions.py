@@ -20,7 +20,7 @@ from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import (
     Blank,
     Call,
-    Claim,
+    ClaimStatement,
     Clock,
     Comparison,
     Expression,
@@ -155,7 +155,7 @@ def _claimed(session: Session, text: str, expression: Expression) -> SceneClaim:
     number = session.step  # where the script is at fault, that is what is told
     items = list(parse(session.work.source).items)
     headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
-    items.insert(headers[number] + 1, Claim(expression, Comparison.EQUAL, expression, span=expression.span))
+    items.insert(headers[number] + 1, ClaimStatement(expression, Comparison.EQUAL, expression, span=expression.span))
     try:
         scene = built(Script(tuple(items)), session.work.source)
         timeline = arranged(scene, session.work.choices)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.analysis.interactive.matrix import PartMatrix, Row
+from movimentum.analysis.interactive.matrix import PartMatrix, RowName
 from movimentum.repl.command import table
 from movimentum.repl.session import Session
 from movimentum.text import counted, listed, number
@@ -71,7 +71,7 @@ def _panels(names: Sequence[str], columns: Sequence[str], values: FloatArray) ->
         begin = end
 
 
-def _row_name(session: Session, row: Row) -> str:
+def _row_name(session: Session, row: RowName) -> str:
     scene, source = session.work.scene, session.work.source
     if row.constraint is None:
         if row.thing is None:

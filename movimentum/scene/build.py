@@ -38,9 +38,9 @@ from movimentum.scene.things import ImageSize, build_things
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import (
     Blank,
-    Claim,
+    ClaimStatement,
     Comparison,
-    Config,
+    ConfigStatement,
     Definition,
     Name,
     Script,
@@ -57,14 +57,14 @@ def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixe
     folder. Raises ScriptError with all errors of the script (and its warnings) at once.
     """
     findings = Findings()
-    config = build_config([item for item in script.items if isinstance(item, Config)], max_pixels, findings)
+    config = build_config([item for item in script.items if isinstance(item, ConfigStatement)], max_pixels, findings)
     things, table = build_things(
         [item for item in script.items if isinstance(item, Definition)], _folder(source), image_size, findings
     )
     times, spans, drafts = _steps(script, table, findings)
     inference, sound = _kinds(drafts, findings)
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
-    claimed = [draft for draft in sound if isinstance(draft.statement, Claim)]
+    claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
@@ -104,12 +104,12 @@ def _steps(script: Script, table: ThingTable, findings: Findings) -> tuple[list[
     times: list[Fraction] = []
     spans: list[Span] = []
     drafts: list[Draft] = []
-    early: Statement | Claim | None = None
+    early: Statement | ClaimStatement | None = None
     for item in script.items:
         if isinstance(item, StepHeader):
             times.append(_time(item, times, spans, findings))
             spans.append(item.span)
-        elif isinstance(item, Statement | Claim):
+        elif isinstance(item, Statement | ClaimStatement):
             if not spans and early is None:
                 early = item
             draft = _draft(item, max(len(spans) - 1, 0), table, findings)
@@ -160,7 +160,7 @@ def _report_no_step(script: Script, findings: Findings) -> None:
 # --- statements -----------------------------------------------------------------------------------
 
 
-def _draft(statement: Statement | Claim, step: int, table: ThingTable, findings: Findings) -> Draft | None:
+def _draft(statement: Statement | ClaimStatement, step: int, table: ThingTable, findings: Findings) -> Draft | None:
     left = tuple(postorder(statement.left))
     ends = isinstance(statement.right, Blank)
     right = None if ends else tuple(postorder(statement.right))

@@ -48,7 +48,7 @@ def _claim(
 ) -> Iterator[Claim]:
     """The claim, or nothing after an error."""
     claim = draft.statement
-    assert isinstance(claim, tree.Claim)
+    assert isinstance(claim, tree.ClaimStatement)
     context = Context(inference, findings, blanks, time, number)
     left = lower(draft.left, draft.meanings, context)
     right = lower(draft.right or (), draft.meanings, context)
@@ -95,7 +95,7 @@ def _is_blank(node: Expr) -> bool:
     return node.op == "symbol" and isinstance(node.payload, Anonymous)
 
 
-def _tolerance(claim: tree.Claim, findings: Findings) -> Fraction | None:
+def _tolerance(claim: tree.ClaimStatement, findings: Findings) -> Fraction | None:
     if claim.tolerance is None:
         return None
     value = exact(claim.tolerance, "a claim's tolerance", findings)

@@ -10,7 +10,7 @@ from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
 from movimentum.scene.things import read_color, report_count, report_twice
 from movimentum.syntax.suggest import nearest
-from movimentum.syntax.tree import Config, Expression, Option, Text
+from movimentum.syntax.tree import ConfigStatement, Expression, Option, Text
 
 MAX_PIXELS = 64_000_000
 """How many pixels a canvas may have, unless the caller says otherwise."""
@@ -21,7 +21,7 @@ DEFAULT_FPS = Fraction(25)
 _MAX_FPS = 10**9
 
 
-def build_config(configs: list[Config], max_pixels: int, findings: Findings) -> model.Config:
+def build_config(configs: list[ConfigStatement], max_pixels: int, findings: Findings) -> model.Config:
     """The configuration; a wrong value is reported and replaced by its default."""
     if not configs:
         return model.Config(DEFAULT_FPS)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from movimentum.scene.model import Relation
 from movimentum.scene.resolve import Meanings
-from movimentum.syntax.tree import Claim, Comparison, Expression, Statement
+from movimentum.syntax.tree import ClaimStatement, Comparison, Expression, Statement
 
 RELATIONS = {
     Comparison.EQUAL: Relation.EQUAL,
@@ -23,7 +23,7 @@ class Draft:
     """A statement or a claim whose names are resolved; ``right`` is None where it only ends a key."""
 
     step: int
-    statement: Statement | Claim
+    statement: Statement | ClaimStatement
     left: tuple[Expression, ...]
     right: tuple[Expression, ...] | None
     meanings: Meanings

@@ -12,8 +12,8 @@ from movimentum.syntax.automaton import TooDeep, Unexpected, run
 from movimentum.syntax.building import Builder, Refusal
 from movimentum.syntax.tree import (
     AnchorDefinition,
-    Claim,
-    Config,
+    ClaimStatement,
+    ConfigStatement,
     Definition,
     Expression,
     Item,
@@ -207,13 +207,13 @@ def _check_depth(script: Script, max_nesting: int) -> None:
 
 def _expressions(item: Item) -> list[Expression]:
     match item:
-        case Claim():
+        case ClaimStatement():
             return [item.left, item.right, *(() if item.tolerance is None else (item.tolerance,))]
         case Statement():
             return [item.left, item.right, *(() if item.speed is None else (item.speed,))]
         case StepHeader():
             return [item.time]
-        case Config():
+        case ConfigStatement():
             found = [*item.arguments, *(argument for option in item.options for argument in option.arguments)]
         case Definition():
             found = [] if item.shape.argument is None else [item.shape.argument]

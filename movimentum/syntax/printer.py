@@ -8,9 +8,9 @@ from movimentum.syntax.tree import (
     AnchorDefinition,
     Blank,
     Call,
-    Claim,
+    ClaimStatement,
     Clock,
-    Config,
+    ConfigStatement,
     Definition,
     Expression,
     Item,
@@ -54,13 +54,13 @@ def script_text(script: Script) -> str:
 def item_text(item: Item) -> str:
     """One definition, step header or statement."""
     match item:
-        case Config():
+        case ConfigStatement():
             parts = [f".config({_arguments(item.arguments)})", *map(_option_text, item.options)]
         case Definition():
             parts = [f"{item.name} :", _shape_text(item), *map(_part_text, item.parts)]
         case StepHeader():
             return f"@{'+' if item.relative else ''}{expression_text(item.time)}"
-        case Claim():
+        case ClaimStatement():
             parts = [".claim", expression_text(item.left), item.comparison, expression_text(item.right)]
             if item.tolerance is not None:
                 parts.append(f".within({expression_text(item.tolerance)})")

@@ -198,7 +198,7 @@ class Text(Node):
 
 @dataclass(frozen=True, slots=True)
 class Option(Node):
-    """``.name(arguments)`` or ``.name``, after a `Config` or in a thing; ``name`` without the dot."""
+    """``.name(arguments)`` or ``.name``, after a `ConfigStatement` or in a thing; ``name`` without the dot."""
 
     name: str
     arguments: tuple[Expression | Text, ...] = ()
@@ -236,7 +236,7 @@ class ShapeWord(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Config(Node):
+class ConfigStatement(Node):
     """``.config(arguments) options;``."""
 
     arguments: tuple[Expression | Text, ...]
@@ -272,7 +272,7 @@ class Statement(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Claim(Node):
+class ClaimStatement(Node):
     """``.claim left comparison right .within(tolerance);``: an expected result. The comparison is never a wish."""
 
     left: Expression
@@ -281,7 +281,7 @@ class Claim(Node):
     tolerance: Expression | None = None
 
 
-Item = Config | Definition | StepHeader | Statement | Claim
+Item = ConfigStatement | Definition | StepHeader | Statement | ClaimStatement
 """One item of a script."""
 
 

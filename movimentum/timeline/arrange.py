@@ -19,7 +19,7 @@ MAX_FRAMES = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class _Moment:
+class _StepState:
     """What holds from a step onwards."""
 
     step: int
@@ -69,10 +69,10 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
     return Timeline(scene, tuple(segments), rate, lifetimes, _claims(scene))
 
 
-def _moments(scene: Scene) -> list[_Moment]:
+def _moments(scene: Scene) -> list[_StepState]:
     """One for each instant with a step: the last step there, and everything that holds then."""
     held: dict[tuple[str, Relation], list[Constraint]] = {}
-    moments: list[_Moment] = []
+    moments: list[_StepState] = []
     for step in scene.steps:
         if moments and step.time < moments[-1].time:
             raise _refusal("timeline/order", "the steps' times must not decrease")
@@ -82,7 +82,7 @@ def _moments(scene: Scene) -> list[_Moment]:
             if isinstance(item, Constraint):
                 held.setdefault((item.key, item.relation), []).append(item)
         active = sorted((item for items in held.values() for item in items), key=lambda item: item.number)
-        moment = _Moment(step.number, step.time, tuple(active))
+        moment = _StepState(step.number, step.time, tuple(active))
         if moments and moments[-1].time == step.time:
             moments[-1] = moment
         else:
@@ -90,7 +90,7 @@ def _moments(scene: Scene) -> list[_Moment]:
     return moments
 
 
-def _lifetimes(scene: Scene, moments: list[_Moment]) -> dict[int, Fraction]:
+def _lifetimes(scene: Scene, moments: list[_StepState]) -> dict[int, Fraction]:
     """Constraint number -> how long it stays stated; 0 for one that a step at the same time replaces."""
     end = scene.steps[-1].time
     began = {item.number: scene.steps[item.step].time for item in scene.constraints()}

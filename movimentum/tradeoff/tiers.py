@@ -84,9 +84,7 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     begin = timed(lambda: solve(timeline))
     progress(1, 6)
     exact = refined(motion, "exact", digits)
-    began = time.perf_counter()
-    exact.poses_at(times[:1])
-    exact_start = time.perf_counter() - began
+    exact_start = _first(exact, times)
     began = time.perf_counter()
     truth = exact.poses_at(times)
     exact_frame = (time.perf_counter() - began) / len(times)
@@ -117,9 +115,7 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     ]
     progress(4, 6)
     high = refined(motion, "high")
-    began = time.perf_counter()
-    high.poses_at(times[:1])
-    high_start = time.perf_counter() - began
+    high_start = _first(high, times)
     some = min(many, 2048)
     better = high.poses_at(times)
     tiers.append(
@@ -136,6 +132,13 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     tiers.append(Tier("exact", begin + exact_start, exact_frame, residual, 0.0))
     progress(6, 6)
     return SolverTrade(count, len(times), motion.size, digits, tuple(tiers))
+
+
+def _first(motion: RefinedMotion, times: Sequence[Fraction]) -> float:
+    """Seconds that the first instant takes, with all that is prepared for it."""
+    began = time.perf_counter()
+    motion.poses_at(times[:1])
+    return time.perf_counter() - began
 
 
 def _farthest(scene: Scene, some: Poses, others: Poses) -> float:

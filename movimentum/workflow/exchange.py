@@ -29,30 +29,30 @@ class Import:
 
 def imported(source: SourceText, target: Path | None, how: Import, strict: bool) -> Outcome:
     """Write another program's file as a script to ``target`` (None: stdout); its content tells its format."""
-    from movimentum.interop.recognised import Kind, kind_of
+    from movimentum.interop.recognised import FileKind, kind_of
 
     title = visible(Path(source.path).name)  # it is in a comment of one line
     kind = kind_of(source)
-    if how.snap and kind in (Kind.MECHANISM, Kind.FORMULAS):
+    if how.snap and kind in (FileKind.MECHANISM, FileKind.FORMULAS):
         raise usage_error("usage/import", f"--snap is for linkage files: {kind.told} has no angles to repair")
-    if how.drives and kind is Kind.FORMULAS:
+    if how.drives and kind is FileKind.FORMULAS:
         raise usage_error(
             "usage/import", "--drive is for Pyslvs' mechanism expressions: formulas name their own inputs"
         )
-    if how.drives and kind is Kind.LINKAGE:
+    if how.drives and kind is FileKind.LINKAGE:
         raise usage_error("usage/import", "--drive is for Pyslvs' mechanism expressions; pull a linkage with a wish")
     found: tuple[Diagnostic, ...] = ()
     match kind:
-        case Kind.MECHANISM:
+        case FileKind.MECHANISM:
             from movimentum.interop.mechanisms import mechanism_script, read_mechanism
 
             text = mechanism_script(read_mechanism(source), how.drives, title)
-        case Kind.FORMULAS:
+        case FileKind.FORMULAS:
             from movimentum.interop.formula_script import formula_script
             from movimentum.interop.formulas import read_formulas
 
             text, found = formula_script(read_formulas(source), title)
-        case Kind.LINKAGE:
+        case FileKind.LINKAGE:
             from movimentum.interop.linkages import linkage_script, read_linkage
 
             linkage, found = read_linkage(source)

@@ -17,7 +17,7 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot, ThingPose, as_drawn
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Beginning, Stretch
+from movimentum.solver.segment_motion import PathBeginning, Stretch
 from movimentum.solver.start.candidates import Part
 from movimentum.text import listed, time_text
 
@@ -38,7 +38,7 @@ def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
                 yield from _told(trials, index, beginning, part)
 
 
-def _told(trials: Trials, index: int, beginning: Beginning, part: Part) -> Iterator[Diagnostic]:
+def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> Iterator[Diagnostic]:
     stretch = trials.motion.stretches[index]
     plan = stretch.plan
     blocks = plan.blocks
@@ -83,7 +83,7 @@ def _told(trials: Trials, index: int, beginning: Beginning, part: Part) -> Itera
 
 
 def _choice(
-    trials: Trials, index: int, beginning: Beginning, part: Part, states: Sequence[State], loose: Sequence[str]
+    trials: Trials, index: int, beginning: PathBeginning, part: Part, states: Sequence[State], loose: Sequence[str]
 ) -> tuple[list[str], list[str]]:
     """Notes on the differences between the solutions, and tried help that selects each of them."""
     from movimentum.analysis.diagnose.inequalities import (
@@ -141,7 +141,7 @@ def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Seq
 # --- the drawing as a selection
 
 
-def _states(stretch: Stretch, beginning: Beginning, part: Part) -> list[State]:
+def _states(stretch: Stretch, beginning: PathBeginning, part: Part) -> list[State]:
     """The whole state (one instant) at the beginning with each candidate of the part in turn; none without a path."""
     piece = next(
         (p for p in stretch.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),

@@ -22,7 +22,7 @@ from movimentum.scene.names import symbol_name
 from movimentum.solver.assembly import placements
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.follow import follow
-from movimentum.solver.segment_motion import Beginning, Stretch
+from movimentum.solver.segment_motion import PathBeginning, Stretch
 from movimentum.solver.start.candidates import Candidate, Part, Selection
 
 FloatArray = NDArray[np.float64]
@@ -60,7 +60,7 @@ class _Option:
     rank: int
 
 
-def follow_candidates(stretch: Stretch, beginning: Beginning, part: Part) -> list[Followed]:
+def follow_candidates(stretch: Stretch, beginning: PathBeginning, part: Part) -> list[Followed]:
     """The first few candidates of ``part``, followed through the segment (everything else as chosen)."""
     plan = stretch.plan
     selection: Selection = beginning.selection

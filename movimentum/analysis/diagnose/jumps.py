@@ -13,7 +13,7 @@ from movimentum.scene.model import Scene
 from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Beginning, Stretch
+from movimentum.solver.segment_motion import PathBeginning, Stretch
 from movimentum.source import Span
 from movimentum.text import number, time_text
 
@@ -58,7 +58,7 @@ def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
             yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees per frame there")
 
 
-def _after(stretch: Stretch, beginning: Beginning) -> Snapshot | None:
+def _after(stretch: Stretch, beginning: PathBeginning) -> Snapshot | None:
     """The pose in which a path begins; None if none does."""
     if beginning.selection.choices is None:
         return None
@@ -75,7 +75,7 @@ def _after(stretch: Stretch, beginning: Beginning) -> Snapshot | None:
     return snapshot(stretch.plan, state, stretch.base.now, 0)
 
 
-def _told(stretch: Stretch, beginning: Beginning, thing: int, amount: str, note: str) -> Diagnostic:
+def _told(stretch: Stretch, beginning: PathBeginning, thing: int, amount: str, note: str) -> Diagnostic:
     scene = stretch.plan.system.scene
     name = scene.things[thing].name
     when = time_text(float(stretch.segment.start) + beginning.time)
@@ -133,7 +133,7 @@ def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset
     return best, owner
 
 
-def _travel_per_frame(motion: Motion, beginning: Beginning) -> float:
+def _travel_per_frame(motion: Motion, beginning: PathBeginning) -> float:
     """How far the fastest anchor moves in a frame just before."""
     carry = beginning.carry
     if carry.before is None:

@@ -62,7 +62,7 @@ class BlockRank:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ConnectedPart:
     """Things that constraints connect, and what is known about them as a whole.
 
     ``rigid``: groups of things that do not move relative to each other; ``fixed``: those that do not move at all (both
@@ -133,7 +133,7 @@ def _dependent(rows: FloatArray, rank: int) -> tuple[int, ...]:
     return tuple(np.nonzero(size > STRESSED * np.max(size, initial=0.0))[0].tolist())
 
 
-def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
+def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[ConnectedPart]:
     """The connected parts of a stretch's scene, in order of definition; ``ranks`` as `block_ranks` finds them."""
     plan = stretch.plan
     system = plan.system
@@ -152,7 +152,7 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
     of_block = {rank.block: rank for rank in ranks}
     rows_of = {rows.number: rows for rows in map(simultaneous, plan.blocks) if rows is not None}
     twists = _twists(stretch, ranks)
-    parts: list[Part] = []
+    parts: list[ConnectedPart] = []
     for component in groups(len(system.unknowns), links):
         things = sorted({t for n in component if (t := of_thing[n]) is not None})
         if not things:
@@ -166,7 +166,7 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[Part]:
         stated = {c for e in dependent if (c := system.equations[e].constraint) is not None}
         rigid, fixed = _together({t: twists.get(t, np.zeros(0)) for t in things})
         parts.append(
-            Part(
+            ConnectedPart(
                 tuple(things),
                 sum(freedom for freedom, _, _ in shares),
                 len(checks) + sum(redundant for _, redundant, _ in shares),

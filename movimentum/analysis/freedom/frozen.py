@@ -17,7 +17,7 @@ from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.free.velocity import FreeMotion
+from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
 
 FloatArray = NDArray[np.float64]
@@ -50,7 +50,7 @@ class HeldBlock:
             state, _ = piece.evaluate(self.instants, piece.finders(read))
         self.state = {n: float(np.ravel(state[n])[0]) for n in read if state[n] is not None}
         self.x = np.array([self.state[n] for n in block.core])
-        self.motion = FreeMotion(Local(block, self._problem, 1e-6, tau - 1.0, tau + 1.0), piece.plan)
+        self.motion = FreeVelocity(Local(block, self._problem, 1e-6, tau - 1.0, tau + 1.0), piece.plan)
 
     def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         count = len(tau)

@@ -28,7 +28,7 @@ STILL = 1e-3
 ASIDE = 1e-3
 
 
-class Outcome(StrEnum):
+class DragResult(StrEnum):
     """The outcome: nothing is free to move, arrived, held back, or in a pose where no velocity leads nearer."""
 
     FIXED = "fixed"
@@ -41,7 +41,7 @@ class Outcome(StrEnum):
 class Drag:
     """``moments`` from the first pose to the last one; ``off`` is the remaining distance."""
 
-    outcome: Outcome
+    outcome: DragResult
     off: float
     moments: list[Snapshot]
 
@@ -65,7 +65,7 @@ def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], targe
         instants = piece.instants(np.array([tau]))
         state, _ = piece.evaluate(instants)
         values = [float(np.ravel(function(state, instants.clocks)[0])[0]) for function in functions]
-        return Drag(Outcome.FIXED, float(np.sqrt(np.sum(np.square(values)))), [])
+        return Drag(DragResult.FIXED, float(np.sqrt(np.sum(np.square(values)))), [])
     wish = Wish(tuple(errors), -1, frozenset(reads))
     held = HeldBlock(piece, drawn_by(plan, block, wish), tau, functions, range(len(plan.system.unknowns)))
     x = held.x
@@ -78,6 +78,6 @@ def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], targe
         if off <= MET * plan.size or before - off <= 1e-9 * plan.size:
             break
     if off <= 1e-6 * plan.size:
-        return Drag(Outcome.REACHED, off, moments)
+        return Drag(DragResult.REACHED, off, moments)
     stuck = held.approach(x) <= STILL * min(off, plan.size) and held.stuck(np.array(x), ASIDE * plan.size)
-    return Drag(Outcome.SINGULAR if stuck else Outcome.BLOCKED, off, moments)
+    return Drag(DragResult.SINGULAR if stuck else DragResult.BLOCKED, off, moments)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -212,55 +212,51 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
     import sympy as library
 
     sympy: Any = library
-    degree = sympy.pi / 180
     made: dict[Expr, Any] = {}
-
-    def constant(node: Expr) -> Any:
-        if node.origin is not None:
-            return to_sympy(node.origin, leaf)
-        return sympy.Rational(_decimal(node.value))
-
-    def call(node: Expr, a: list[Any]) -> Any:
-        match node.op:
-            case "add":
-                return a[0] + a[1]
-            case "mul":
-                return a[0] * a[1]
-            case "div":
-                return a[0] / a[1]
-            case "neg":
-                return -a[0]
-            case "pow":
-                return a[0] ** sympy.nsimplify(node.exponent)
-            case "sind" | "cosd" | "tand":
-                return getattr(sympy, node.op[:-1])(a[0] * degree)
-            case "asind" | "acosd" | "atand":
-                return getattr(sympy, node.op[:-1])(a[0]) / degree
-            case "atan2d":
-                return sympy.atan2(a[0], a[1]) / degree
-            case "max" if a[1] == 0:  # only guards a root against rounding
-                return a[0]
-            case "max" | "min":
-                return {"max": sympy.Max, "min": sympy.Min}[node.op](*a)
-            case "abs":
-                return sympy.Abs(a[0])
-            case "mod":
-                return sympy.Mod(a[0], a[1])
-            case "ln":
-                return sympy.log(a[0])
-            case "ease":
-                u = sympy.Min(sympy.Max(a[0], 0), 1)
-                return u * u * (3 - 2 * u)
-            case "le":
-                return sympy.Piecewise((a[2], a[0] <= a[1]), (a[3], True))
-            case op:
-                return getattr(sympy, op)(*a)  # sqrt, floor, exp
-
     for node in walk(root):
         if node.op == "const":
-            made[node] = constant(node)
+            made[node] = sympy.Rational(_decimal(node.value)) if node.origin is None else to_sympy(node.origin, leaf)
         elif node.op in ("symbol", "sign", "clock"):
             made[node] = leaf(node)
         else:
-            made[node] = call(node, [made[arg] for arg in node.args])
+            made[node] = _operation(sympy, node, [made[arg] for arg in node.args])
     return made[root]
+
+
+def _operation(sympy: Any, node: Expr, a: Sequence[Any]) -> Any:
+    """What ``node`` makes of its arguments ``a``."""
+    degree = sympy.pi / 180
+    match node.op:
+        case "add":
+            return a[0] + a[1]
+        case "mul":
+            return a[0] * a[1]
+        case "div":
+            return a[0] / a[1]
+        case "neg":
+            return -a[0]
+        case "pow":
+            return a[0] ** sympy.nsimplify(node.exponent)
+        case "sind" | "cosd" | "tand":
+            return getattr(sympy, node.op[:-1])(a[0] * degree)
+        case "asind" | "acosd" | "atand":
+            return getattr(sympy, node.op[:-1])(a[0]) / degree
+        case "atan2d":
+            return sympy.atan2(a[0], a[1]) / degree
+        case "max" if a[1] == 0:  # only guards a root against rounding
+            return a[0]
+        case "max" | "min":
+            return {"max": sympy.Max, "min": sympy.Min}[node.op](*a)
+        case "abs":
+            return sympy.Abs(a[0])
+        case "mod":
+            return sympy.Mod(a[0], a[1])
+        case "ln":
+            return sympy.log(a[0])
+        case "ease":
+            u = sympy.Min(sympy.Max(a[0], 0), 1)
+            return u * u * (3 - 2 * u)
+        case "le":
+            return sympy.Piecewise((a[2], a[0] <= a[1]), (a[3], True))
+        case op:
+            return getattr(sympy, op)(*a)  # sqrt, floor, exp

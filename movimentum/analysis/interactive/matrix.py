@@ -29,7 +29,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class RowName:
     """The name of an equation: ``constraint`` by number, or the ``thing`` to which rigidity or its angle belongs.
 
     ``part``: which coordinate of a vector constraint (``x``, ``y``), or what it says about the thing; otherwise empty.
@@ -50,7 +50,7 @@ class PartMatrix:
     """
 
     things: tuple[int, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[RowName, ...]
     columns: tuple[str, ...]
     scale: FloatArray
     jacobian: FloatArray
@@ -115,7 +115,7 @@ def _place(system: System, unknown: int) -> tuple[float, int, int]:
 
 
 def _matrix(
-    stretch: Stretch, part: tuple[tuple[int, ...], tuple[int, ...]], rows: Mapping[int, Row], one: State, tau: float
+    stretch: Stretch, part: tuple[tuple[int, ...], tuple[int, ...]], rows: Mapping[int, RowName], one: State, tau: float
 ) -> PartMatrix:
     unknowns, equations = part
     system = stretch.plan.system
@@ -137,7 +137,7 @@ def _matrix(
     )
 
 
-def _rows(system: System, equations: Sequence[Equation]) -> Iterator[Row]:
+def _rows(system: System, equations: Sequence[Equation]) -> Iterator[RowName]:
     """The name of each equation."""
     of_constraint: dict[int | None, list[int]] = {}
     for equation in equations:
@@ -145,12 +145,12 @@ def _rows(system: System, equations: Sequence[Equation]) -> Iterator[Row]:
     for equation in equations:
         if equation.constraint is not None:
             same = of_constraint[equation.constraint]
-            yield Row(equation.constraint, None, "xy"[same.index(equation.number)] if len(same) == 2 else "")
+            yield RowName(equation.constraint, None, "xy"[same.index(equation.number)] if len(same) == 2 else "")
         elif equation.form is Form.WINDING:
-            yield Row(None, equation.thing, "angle")
+            yield RowName(None, equation.thing, "angle")
         else:  # a rigid one is a polynomial, a direction from an angle is none
             target = system.unknowns[equation.targets[0]].name.rpartition(".")[2]
-            yield Row(None, equation.thing, target if equation.polynomial is None else "")
+            yield RowName(None, equation.thing, target if equation.polynomial is None else "")
 
 
 def _sparse_basis(null: FloatArray) -> FloatArray:
