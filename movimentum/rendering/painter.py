@@ -68,7 +68,7 @@ class Painter:
         return next(PaintSession(self).frames(poses.select(slice(i, i + 1)), past))
 
     def trace_points(self, poses: Poses) -> tuple[Floats, ...]:
-        """For every trace, the points that `PaintSession.frames` needs from frames not drawn in the session."""
+        """For every trace, the points that `PaintSession.frames` needs from frames that the session did not draw."""
         return tuple(trace.points(poses) for trace in self.traces)
 
 
