@@ -9,7 +9,7 @@ from benchmarks.penrose import transformable
 from movimentum.interop.linkages import Linkage, linkage_script
 from movimentum.planning.blocks import build
 from movimentum.planning.blocks.kinds import Block
-from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.piece import Piece
@@ -65,11 +65,12 @@ def test_rows_by_their_terms_are_the_rows() -> None:
     x = track.values[0] + 0.1 * np.random.default_rng(3).normal(size=len(block.core))
     instants = piece.instants(np.array([0.0]))
     state = piece.before(block.number, instants)
-    slopes = jacobian_of(block, state, instants.clocks, x[None])[0]
+    problem = BlockProblem.of(block, state, instants.clocks, np.ones(len(x)))
+    slopes = problem.jacobian(x[None])[0]
     for j in range(0, len(x), 7):
         step = np.zeros(len(x))
         step[j] = 1e-5
-        ahead, behind = (residual_of(block, state, instants.clocks, (x + s)[None])[0] for s in (step, -step))
+        ahead, behind = (problem.residual((x + s)[None])[0] for s in (step, -step))
         assert (ahead - behind) / 2e-5 == pytest.approx(slopes[:, j], abs=1e-6 * np.abs(slopes).max())
 
 

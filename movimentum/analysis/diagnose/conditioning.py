@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from movimentum.planning.blocks.kinds import Integral, Newton, Quadratic, Winding
 from movimentum.solver.block import closed_form
-from movimentum.solver.block.rows import jacobian_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
@@ -103,6 +103,7 @@ def conditions(piece: Piece, block: Newton, tau: FloatArray, values: FloatArray 
         values = np.stack([np.broadcast_to(state[n], len(tau)) for n in block.core], axis=-1)
     else:
         state = piece.before(block.number, instants)
-    rows, _ = scaled(jacobian_of(block, state, instants.clocks, values), track_scale(piece.plan, block))
+    scale = track_scale(piece.plan, block)
+    rows, _ = scaled(BlockProblem.of(block, state, instants.clocks, scale).jacobian(values), scale)
     singular = np.linalg.svd(np.nan_to_num(rows, posinf=0.0, neginf=0.0), compute_uv=False)
     return singular[:, 0] / np.maximum(singular[:, -1], LARGEST * singular[:, 0])

@@ -15,6 +15,8 @@ from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.local import Local
+from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import FreeMotion
 from movimentum.solver.path.piece import Piece
 
@@ -48,7 +50,7 @@ class HeldBlock:
             state, _ = piece.evaluate(self.instants, piece.finders(read))
         self.state = {n: float(np.ravel(state[n])[0]) for n in read if state[n] is not None}
         self.x = np.array([self.state[n] for n in block.core])
-        self.motion = FreeMotion(Local(block, self._probe, 1e-6, tau - 1.0, tau + 1.0), piece.plan)
+        self.motion = FreeMotion(Local(block, self._problem, 1e-6, tau - 1.0, tau + 1.0), piece.plan)
 
     def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         count = len(tau)
@@ -56,6 +58,10 @@ class HeldBlock:
         for n, value in self.state.items():
             state[n] = np.full(count, value)
         return state, tuple(np.full(count, float(clock[0])) for clock in self.instants.clocks)
+
+    def _problem(self, tau: FloatArray) -> BlockProblem:
+        state, clocks = self._probe(tau)
+        return BlockProblem.of(self.block, state, clocks, scale_of(self.piece.plan, self.block.core))
 
     def placed(self, x: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         """The state with the block at core values ``x`` (n,), and the clocks."""

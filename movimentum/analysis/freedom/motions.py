@@ -16,7 +16,7 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import AnchorRef, ThingAngle
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.block.rows import wishes_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.motion import Motion
@@ -87,7 +87,7 @@ def _spanned(
 ) -> list[tuple[FloatArray, bool]]:
     if not isinstance(block, Free) or block.wishes is None:
         return [(v, False) for v in _reduced(plan, block, one, velocities)]
-    slopes = wishes_of(block, one, clocks, x[None])[1][0]
+    slopes = BlockProblem.of(block, one, clocks, scale_of(plan, block.core)).wishes(x[None])[1][0]
     along = slopes @ velocities.T
     if not np.isfinite(along).all():
         return [(v, False) for v in _reduced(plan, block, one, velocities)]

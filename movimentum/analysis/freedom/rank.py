@@ -12,7 +12,7 @@ from movimentum.analysis.freedom.sparse_rank import SparseRank
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space, relative_error, scaled
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import projected
@@ -46,7 +46,7 @@ def rank_at(
     block: Newton, one: State, clocks: Clocks, x: FloatArray, scale: FloatArray
 ) -> tuple[FloatArray, int, FloatArray]:
     """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
-    rows = scaled(jacobian_of(block, one, clocks, x[None]), scale)[0][0]
+    rows = scaled(BlockProblem.of(block, one, clocks, scale).jacobian(x[None]), scale)[0][0]
     if isinstance(block, Free) and block.sparse is not None:
         with suppress(np.linalg.LinAlgError):
             found = SparseRank(rows, RANK_TOLERANCE)
@@ -74,10 +74,10 @@ def beside(
     weights = np.cos(1.0 + 2.399963 * np.arange(free.shape[1], dtype=np.float64))
     step = (free @ weights) * scale
     step *= ASIDE / max(float(np.max(np.abs(step) / scale)), 1e-300)
-    y, good = projected(block, lambda _: (list(one), clocks), 0.0, x + step)
+    problem = BlockProblem.of(block, one, clocks, scale)
+    y, good = projected(problem, x + step)
     # where rods in a line stay in a line, Newton's method converges slowly, and what it has not reached has more rank
-    residual, jacobian = (of(block, list(one), clocks, y[None]) for of in (residual_of, jacobian_of))
-    if not good or not relative_error(residual, jacobian, scale)[0] <= MET:
+    if not good or not relative_error(problem.residual(y[None]), problem.jacobian(y[None]), scale)[0] <= MET:
         y = x
     there = list(one)
     for n, value in zip(block.core, y, strict=True):

@@ -13,6 +13,7 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.kinds.dispatch import evaluate
@@ -62,14 +63,12 @@ def _swung(
     plan = stretch.plan
     instants = piece.instants(np.array([tau]))
 
-    def probe(points: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
-        return list(start), piece.instants(points).clocks
-
+    problem = BlockProblem.of(block, start, instants.clocks, scale_of(plan, block.core))
     x, at = x0, 0.0
     for target in swing:
         for _ in range(SUBSTEPS):
             step = (target - at) / SUBSTEPS * velocity
-            moved, good = projected(block, probe, tau, x + step)
+            moved, good = projected(problem, x + step)
             if not good or np.max(np.abs(moved - x)) > 10.0 * np.max(np.abs(step)):
                 break
             x = moved

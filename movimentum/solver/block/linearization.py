@@ -6,15 +6,13 @@ factorisation (`solver.block.sparse`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.planning.blocks.kinds import Free
-from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
 
 FloatArray = NDArray[np.float64]
@@ -88,19 +86,19 @@ class DenseTangent:
         return v + moves @ damped(reach, missing, damping, moves / self.scale[:, None], slopes * self.gradients)
 
 
-def tangent_at(block: Free, u: State, k: Sequence[FloatArray], x: FloatArray) -> Tangent:
+def tangent_at(problem: BlockProblem, x: FloatArray) -> Tangent:
     """The block linearised at core values ``x`` (n,) at one instant."""
-    if block.sparse is not None:
+    if problem.sparse is not None:
         from movimentum.solver.block.sparse import saddle
 
-        return saddle(block, u, k, x)
-    return DenseTangent(block, jacobian_of(block, u, k, x[None])[0])
+        return saddle(problem, x)
+    block = problem.block
+    assert isinstance(block, Free)
+    return DenseTangent(block, problem.jacobian(x[None])[0])
 
 
 def chord_newton(
-    block: Free,
-    u: State,
-    k: Sequence[FloatArray],
+    problem: BlockProblem,
     x: FloatArray,
     iterations: int,
     limit: float | None = None,
@@ -113,8 +111,8 @@ def chord_newton(
     bounds a step, in those units; ``tangent`` is one to begin with, from near ``x``.
     """
     fresh = tangent is None
-    tangent = tangent or tangent_at(block, u, k, x)
-    residual = residual_of(block, u, k, x[None])[0]
+    tangent = tangent or tangent_at(problem, x)
+    residual = problem.residual(x[None])[0]
     error = best = float(np.max(np.abs(residual / tangent.lengths), initial=0.0))
     kept = x
     for _ in range(iterations):
@@ -125,7 +123,7 @@ def chord_newton(
             largest = float(np.max(np.abs(step / tangent.scale), initial=0.0))
             step = step * min(1.0, limit / max(largest, 1e-300))
         x = x + step
-        residual = residual_of(block, u, k, x[None])[0]
+        residual = problem.residual(x[None])[0]
         last, error = error, float(np.max(np.abs(residual / tangent.lengths), initial=0.0))
         if error < best:
             kept, best = x, error
@@ -137,5 +135,5 @@ def chord_newton(
             break
         fresh = False
         if error > SLOW * last:
-            tangent, fresh = tangent_at(block, u, k, x), True
+            tangent, fresh = tangent_at(problem, x), True
     return kept, best / float(np.max(np.abs(kept / tangent.scale), initial=1e-300)), tangent

@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.basis.effort import charge
-from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton
-from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 
 FloatArray = NDArray[np.float64]
 
-Probe = Callable[[FloatArray], tuple[State, tuple[FloatArray, ...]]]
-"""Upstream state and clocks at given offsets."""
+Probe = Callable[[FloatArray], BlockProblem]
+"""A block's problem at given offsets."""
 
 SMALLEST_STEP = 1e-10
 """Of the stretch to be followed: where even that fails, the path ends."""
@@ -42,11 +41,12 @@ class Local:
     low: float
     high: float
     sizes: FloatArray | None = None
-    _seen: tuple[float, State, tuple[FloatArray, ...], float] | None = None
+    _seen: tuple[float, BlockProblem, float] | None = None
+    _here: tuple[float, BlockProblem] | None = None
     _linear: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
 
-    def around(self, tau: float) -> tuple[State, tuple[FloatArray, ...], float]:
-        """State and clocks at [tau, later, earlier] and the time between the latter two; inside [low, high] where
+    def around(self, tau: float) -> tuple[BlockProblem, float]:
+        """The problem at [tau, later, earlier] and the time between the latter two; inside [low, high] where
         possible. Looked up once for all that is asked of one instant.
         """
         if self._seen is not None and self._seen[0] == tau:
@@ -55,29 +55,25 @@ class Local:
         earlier = max(tau - self.delta, min(self.low, tau))
         if later - earlier < self.delta:
             later, earlier = tau + self.delta, tau
-        points = np.array([tau, later, earlier])
-        state, clocks = self.probe(points)
-        self._seen = tau, state, clocks, later - earlier
-        return state, clocks, later - earlier
+        problem = self.probe(np.array([tau, later, earlier]))
+        self._seen = tau, problem, later - earlier
+        return problem, later - earlier
 
-    def at(self, tau: float) -> tuple[State, tuple[FloatArray, ...]]:
-        """State and clocks at ``tau`` alone, as far as the block reads the state."""
-        state, clocks, _ = self.around(tau)
-        one: State = [None] * len(state)
-        for n in self.block.inputs:
-            value = state[n]
-            one[n] = value if value is None or not value.shape else value[:1]
-        return one, tuple(clock[:1] for clock in clocks)
+    def at(self, tau: float) -> BlockProblem:
+        """The problem at ``tau`` alone."""
+        if self._here is None or self._here[0] != tau:
+            self._here = tau, self.around(tau)[0].first()
+        return self._here[1]
 
     def rate(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, float]:
         """The velocity of the core unknowns (per unit of time), and the smallest singular value of the scaled Jacobian
         relative to its largest.
         """
-        state, clocks, span = self.around(tau)
+        problem, span = self.around(tau)
         repeated = np.repeat(x[None, :], 3, axis=0)
-        residual = residual_of(self.block, state, clocks, repeated)
+        residual = problem.residual(repeated)
         drift = (residual[1] - residual[2]) / span
-        jacobian = jacobian_of(self.block, state, clocks, repeated)[:1]
+        jacobian = problem.jacobian(repeated)[:1]
         rows, lengths = scaled(jacobian, scale)
         right = -drift / lengths[0]
         if not (np.isfinite(rows).all() and np.isfinite(right).all()):
@@ -100,7 +96,7 @@ class Local:
             charge()
             _, _, rows, singular = self._linear
         else:
-            (rows,), _ = scaled(jacobian_of(self.block, *self.at(tau), x[None]), scale)
+            (rows,), _ = scaled(self.at(tau).jacobian(x[None]), scale)
             if not np.isfinite(rows).all():
                 return 0.0
             singular = np.linalg.svd(rows, compute_uv=False)
@@ -108,7 +104,7 @@ class Local:
             return 0.0
         return float(np.linalg.slogdet(rows)[0])
 
-    def corrected(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, bool]:
+    def corrected(self, tau: float, x: FloatArray) -> tuple[FloatArray, bool]:
         """Newton from core values ``x`` (n,) at an instant: where it ends (n,), and whether that is a solution."""
-        outcome = newton(self.block, *self.at(tau), x[None, :], scale, iterations=8)
+        outcome = newton(self.at(tau), x[None, :], iterations=8)
         return outcome.x[0], bool(outcome.converged[0])

@@ -7,17 +7,15 @@ relative to the largest singular value.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.kinds import Free, Newton
+from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.generate import Compiled
-from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import chord_newton
-from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import RANK_TOLERANCE, relative_error, scaled
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +30,7 @@ MOVING = 1e-4
 
 
 def step_of(jacobian: FloatArray, residual: FloatArray, scale: FloatArray, square: bool) -> FloatArray:
-    """(F, n) Newton steps; least-norm (in units of ``scale``), least-squares where not square or singular."""
+    """(F, n) Newton steps; least-norm (in units of the unknowns' scale), least-squares where not square or singular."""
     if residual.shape[1] == 0:
         return np.zeros((len(residual), len(scale)))
     rows, lengths = scaled(jacobian, scale)
@@ -60,106 +58,89 @@ class Outcome:
 
 
 def newton(
-    block: Newton,
-    u: State,
-    k: Sequence[FloatArray],
+    problem: BlockProblem,
     start: FloatArray,
-    scale: FloatArray,
     *,
     iterations: int = 12,
     limit: float | None = None,
 ) -> Outcome:
-    """Solve the block from ``start`` (F, n). ``limit`` bounds a single step (in units of ``scale``), for starts from
-    afar.
+    """Solve a block from ``start`` (F, n). ``limit`` bounds a single step (in units of the unknowns' scale), for starts
+    from afar.
 
     Stops where steps are below `STEP_TOLERANCE` or no longer shrink; converged means a relative residual below 1e-9
     (near a singularity the step is no measure, the residual is).
     """
     x = np.array(start, dtype=np.float64)
-    if isinstance(block, Free) and block.sparse is not None:
-        return _sparse_newton(block, u, k, x, scale, iterations, limit)
-    square = block.rows == len(block.core) and not block.free
+    if problem.sparse is not None:
+        return _sparse_newton(problem, x, iterations, limit)
+    scale, square = problem.scale, problem.block.is_square
     last = np.full(len(x), np.inf)
     going = np.ones(len(x), dtype=np.bool_)  # what has arrived moves no more: no instant depends on the others
-    residual = residual_of(block, u, k, x)
+    residual = problem.residual(x)
     with np.errstate(all="ignore"):
         for done in range(1, iterations + 1):
-            jacobian = jacobian_of(block, u, k, x)
+            jacobian = problem.jacobian(x)
             step = step_of(jacobian, residual, scale, square)
             size = np.max(np.abs(step) / scale, axis=1, initial=0.0)
             if limit is not None:
                 step = step * np.minimum(1.0, limit / np.maximum(size, 1e-300))[:, None]
             moved = going & np.isfinite(step).all(axis=1)
             x = np.where(moved[:, None], x + np.where(moved[:, None], step, 0.0), x)
-            residual = residual_of(block, u, k, x)
+            residual = problem.residual(x)
             going &= ~(size <= STEP_TOLERANCE)
             if done > 3 and limit is None:
                 going &= ~((size >= 0.5 * last) & (size < 1e-9))
             if not going.any():
                 break
             last = size
-        error = relative_error(residual, jacobian_of(block, u, k, x), scale)
+        error = relative_error(residual, problem.jacobian(x), scale)
     return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
 
 
-def _sparse_newton(
-    block: Free,
-    u: State,
-    k: Sequence[FloatArray],
-    x: FloatArray,
-    scale: FloatArray,
-    iterations: int,
-    limit: float | None,
-) -> Outcome:
+def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit: float | None) -> Outcome:
     """`newton` for a large free block, one instant after the other."""
-    size = float(np.max(scale))
+    size = float(np.max(problem.scale))
     error = np.full(len(x), np.inf)
     for f in range(len(x)):
-        one: State = [None] * len(u)
-        for n in block.inputs:
-            if u[n] is not None:
-                one[n] = np.broadcast_to(u[n], len(x))[f : f + 1]
-        clocks = tuple(np.broadcast_to(clock, len(x))[f : f + 1] for clock in k)
-        x[f], off, _ = chord_newton(block, one, clocks, x[f], iterations, None if limit is None else limit * size)
+        one = problem.at(np.array([f]), len(x))
+        x[f], off, _ = chord_newton(one, x[f], iterations, None if limit is None else limit * size)
         error[f] = off
     return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
 
 
-def freedom_of(block: Newton, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> int:
+def freedom_of(problem: BlockProblem, x: FloatArray) -> int:
     """Unknowns minus rank at core values ``x`` (n,) at one instant; of a large block, 1 where there is any freedom."""
-    if isinstance(block, Free) and block.sparse is not None:
-        return int(len(block.core) > block.rows or _moves(block, u, k, x))
-    rows, _ = scaled(jacobian_of(block, u, k, x[None]), scale)
+    if problem.sparse is not None:
+        return int(len(problem.block.core) > problem.block.rows or _moves(problem, x))
+    rows, _ = scaled(problem.jacobian(x[None]), problem.scale)
     if 0 in rows.shape:
         return len(x)
     singular = np.linalg.svd(np.nan_to_num(rows[0], posinf=0.0, neginf=0.0), compute_uv=False)
     return len(x) - int(np.sum(singular > 1e-7 * max(singular[0], 1e-300)))
 
 
-def _moves(block: Free, u: State, k: Sequence[FloatArray], x: FloatArray) -> bool:
+def _moves(problem: BlockProblem, x: FloatArray) -> bool:
     """Whether the rows of a large block leave anything of a random motion."""
     from movimentum.solver.block.sparse import saddle
 
-    tangent = saddle(block, u, k, x)
+    block = problem.block
+    assert isinstance(block, Free)
+    tangent = saddle(problem, x)
     motion = np.random.default_rng(5).normal(size=len(x)) * tangent.scale
     left = tangent.least(np.zeros(block.rows), -block.metric.applied(motion))
     return bool(np.max(np.abs(left) / tangent.scale) > MOVING * np.max(np.abs(motion) / tangent.scale))
 
 
-def unrolled(
-    block: Newton, u: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray, step: Compiled
-) -> BoolArray:
+def unrolled(problem: BlockProblem, x: FloatArray, step: Compiled) -> BoolArray:
     """Improve ``x`` (n, F) in place by Newton steps that ``step`` computes; returns which instants converged (F,).
 
     A step below 1e-8 is the last one needed: the next would be its square. Instants whose steps do not come down so
     far, or lead far away, are left to a method that chooses its pivots.
     """
-    start = x.copy()
+    start, scale = x.copy(), problem.scale
     last = np.full(x.shape[1], np.inf)
     for _ in range(6):
-        for j, n in enumerate(block.core):
-            u[n] = x[j]
-        steps = step(u, k)
+        steps = step(problem.values(x.T), problem.clocks)
         last = np.zeros(x.shape[1])
         for j, s in enumerate(steps):
             x[j] -= s

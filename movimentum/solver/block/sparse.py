@@ -8,7 +8,6 @@ elimination will do (Vanderbei 1995, SIAM J. Optim. 5); what it costs in accurac
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -19,8 +18,7 @@ from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.structure.linear_rows import SparseRows
 from movimentum.planning.structure.metric import Metric
 from movimentum.solver.basis.effort import charge
-from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.rows import sparse_residual, sparse_slopes
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, damped
 
 FloatArray = NDArray[np.float64]
@@ -154,9 +152,11 @@ class Saddle:
         return v + (along @ pushed) * self.scale
 
 
-def saddle(block: Free, u: State, k: Sequence[FloatArray], x: FloatArray) -> Saddle:
+def saddle(problem: BlockProblem, x: FloatArray) -> Saddle:
     """The block linearised at core values ``x`` (n,) at one instant."""
-    return Saddle(block, sparse_slopes(rows_of(block), u, k, x[None])[0])
+    block = problem.block
+    assert isinstance(block, Free)
+    return Saddle(block, problem.sparse_slopes(rows_of(block), x[None])[0])
 
 
 class Quadratic:
@@ -164,7 +164,9 @@ class Quadratic:
     is to be made least to be added up.
     """
 
-    def __init__(self, block: Free, u: State, k: Sequence[FloatArray], x: FloatArray) -> None:
+    def __init__(self, problem: BlockProblem, x: FloatArray) -> None:
+        block = problem.block
+        assert isinstance(block, Free)
         rows = rows_of(block)
         self.scale = _pattern(block).scale
         self.gradient = np.zeros(len(x))
@@ -172,8 +174,8 @@ class Quadratic:
         self.rows: list[tuple[NDArray[np.intp], FloatArray]] = []
         self.right: list[float] = []
         self.relaxed: list[float] = []
-        slopes = sparse_slopes(rows, u, k, x[None])[0]
-        for i, off in enumerate(sparse_residual(rows, u, k, x[None])[0]):
+        slopes = problem.sparse_slopes(rows, x[None])[0]
+        for i, off in enumerate(problem.sparse_residual(rows, x[None])[0]):
             some = slice(rows.indptr[i], rows.indptr[i + 1])
             self.row(rows.indices[some], slopes[some], float(off))
 

@@ -9,12 +9,10 @@ from math import lcm
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import relative_error
 
 FloatArray = NDArray[np.float64]
@@ -28,19 +26,17 @@ MOST = 12
 
 def unwound(
     plan: Plan,
-    block: Newton,
-    state: State,
-    k: Sequence[FloatArray],
+    problem: BlockProblem,
     solutions: list[FloatArray],
     carry: Carry,
-    scale: FloatArray,
 ) -> list[FloatArray]:
     """Core vectors (n,) with full turns taken off their angles, as near to what is carried over (0 at the beginning) as
     the equations let them come; the solutions as they were found come last, where they differ.
 
     An angle that only its sine and cosine are asked of can be turned alone; where angles are tied to each other
-    (``D.angle - B.angle = 37``) only what keeps the tie. ``state`` and ``k`` are at two instants; the first counts.
+    (``D.angle - B.angle = 37``) only what keeps the tie. ``problem`` may be of several instants; the first counts.
     """
+    block = problem.block
     payloads = [plan.system.unknowns[n].payload for n in block.core]
     columns = [j for j, p in enumerate(payloads) if isinstance(p, ThingAngle | VariableComponent | Anonymous)]
     new = [plan.system.unknowns[n].thing not in {None, *carry.now.known} for n in block.core]
@@ -49,12 +45,11 @@ def unwound(
     )
     if not 0 < len(columns) <= MOST:
         return solutions
-    one: State = [None if value is None else np.full(1, float(np.ravel(value)[0])) for value in state]
-    clocks = tuple(np.full(1, float(np.ravel(clock)[0])) for clock in k)
+    one = problem.first()
     result: list[FloatArray] = []
     for x in solutions:
         if any(abs(x[j] - near[j]) > 0.5 * TURN for j in columns):
-            x = _turned(block, one, clocks, x, near, columns, scale, plan.size)
+            x = _turned(one, x, near, columns, plan.size)
         result.append(x)
     for x in solutions:
         if not any(np.array_equal(x, other) for other in result):
@@ -63,17 +58,14 @@ def unwound(
 
 
 def _turned(
-    block: Newton,
-    one: State,
-    clocks: tuple[FloatArray, ...],
+    problem: BlockProblem,
     x: FloatArray,
     near: FloatArray,
     columns: Sequence[int],
-    scale: FloatArray,
     size: float,
 ) -> FloatArray:
     def residual(y: FloatArray) -> FloatArray:
-        return residual_of(block, one, clocks, y[None])[0]
+        return problem.residual(y[None])[0]
 
     now = residual(x)
     unit = np.eye(len(x))
@@ -91,8 +83,8 @@ def _turned(
             many[i] += np.rint(float(rest @ turn) / float(turn @ turn))
     y = x.copy()
     y[list(columns)] -= TURN * (many @ turns)
-    error = relative_error(residual(y)[None], jacobian_of(block, one, clocks, y[None]), scale)[0]
-    before = relative_error(now[None], jacobian_of(block, one, clocks, x[None]), scale)[0]
+    error = relative_error(residual(y)[None], problem.jacobian(y[None]), problem.scale)[0]
+    before = relative_error(now[None], problem.jacobian(x[None]), problem.scale)[0]
     return y if error <= 10.0 * before + 1e-12 else x
 
 

@@ -10,9 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.block.local import Local
-from movimentum.solver.block.rows import jacobian_of, residual_of
 from movimentum.solver.block.scaling import scaled
 
 FloatArray = NDArray[np.float64]
@@ -26,8 +24,7 @@ def branch_rate(local: Local, tau: float, x: FloatArray, scale: FloatArray, rate
     ``rate``, the least that the linear equations allow, where there are no such speeds.
     """
     block = local.block
-    state, clocks = local.probe(np.array([tau]))
-    rows, lengths = scaled(jacobian_of(block, state, clocks, x[None]), scale)
+    rows, lengths = scaled(local.probe(np.array([tau])).jacobian(x[None]), scale)
     if block.rows != len(x) or not (np.isfinite(rows).all() and np.isfinite(rate).all()):
         return rate
     left, singular, right = np.linalg.svd(rows[0])
@@ -38,8 +35,7 @@ def branch_rate(local: Local, tau: float, x: FloatArray, scale: FloatArray, rate
     step = ASIDE / largest
     units = np.array([-1.0, 0.0, 1.0])
     points = x + step * (rate + (units * largest)[:, None] * right[-1] * scale)
-    later, then = local.probe(np.full(3, tau + step))
-    bent = (residual_of(block, later, then, points) / lengths[0]) @ left[:, -1]
+    bent = (local.probe(np.full(3, tau + step)).residual(points) / lengths[0]) @ left[:, -1]
     a, b, c = 0.5 * (bent[0] + bent[2]) - bent[1], 0.5 * (bent[2] - bent[0]), bent[1]
     square = b * b - 4.0 * a * c
     # a fold, where one solution more is lost, has no such speeds: what is left is not of second order
@@ -57,9 +53,6 @@ def _moved(local: Local, tau: float, x: FloatArray, scale: FloatArray, way: Floa
         return float(np.sum((way / scale) ** 2))
     values: list[FloatArray] = []
     for time, core in ((tau, x), (tau + step, x + way)):
-        state, clocks = local.probe(np.array([time]))
-        for n, value in zip(local.block.core, core, strict=True):
-            state[n] = np.array([value])
-        fill_explicit(local.block, state, clocks)
-        values.append(np.array([float(np.ravel(state[n])[0]) for n in local.block.unknowns]))
+        there = local.probe(np.array([time])).completed(core[None])
+        values.append(np.array([float(np.ravel(there[n])[0]) for n in local.block.unknowns]))
     return float(np.sum(((values[1] - values[0]) / sizes) ** 2))

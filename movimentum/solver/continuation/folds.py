@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from movimentum.solver.block.local import SMALLEST_STEP, Local
 from movimentum.solver.block.newton import newton
-from movimentum.solver.block.rows import jacobian_of, residual_of
 from movimentum.solver.block.scaling import scaled
 
 FloatArray = NDArray[np.float64]
@@ -39,17 +38,15 @@ def path_end(local: Local, tau: float, x: FloatArray, scale: FloatArray, total: 
 
 def fold_near(local: Local, tau: float, x: FloatArray, scale: FloatArray, total: float) -> float | None:
     """The time of the fold near ``tau`` and core values ``x`` (n,); None where there is none so near."""
-    block = local.block
     n = len(x)
 
     def parts(instants: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Residuals (F, m) and Jacobians (F, m, n), rows of unit length at ``x``, unknowns in units of ``scale``."""
-        state, clocks = local.probe(instants)
-        residual = residual_of(block, state, clocks, points * scale)
-        return residual / lengths, jacobian_of(block, state, clocks, points * scale) * scale / lengths[..., None]
+        problem = local.probe(instants)
+        residual = problem.residual(points * scale)
+        return residual / lengths, problem.jacobian(points * scale) * scale / lengths[..., None]
 
-    state, clocks = local.probe(np.array([tau]))
-    rows, lengths = scaled(jacobian_of(block, state, clocks, x[None]), scale)
+    rows, lengths = scaled(local.probe(np.array([tau])).jacobian(x[None]), scale)
     if rows.shape[1] < n or not np.isfinite(rows).all():
         return None
     z, time = x / scale, tau
@@ -88,8 +85,7 @@ def _last(local: Local, tau: float, x: FloatArray, scale: FloatArray, total: flo
     """
 
     def solvable(instant: float) -> bool:
-        state, clocks = local.probe(np.array([instant]))
-        outcome = newton(local.block, state, clocks, x[None, :], scale, iterations=40)
+        outcome = newton(local.probe(np.array([instant])), x[None, :], iterations=40)
         near = np.max(np.abs(outcome.x[0] - x) / scale) <= NEAR
         return bool(outcome.error[0] <= CLOSED and near)
 

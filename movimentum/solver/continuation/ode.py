@@ -29,7 +29,7 @@ _E = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 4
 
 
 def flow(
-    block: Ode, probe: Probe, x: FloatArray, z: FloatArray, scale: FloatArray, nodes: FloatArray, until: float
+    block: Ode, probe: Probe, x: FloatArray, z: FloatArray, nodes: FloatArray, until: float
 ) -> tuple[NodeTrack, NodeTrack]:
     """A block with states: integrate z' = integrands(x, z, t) where x solves the block's equations for the given z.
 
@@ -43,14 +43,12 @@ def flow(
 
     def solved(tau: float, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         nonlocal latest
-        state, clocks = probe(np.array([tau]))
-        for n, value in zip(block.states, states, strict=True):
-            state[n] = np.array([value])
-        outcome = newton(block.algebraic, state, clocks, latest[None], scale, iterations=12)
-        for j, n in enumerate(block.core):
-            state[n] = outcome.x[:, j]
+        problem = probe(np.array([tau]))
+        inputs = {n: np.array([value]) for n, value in zip(block.states, states, strict=True)}
+        problem = problem.given(inputs)
+        outcome = newton(problem, latest[None], iterations=12)
         latest = outcome.x[0]
-        slopes = np.array([float(np.ravel(v)[0]) for v in block.integrands(state, clocks)])
+        slopes = np.array([float(np.ravel(v)[0]) for v in block.integrands(problem.values(outcome.x), problem.clocks)])
         return outcome.x[0], slopes if outcome.converged[0] else np.full(len(slopes), np.nan)
 
     def rate_of(tau: float, here: FloatArray, states: FloatArray, slope: FloatArray) -> FloatArray:

@@ -99,7 +99,7 @@ def _departed(
     """
     jump = NEAREST_JUMP * total
     while jump < FARTHEST_JUMP * total:
-        landed, converged = local.corrected(tau + jump, x + jump * v, scale)
+        landed, converged = local.corrected(tau + jump, x + jump * v)
         if converged and np.max(np.abs(landed - x) / scale) <= 0.3:
             new_v, smallest = local.rate(tau + jump, landed, scale)
             landing = tau + jump, landed, new_v
@@ -114,7 +114,7 @@ def _attempt(
 ) -> tuple[float, FloatArray, FloatArray] | None:
     new_tau = tau + length
     predicted = x + length * v + 0.5 * length * length * acceleration
-    new_x, converged = local.corrected(new_tau, predicted, scale)
+    new_x, converged = local.corrected(new_tau, predicted)
     if not converged:
         return None
     moved = float(np.max(np.abs(new_x - x) / scale))
@@ -156,7 +156,7 @@ def _across(
         x, v = values[base], rates[base]
         a = (v - rates[back]) / (times[base] - times[back]) if back < base else np.zeros_like(v)
         predicted = x + h * v + 0.5 * h * h * a
-        landed, converged = local.corrected(tau + jump, predicted, scale)
+        landed, converged = local.corrected(tau + jump, predicted)
         if converged:
             moved = float(np.max(np.abs(landed - x) / scale))
             off = float(np.max(np.abs(landed - predicted) / scale))

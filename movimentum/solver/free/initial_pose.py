@@ -13,8 +13,7 @@ from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.block.rows import jacobian_of, residual_of, wishes_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled, toward
 
 FloatArray = NDArray[np.float64]
@@ -70,18 +69,15 @@ class Turn:
         return self.across(self.cosine.at(x), self.sine.at(x))
 
 
-def turns_of(
-    plan: Plan, block: Free, state: State, k: Sequence[FloatArray], things: set[int], carry: Carry
-) -> list[Turn]:
+def turns_of(plan: Plan, problem: BlockProblem, things: set[int], carry: Carry) -> list[Turn]:
     """The directions of the ``things`` whose directions the block finds; they begin from the pose carried over."""
+    block = problem.block
+    assert isinstance(block, Free)
     offsets: dict[int, float] = {}
     places = {n: j for j, n in enumerate(block.core)}
     slopes = {} if block.linear is None else dict(zip(block.linear.targets, block.linear.slopes, strict=True))
     if block.linear is not None:
-        still = list(state)
-        for n in block.core:
-            still[n] = np.zeros(1)
-        fill_explicit(block, still, k)
+        still = problem.completed(np.zeros((1, len(block.core))))
         offsets = {n: float(np.ravel(still[n])[0]) for n in block.linear.targets}
 
     def coordinate(n: int) -> _Coordinate | None:
@@ -118,15 +114,12 @@ def _turn_metric(x: FloatArray, fresh: Sequence[Turn], metric: FloatArray) -> Fl
 
 
 def least(
-    block: Free,
-    state: State,
-    k: Sequence[FloatArray],
+    problem: BlockProblem,
     start: FloatArray,
     turns: Sequence[Turn],
     held: Sequence[tuple[Turn, float]],
     origin: FloatArray,
     pull: FloatArray,
-    scale: FloatArray,
     wished: NDArray[np.intp],
 ) -> FloatArray | None:
     """The core values (n,) under the block's equations, from ``start``, where ``turns`` are least, or where there are
@@ -135,30 +128,29 @@ def least(
     The directions in ``held`` are fixed; ``pull`` is the gradient that the known part of the same poses adds. The
     errors ``wished`` (numbers) of the block's wishes come before both.
     """
-    if block.sparse is None:
-        return _dense_least(block, state, k, start, turns, held, origin, pull, scale, wished)
-    return _sparse_least(block, state, k, start, turns, held, origin, pull, scale, wished)
+    if problem.sparse is None:
+        return _dense_least(problem, start, turns, held, origin, pull, wished)
+    return _sparse_least(problem, start, turns, held, origin, pull, wished)
 
 
 def _dense_least(
-    block: Free,
-    state: State,
-    k: Sequence[FloatArray],
+    problem: BlockProblem,
     start: FloatArray,
     turns: Sequence[Turn],
     held: Sequence[tuple[Turn, float]],
     origin: FloatArray,
     pull: FloatArray,
-    scale: FloatArray,
     wished: NDArray[np.intp],
 ) -> FloatArray | None:
     """Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18)."""
+    block, scale = problem.block, problem.scale
+    assert isinstance(block, Free)
     metric = block.metric.dense
     x = start.copy()
     longest, nearest = LONGEST, np.inf
     for _ in range(80 if not len(wished) else 240):
-        residual = residual_of(block, state, k, x[None])
-        jacobian = jacobian_of(block, state, k, x[None])
+        residual = problem.residual(x[None])
+        jacobian = problem.jacobian(x[None])
         if not np.isfinite(residual).all() or not np.isfinite(jacobian).all():
             return None
         extra = np.zeros((len(held), len(x)))
@@ -174,7 +166,7 @@ def _dense_least(
         restore = -(inverse @ right) * scale
         free = free * scale[:, None]
         if len(wished) and free.shape[1]:  # first as near to the wishes as can be, then what is left of the freedom
-            errors, wish_rows = (item[0, wished] for item in wishes_of(block, state, k, x[None]))
+            errors, wish_rows = (item[0, wished] for item in problem.wishes(x[None]))
             # as near as can be may be a stretched pose, which full steps would jump over for ever
             off = float(np.linalg.norm(errors))
             longest = 0.5 * longest if off > nearest else min(LONGEST, 1.2 * longest)
@@ -207,29 +199,28 @@ def _dense_least(
 
 
 def _sparse_least(
-    block: Free,
-    state: State,
-    k: Sequence[FloatArray],
+    problem: BlockProblem,
     start: FloatArray,
     turns: Sequence[Turn],
     held: Sequence[tuple[Turn, float]],
     origin: FloatArray,
     pull: FloatArray,
-    scale: FloatArray,
     wished: NDArray[np.intp],
 ) -> FloatArray | None:
     """The same steps from sparse saddle point systems (`solver.block.sparse`)."""
     from movimentum.solver.block.sparse import Quadratic
 
+    block, scale = problem.block, problem.scale
+    assert isinstance(block, Free)
     form = block.metric
     x = start.copy()
     for _ in range(80):
-        step_of = Quadratic(block, state, k, x)
+        step_of = Quadratic(problem, x)
         for turn, angle in held:
             c, s = float(np.cos(angle)), float(np.sin(angle))
             step_of.row(*turn.across(c, s), turn.sine.at(x) * c - turn.cosine.at(x) * s)
         if len(wished):
-            errors, slopes = (item[0, wished] for item in wishes_of(block, state, k, x[None]))
+            errors, slopes = (item[0, wished] for item in problem.wishes(x[None]))
             for error, row in zip(errors, slopes, strict=True):
                 places = np.nonzero(row)[0]
                 step_of.row(places, row[places], float(error), soft=True)

@@ -15,11 +15,9 @@ from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.metric import Metric
 from movimentum.scene.model import Scene
-from movimentum.solver.block import closed_form
-from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import Tangent, chord_newton, tangent_at
-from movimentum.solver.block.local import Local, Probe
-from movimentum.solver.block.rows import residual_of, wishes_of
+from movimentum.solver.block.local import Local
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping
 
 FloatArray = NDArray[np.float64]
@@ -66,27 +64,21 @@ class FreeMotion:
     def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> FloatArray:
         """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there."""
         block = self._block
-        state, clocks, span = self.local.around(tau)
+        problem, span = self.local.around(tau)
         repeated = np.repeat(x[None, :], 3, axis=0)
-        residual = residual_of(block, state, clocks, repeated)
+        residual = problem.residual(repeated)
         want = (residual[2] - residual[1]) / span
         pull: FloatArray | None = None
         if self.metric.coupled:
-            for j, n in enumerate(block.core):
-                state[n] = repeated[:, j]
-            closed_form.fill_explicit(block, state, clocks)
-            coupled = [np.broadcast_to(state[n], 3) for n in self.metric.coupled]
+            values = problem.completed(repeated)
+            coupled = [np.broadcast_to(values[n], 3) for n in self.metric.coupled]
             pull = self.metric.pull(np.array([(v[1] - v[2]) / span for v in coupled]))
         if tangent is None:
-            one: State = [None] * len(state)
-            for n in block.inputs:
-                if state[n] is not None:
-                    one[n] = np.ravel(state[n])[:1]
-            tangent = tangent_at(block, one, tuple(clock[:1] for clock in clocks), x)
+            tangent = tangent_at(problem.first(), x)
         v = tangent.least(want, pull)
         if block.wishes is None:
             return v
-        errors, slopes = wishes_of(block, state, clocks, repeated)
+        errors, slopes = problem.wishes(repeated)
         wished = self._wished(errors[0], (errors[1] - errors[2]) / span)
         return tangent.toward(v, slopes[0], wished, self.damping)
 
@@ -106,15 +98,13 @@ class FreeMotion:
         """The core values nearest to ``x`` (n,) that satisfy the block's equations, whether they do (to a relative
         residual of 1e-10), and the last tangent used; ``tangent``: one from near there.
         """
-        state, clocks = self.local.probe(np.array([tau]))
-        found, error, used = chord_newton(self._block, state, clocks, x, 10, tangent=tangent)
+        found, error, used = chord_newton(self.local.probe(np.array([tau])), x, 10, tangent=tangent)
         return found, error <= 1e-10, used
 
 
-def projected(block: Free, probe: Probe, tau: float, x: FloatArray) -> tuple[FloatArray, bool]:
+def projected(problem: BlockProblem, x: FloatArray) -> tuple[FloatArray, bool]:
     """The core values nearest to ``x`` (n,) that satisfy the block's equations, by Newton steps least in the metric;
     also returns whether they do (to a relative residual of 1e-8).
     """
-    state, clocks = probe(np.array([tau]))
-    found, error, _ = chord_newton(block, state, clocks, x, 12)
+    found, error, _ = chord_newton(problem, x, 12)
     return found, error <= 1e-8

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.codegen.elimination import newton_steps, pivot_order
@@ -15,7 +12,7 @@ from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.newton import freedom_of, newton, unrolled
-from movimentum.solver.block.rows import jacobian_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of, track_scale
 from movimentum.solver.block.turns import unwound
 from movimentum.solver.continuation.free_motion import drift
@@ -41,11 +38,9 @@ def begin(start: Beginning, block: Newton) -> Found:
 
 def rigid_starts(start: Beginning, block: Block, rows: Newton, scale: FloatArray) -> Starts:
     """`newton_starts` for the equations ``rows`` of ``block``, with angles near to where they were."""
-    state, k = start.state, start.instants.clocks
-    found = newton_starts(start.plan, rows, state, k, start.carry, scale, start.all_of(block, scale))
-    return Starts(
-        unwound(start.plan, rows, state, k, found.solutions, start.carry, scale), found.complete, found.effort
-    )
+    problem = BlockProblem.of(rows, start.state, start.instants.clocks, scale)
+    found = newton_starts(start.plan, problem, start.carry, start.all_of(block, scale))
+    return Starts(unwound(start.plan, problem, found.solutions, start.carry), found.complete, found.effort)
 
 
 def found_from(start: Beginning, block: Block, starts: Starts) -> Found:
@@ -70,8 +65,8 @@ def take(start: Beginning, block: Newton, choice: Choice) -> None:
 
 def ahead(start: Beginning, block: Newton, core: FloatArray) -> None:
     """Set the core, given for both instants (2, n), solved for again at the second."""
-    scale = track_scale(start.plan, block)
-    later = newton(block, start.state, start.instants.clocks, core, scale, limit=0.05)
+    problem = BlockProblem.of(block, start.state, start.instants.clocks, track_scale(start.plan, block))
+    later = newton(problem, core, limit=0.05)
     x = np.array([core[0], later.x[1] if later.converged[1] else core[0]])
     for j, n in enumerate(block.core):
         start.state[n] = x[:, j]
@@ -95,7 +90,7 @@ def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap
     probe = probe_of(path, block)
     until = ended(path, block, gaps)
     with np.errstate(all="ignore"):
-        if isinstance(block, Free) and freedom_of(block, *probe(np.array([path.begin])), x, scale) > 0:
+        if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
             track = drift(plan, block, probe, x, scale, grid.tau, until)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)
@@ -116,15 +111,12 @@ def solve_from(
     path: Path, block: Newton, track: NodeTrack, state: State, instants: Instants, step: Compiled | None
 ) -> BoolArray:
     """`evaluate`, by Newton steps that ``step`` computes, as far as they serve."""
-    k = instants.clocks
     x = track.guess(instants.tau)
-    scale = track_scale(path.plan, block)
-    converged = unrolled(block, state, k, x, scale, step) if step is not None else np.zeros(x.shape[1], np.bool_)
+    problem = BlockProblem.of(block, state, instants.clocks, track_scale(path.plan, block))
+    converged = unrolled(problem, x, step) if step is not None else np.zeros(x.shape[1], np.bool_)
     if not converged.all():  # few frames, or a pivot that was good on the path's nodes and is not here
         left = np.nonzero(~converged)[0]
-        some = at(state, left, len(instants), {*block.inputs, *block.unknowns})
-        clocks = [at_places(clock, left, len(instants)) for clock in k]
-        outcome = newton(block, some, clocks, x[:, left].T, scale, limit=0.1)
+        outcome = newton(problem.at(left, len(instants)), x[:, left].T, limit=0.1)
         x[:, left] = outcome.x.T
         converged[left] = outcome.converged
     for j, n in enumerate(block.core):
@@ -145,13 +137,14 @@ def _new_stepper(path: Path, block: Newton, track: NodeTrack) -> Compiled | None
         return None
     chosen = distinct(np.linspace(0, len(track.tau) - 1, 9).astype(np.int64))
     instants = path.instants(track.tau[chosen])
-    state = path.before(block.number, instants)
+    scale = track_scale(path.plan, block)
+    problem = BlockProblem.of(block, path.before(block.number, instants), instants.clocks, scale)
     with np.errstate(all="ignore"):
-        samples = jacobian_of(block, state, instants.clocks, track.values[chosen])
+        samples = problem.jacobian(track.values[chosen])
     samples = samples[np.isfinite(samples).all(axis=(1, 2))]
     if len(samples) == 0:
         return None
-    order = pivot_order(samples * track_scale(path.plan, block), block.entries)
+    order = pivot_order(samples * scale, block.entries)
     if len(order) < size:
         return None
     clocks = Clocks(path.plan.clocks)
@@ -159,25 +152,12 @@ def _new_stepper(path: Path, block: Newton, track: NodeTrack) -> Compiled | None
     return compiled(newton_steps(size, entries, block.residuals, order), clocks)
 
 
-def probe_of(path: Path, block: Block) -> Probe:
-    """What ``block`` is given by the blocks before it, along the path."""
+def probe_of(path: Path, block: Newton) -> Probe:
+    """The problem of ``block`` along the path."""
+    scale = track_scale(path.plan, block)
 
-    def probe(tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
+    def probe(tau: FloatArray) -> BlockProblem:
         instants = path.instants(tau)
-        return path.before(block.number, instants), instants.clocks
+        return BlockProblem.of(block, path.before(block.number, instants), instants.clocks, scale)
 
     return probe
-
-
-def at(state: State, places: NDArray[np.int64], count: int, unknowns: Iterable[int]) -> State:
-    """The state of some ``unknowns`` (None for all others) at some of its ``count`` instants."""
-    result: State = [None] * len(state)
-    for n in unknowns:
-        if state[n] is not None:
-            result[n] = at_places(state[n], places, count)
-    return result
-
-
-def at_places(value: FloatArray, places: NDArray[np.int64], count: int) -> FloatArray:
-    """A value (a scalar or (F,)) at some of F instants."""
-    return np.broadcast_to(value, count)[places]

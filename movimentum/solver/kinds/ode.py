@@ -51,11 +51,10 @@ def first_track(path: Path, block: Ode, choice: Choice) -> FlowTrack:
 
 def follow(path: Path, grid: Grid, block: Ode, choice: Choice, gaps: list[Gap]) -> FlowTrack:
     """The tracks of the core and of the states; where there is no solution is added to ``gaps``."""
-    scale = track_scale(path.plan, block)
     x, count = np.array(choice.values), len(block.core)
     until = ended(path, block, gaps)
     with np.errstate(all="ignore"):
-        tracks = flow(block, newton.probe_of(path, block), x[:count], x[count:], scale, grid.tau, until)
+        tracks = flow(block, newton.probe_of(path, block.algebraic), x[:count], x[count:], grid.tau, until)
     if tracks[0].until < path.end and tracks[0].until < until:
         gaps.append(Gap(tracks[0].until, path.end, block.number))
     return FlowTrack(*tracks)

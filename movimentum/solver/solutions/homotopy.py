@@ -13,8 +13,9 @@ ones (coefficient-parameter homotopy; ch. 7 there).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from movimentum.expressions import ZERO
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.problem import BlockProblem
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -33,6 +34,10 @@ INFINITE = 1e5
 """Size (in units of the unknowns' own) beyond which a path is taken to end at infinity."""
 REAL = 1e-7
 STEPS = 400
+
+
+Inputs = Mapping[int, Any]
+"""Complex values, or arrays of them, by unknown number."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,12 +89,12 @@ class AllSolutions:
         """Whether the method can be used: polynomials, and not too many paths."""
         return self.degrees is not None and math.prod(self.degrees) <= LARGEST
 
-    def at(self, state: State, k: Sequence[FloatArray]) -> Roots:
-        """All real solutions at one instant (``state`` and ``k`` as of that instant)."""
+    def at(self, problem: BlockProblem) -> Roots:
+        """All real solutions at one instant."""
         assert self.degrees is not None
         self.asked += 1
-        values: State = [None if value is None else complex(np.ravel(value)[0]) for value in state]
-        clocks = [float(np.ravel(clock)[0]) for clock in k]
+        values = {n: complex(np.ravel(value)[0]) for n, value in problem.inputs.items()}
+        clocks = [float(np.ravel(clock)[0]) for clock in problem.clocks]
         with np.errstate(all="ignore"):
             if self.asked > 1 and (self.family is None or self.family.clocks != clocks):
                 self.family = self._family(values, clocks)
@@ -109,12 +114,12 @@ class AllSolutions:
                 real.append(x)
         return real
 
-    def _family(self, values: State, clocks: list[float]) -> _Family:
+    def _family(self, values: Inputs, clocks: list[float]) -> _Family:
         """The solutions for random complex inputs."""
         generator = np.random.default_rng(71)
-        generic = list(values)
+        generic = dict(values)
         for n, size in self.input_scale.items():
-            if generic[n] is not None:
+            if n in generic:
                 generic[n] = generic[n] + size * complex(*generator.normal(size=2))
         assert self.degrees is not None
         ends, finished = _track(_Problem(self.block, generic, clocks, self.scale, self.degrees))
@@ -128,13 +133,12 @@ class _Rows:
         self.block, self.clocks, self.scale = block, clocks, scale
         self.rows: FloatArray = np.ones(block.rows)
 
-    def evaluated(self, x: ComplexArray, state: State) -> tuple[ComplexArray, ComplexArray]:
-        """F (paths, n) and its Jacobian (paths, n, n) for inputs ``state``."""
+    def evaluated(self, x: ComplexArray, inputs: Inputs) -> tuple[ComplexArray, ComplexArray]:
+        """F (paths, n) and its Jacobian (paths, n, n) for given ``inputs``."""
         block = self.block
         assert block.residual is not None
         assert block.jacobian is not None
-        for j, n in enumerate(block.core):
-            state[n] = x[:, j] * self.scale[j]
+        state = {**inputs, **{n: x[:, j] * self.scale[j] for j, n in enumerate(block.core)}}
         values = np.empty_like(x)
         for i, value in enumerate(block.residual(state, self.clocks)):
             values[:, i] = value
@@ -148,16 +152,16 @@ class _Family(_Rows):
     """H(x, t) = F(x; inputs on the way from generic ones at t = 0 to given ones at t = 1); ``roots`` solve t = 0."""
 
     def __init__(
-        self, block: Newton, generic: State, clocks: list[float], scale: FloatArray, roots: ComplexArray
+        self, block: Newton, generic: Inputs, clocks: list[float], scale: FloatArray, roots: ComplexArray
     ) -> None:
         super().__init__(block, clocks, scale)
         self.generic = self.target = generic
         self.roots = roots
         if len(roots):
             some = np.exp(2j * np.pi * np.random.default_rng(5).uniform(size=(4, roots.shape[1])))
-            self.rows = np.maximum(np.max(np.abs(self.evaluated(some, list(generic))[0]), axis=0), 1e-300)
+            self.rows = np.maximum(np.max(np.abs(self.evaluated(some, generic)[0]), axis=0), 1e-300)
 
-    def lead_to(self, target: State) -> None:
+    def lead_to(self, target: Inputs) -> None:
         """The inputs at t = 1."""
         self.target = target
 
@@ -165,12 +169,8 @@ class _Family(_Rows):
         """All solutions at t = 0 (paths, n)."""
         return self.roots.copy()
 
-    def _inputs(self, t: FloatArray) -> State:
-        state = list(self.target)
-        for n in self.block.inputs:
-            if state[n] is not None:
-                state[n] = (1.0 - t) * self.generic[n] + t * self.target[n]
-        return state
+    def _inputs(self, t: FloatArray) -> Inputs:
+        return {n: (1.0 - t) * self.generic[n] + t * value for n, value in self.target.items()}
 
     def at(self, x: ComplexArray, t: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """H, its Jacobian by x, and its derivative by t."""
@@ -183,7 +183,7 @@ class _Problem(_Rows):
     """H(x, t) = (1 - t) g G(x) + t F(x) in unknowns of size one and rows of size one."""
 
     def __init__(
-        self, block: Newton, state: State, clocks: list[float], scale: FloatArray, degrees: Sequence[int]
+        self, block: Newton, state: Inputs, clocks: list[float], scale: FloatArray, degrees: Sequence[int]
     ) -> None:
         super().__init__(block, clocks, scale)
         generator = np.random.default_rng(2023)
@@ -192,7 +192,7 @@ class _Problem(_Rows):
         self.turn = np.exp(2j * np.pi * generator.uniform())
         self.constants = np.exp(2j * np.pi * generator.uniform(size=len(degrees)))
         probes = np.exp(2j * np.pi * generator.uniform(size=(4, len(degrees))))
-        self.rows = np.maximum(np.max(np.abs(self.evaluated(probes, list(state))[0]), axis=0), 1e-300)
+        self.rows = np.maximum(np.max(np.abs(self.evaluated(probes, state)[0]), axis=0), 1e-300)
 
     def starts(self) -> ComplexArray:
         """All solutions of the start system (paths, n)."""
@@ -205,7 +205,7 @@ class _Problem(_Rows):
 
     def at(self, x: ComplexArray, t: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """H, its Jacobian by x, and its derivative by t."""
-        values, jacobian = self.evaluated(x, list(self.state))
+        values, jacobian = self.evaluated(x, self.state)
         start = self.turn * (x**self.degrees - self.constants)
         slope = self.turn * self.degrees * x ** (self.degrees - 1)
         left, right = (1.0 - t)[:, None], t[:, None]

@@ -4,7 +4,7 @@ turned pose.
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Container
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +14,9 @@ from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
-from movimentum.solver.block.rows import jacobian_of, residual_of, wishes_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import relative_error
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.initial_pose import Turn, least, turns_of
@@ -53,39 +52,24 @@ class Starts:
     effort: int = 1
 
 
-def _first_instant(
-    plan: Plan, block: Newton, state: State, k: Sequence[FloatArray], copies: int
-) -> tuple[State, tuple[FloatArray, ...]]:
-    """The state as far as it is about a block, and the clocks, at the first of the two instants, repeated."""
-    one: State = [None] * len(state)
-    for n in plan.read_by(block):
-        if state[n] is not None:
-            one[n] = np.full(copies, float(np.ravel(state[n])[0]))
-    return one, tuple(np.full(copies, float(np.ravel(clock)[0])) for clock in k)
-
-
 def carried_values(plan: Plan, block: Newton, carry: Carry) -> FloatArray:
     """The block's core as carried over (as drawn at the beginning); unknowns that have no such value are 0."""
     values = [carry.now.value(plan.system, n) for n in block.core]
     return np.array([0.0 if v is None else v for v in values])
 
 
-def _completed(
-    plan: Plan, block: Newton, state: State, k: Sequence[FloatArray], carry: Carry, x: FloatArray
-) -> FloatArray:
+def _completed(plan: Plan, problem: BlockProblem, carry: Carry, x: FloatArray) -> FloatArray:
     """``x`` (n,) with what nothing drawn tells (the value of a `_`) set so that the unknowns that are eliminated come
     out as they are carried, as nearly as can be.
     """
+    block = problem.block
     loose = [j for j, n in enumerate(block.core) if carry.now.value(plan.system, n) is None]
     known = [(n, v) for n in block.targets if (v := carry.now.value(plan.system, n)) is not None]
     if not loose or not known:
         return x
 
     def explicit(core: FloatArray) -> FloatArray:
-        there = list(state)
-        for n, value in zip(block.core, core, strict=True):
-            there[n] = np.array([value])
-        fill_explicit(block, there, k)
+        there = problem.completed(core[None])
         return np.array([float(np.ravel(there[n])[0]) for n, _ in known])
 
     now = explicit(x)
@@ -97,60 +81,44 @@ def _completed(
     return x + np.asarray(np.linalg.lstsq(slopes, off, rcond=None)[0], dtype=np.float64) @ unit
 
 
-def newton_starts(
-    plan: Plan,
-    block: Newton,
-    state: State,
-    k: Sequence[FloatArray],
-    carry: Carry,
-    scale: FloatArray,
-    every: AllSolutions | None = None,
-) -> Starts:
+def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSolutions | None = None) -> Starts:
     """The distinct solutions: those reached from the carried pose and from seeded random poses, and, where the block is
     polynomial and small, all of them by homotopy.
 
     Where the carried pose is itself a solution (a later step that leaves this block alone), it is the only one
     returned.
     """
+    block, scale, one = problem.block, problem.scale, problem.first()
     first = carried_values(plan, block, carry)
     if any(plan.system.unknowns[n].thing in carry.now.known for n in block.core):
-        one, clocks = _first_instant(plan, block, state, k, 1)
-        outcome = newton(block, one, clocks, first[None], scale, iterations=6)
+        outcome = newton(one, first[None], iterations=6)
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
             return Starts([outcome.x[0]], True)
-    one, clocks = _first_instant(plan, block, state, k, 1)
-    if block.rows == len(block.core) and _mobile(
-        block, one, clocks, _completed(plan, block, one, clocks, carry, first), scale
-    ):
+    if block.rows == len(block.core) and _mobile(one, _completed(plan, one, carry, first)):
         return Starts([], True)
     every = every or all_of(plan, block, scale)
-    roots = every.at(*_first_instant(plan, block, state, k, 1)) if every.applicable else None
+    roots = every.at(one) if every.applicable else None
     ends = np.array([] if roots is None else roots.real).reshape(-1, len(first))
     effort = 1 if roots is None else PATH_EFFORT * roots.paths
     if roots is None or not roots.complete or every.asked == 1:  # asked again, paths alone have shown to find them all
-        one, clocks = _first_instant(plan, block, state, k, seeds := _seeds(first))
-        outcome = newton(
-            block, one, clocks, _scattered(plan, block, first, scale, seeds), scale, iterations=60, limit=0.5
-        )
+        seeds = _seeds(first)
+        outcome = newton(problem.first(seeds), _scattered(plan, block, first, scale, seeds), iterations=60, limit=0.5)
         ends = np.concatenate([outcome.x, ends])
         effort += NEWTON_EFFORT
     if not len(ends):
         return Starts([], True, effort)
-    found = _distinct(plan, block, state, k, ends, scale)
+    found = _distinct(problem, ends)
     if not found and roots is None and (small := _of_any_size(plan, block, scale)) is not None:
-        one, clocks = _first_instant(plan, block, state, k, len(small))
-        outcome = newton(block, one, clocks, small, scale, iterations=60, limit=0.5)
-        found = _distinct(plan, block, state, k, outcome.x, scale)
+        outcome = newton(problem.first(len(small)), small, iterations=60, limit=0.5)
+        found = _distinct(problem, outcome.x)
         effort += NEWTON_EFFORT
     return Starts(found, roots is not None and roots.complete, effort)
 
 
-def _distinct(
-    plan: Plan, block: Newton, state: State, k: Sequence[FloatArray], ends: FloatArray, scale: FloatArray
-) -> list[FloatArray]:
+def _distinct(problem: BlockProblem, ends: FloatArray) -> list[FloatArray]:
     """The solutions among core vectors ``ends`` (F, n), each once and polished."""
-    one, clocks = _first_instant(plan, block, state, k, len(ends))
-    polished = newton(block, one, clocks, ends, scale, iterations=6)
+    block, scale = problem.block, problem.scale
+    polished = newton(problem.first(len(ends)), ends, iterations=6)
     found: list[FloatArray] = []
     most = MET if block.rows == len(block.core) else np.inf  # what is said twice may be rounded differently
     for x, good in zip(polished.x, polished.converged & (polished.error <= most), strict=True):
@@ -205,58 +173,53 @@ def all_of(plan: Plan, block: Newton, scale: FloatArray, *, coupled: bool = Fals
     return AllSolutions(block, scale, dict(zip(inputs, scale_of(plan, inputs).tolist(), strict=True)), coupled=coupled)
 
 
-def begun_start(
-    plan: Plan, block: Newton, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
-) -> Starts | None:
+def begun_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts | None:
     """The pose carried over (or drawn) as the solution of a block without freedom; no solution where the block has no
     full rank there and can move; None where it is none.
     """
-    one, clocks = _first_instant(plan, block, state, k, 1)
-    first = _completed(plan, block, one, clocks, carry, carried_values(plan, block, carry))
-    outcome = newton(block, one, clocks, first[None], scale, iterations=6)
+    block, scale, one = problem.block, problem.scale, problem.first()
+    first = _completed(plan, one, carry, carried_values(plan, block, carry))
+    outcome = newton(one, first[None], iterations=6)
     if not (outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < BEGUN):
         return None
-    if block.rows == len(block.core) and _mobile(block, one, clocks, outcome.x[0], scale):
+    if block.rows == len(block.core) and _mobile(one, outcome.x[0]):
         return Starts([], True)
     return Starts([outcome.x[0]], False)
 
 
-def _mobile(block: Newton, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> bool:
+def _mobile(problem: BlockProblem, x: FloatArray) -> bool:
     """Whether a square block is solved by core values ``x`` (n,) and can move from there."""
+    scale = problem.scale
 
     def rows(y: FloatArray) -> tuple[FloatArray, FloatArray]:
         core = (y * scale)[None]
-        return residual_of(block, state, k, core)[0], jacobian_of(block, state, k, core)[0] * scale
+        return problem.residual(core)[0], problem.jacobian(core)[0] * scale
 
-    return _error(block, state, k, x, scale) <= SAME and is_mobile(rows, x / scale)
+    return _error(problem, x) <= SAME and is_mobile(rows, x / scale)
 
 
-def free_start(
-    plan: Plan, block: Free, state: State, k: Sequence[FloatArray], carry: Carry, scale: FloatArray
-) -> Starts:
+def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     """The pose to begin with where freedom is left: for what has a pose already the nearest to it; else things turned
     as little as possible from how they were drawn, and then moved as little as possible.
 
     One solution, or none. If the block turns out to have no freedom (redundant equations), its solutions as
     `newton_starts` finds them.
     """
-    one, clocks = _first_instant(plan, block, state, k, 1)
+    block, scale, one = problem.block, problem.scale, problem.first()
+    assert isinstance(block, Free)
     origin = carried_values(plan, block, carry)
     metric = block.metric
     pull = np.zeros(len(origin))
     if metric.coupled:
-        there = list(one)
-        for n, value in zip(block.core, origin, strict=True):
-            there[n] = np.array([value])
-        fill_explicit(block, there, clocks)
+        there = one.completed(origin[None])
         now = np.array([float(np.ravel(there[n])[0]) for n in metric.coupled])
         before = np.array([carry.now.value(plan.system, n) or 0.0 for n in metric.coupled])
         pull = metric.pull(now - before)
     known = carry.now.known
     unknowns = plan.system.unknowns
-    fresh = turns_of(plan, block, one, clocks, _new_things(plan, block, known), carry)
+    fresh = turns_of(plan, one, _new_things(plan, block, known), carry)
 
-    if not fresh and _stays(plan, block, one, clocks, carry, origin, pull, scale):
+    if not fresh and _stays(plan, one, carry, origin, pull):
         return Starts([origin], True)
 
     # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it,
@@ -268,29 +231,29 @@ def free_start(
         held: list[tuple[Turn, float]] = []
         x: FloatArray | None = begin
         if fresh:
-            x = least(block, one, clocks, begin, fresh, [], origin, pull, scale, wished)
+            x = least(one, begin, fresh, [], origin, pull, wished)
             if x is None:
                 return None
             held = [(turn, turn.heading(x)) for turn in fresh]
-        y = least(block, one, clocks, x, [], held, origin, pull, scale, wished)
-        x, good = projected(block, lambda _: (one, clocks), 0.0, x if y is None else y)
+        y = least(one, x, [], held, origin, pull, wished)
+        x, good = projected(one, x if y is None else y)
         return x if good else None
 
     def cost(x: FloatArray) -> tuple[float, float, float]:
         turn = float(sum(turn.angle(x) ** 2 for turn in fresh))
-        off = float(np.sum((wishes_of(block, one, clocks, x[None])[0][0, wished] / plan.size) ** 2))
+        off = float(np.sum((one.wishes(x[None])[0][0, wished] / plan.size) ** 2))
         return round(off, 9), round(turn, 9), metric.square(x - origin)
 
     nearest = least_from(origin)
-    if nearest is not None and freedom_of(block, one, clocks, nearest, scale) > 0:
+    if nearest is not None and freedom_of(one, nearest) > 0:
         if not len(wished) or cost(nearest)[0] == 0.0:
             return Starts([nearest], True)
         # the wish is not met from there: perhaps it can be from elsewhere (a stretched chain cannot tell how to fold)
-        begins = sorted(newton_starts(plan, block, state, k, carry, scale).solutions, key=cost)[:BEGINS]
+        begins = sorted(newton_starts(plan, problem, carry).solutions, key=cost)[:BEGINS]
         found = [nearest, *(x for begin in begins if (x := least_from(begin)) is not None)]
         return Starts([min(found, key=cost)], True)
-    starts = newton_starts(plan, block, state, k, carry, scale)
-    if nearest is not None and not _error(block, one, clocks, nearest, scale) <= NEARLY_MET:
+    starts = newton_starts(plan, problem, carry)
+    if nearest is not None and not _error(one, nearest) <= NEARLY_MET:
         nearest = None  # as near as rods come that do not reach
     if nearest is not None:
         others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME]
@@ -305,29 +268,19 @@ def _new_things(plan: Plan, block: Newton, known: Container[int]) -> set[int]:
     return {t for t in things if t is not None and t not in known}
 
 
-def _error(block: Newton, state: State, k: Sequence[FloatArray], x: FloatArray, scale: FloatArray) -> float:
+def _error(problem: BlockProblem, x: FloatArray) -> float:
     """The relative residual at core values ``x`` (n,)."""
-    residual, jacobian = residual_of(block, state, k, x[None]), jacobian_of(block, state, k, x[None])
-    return float(relative_error(residual, jacobian, scale)[0])
+    return float(relative_error(problem.residual(x[None]), problem.jacobian(x[None]), problem.scale)[0])
 
 
-def _stays(
-    plan: Plan,
-    block: Newton,
-    state: State,
-    k: Sequence[FloatArray],
-    carry: Carry,
-    origin: FloatArray,
-    pull: FloatArray,
-    scale: FloatArray,
-) -> bool:
+def _stays(plan: Plan, problem: BlockProblem, carry: Carry, origin: FloatArray, pull: FloatArray) -> bool:
     """Whether a free block has a pose carried over that solves it as well as any: what nothing moves stays."""
-    if any(carry.now.value(plan.system, n) is None for n in block.core):
+    if any(carry.now.value(plan.system, n) is None for n in problem.block.core):
         return False
     return bool(
-        _error(block, state, k, origin, scale) <= ROUNDING
+        _error(problem, origin) <= ROUNDING
         and np.max(np.abs(pull), initial=0.0) <= ROUNDING * plan.size
-        and freedom_of(block, state, k, origin, scale) > 0
+        and freedom_of(problem, origin) > 0
     )
 
 

@@ -26,7 +26,7 @@ from movimentum.scene.model import ThingAngle
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.rows import jacobian_of, residual_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 
 FloatArray = NDArray[np.float64]
@@ -121,11 +121,11 @@ class Demands:
         """
         assert self.block is not None
         core = list(self.block.core)
-        state: State = [None] * len(self.plan.system.unknowns)
         k = tuple(np.full(len(u), float(clock[0])) for clock in self.clocks)
         x = u[:, core] * self.scale[core]
-        residual = residual_of(self.block, state, k, x)
-        jacobian = jacobian_of(self.block, state, k, x) * self.scale[core]
+        problem = BlockProblem(self.block, {}, k, self.scale[core])
+        residual = problem.residual(x)
+        jacobian = problem.jacobian(x) * self.scale[core]
         for i, row in enumerate(self.rows[self.linear :]):
             if row.side:
                 met = residual[:, i] >= 0.0

@@ -25,6 +25,7 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.kinds import dispatch
@@ -160,7 +161,10 @@ class BlockOptions:
         if found is None or found[0] != inputs:
             rows = simultaneous(block)
             assert isinstance(rows, Free)
-            found = self._free[block.number] = inputs, free_start(self.plan, rows, state, k, self.carry, scale)
+            found = self._free[block.number] = (
+                inputs,
+                free_start(self.plan, BlockProblem.of(rows, state, k, scale), self.carry),
+            )
         return found[1]
 
     def all_of(self, block: Block, scale: FloatArray) -> AllSolutions:
@@ -199,7 +203,7 @@ class BlockOptions:
             return None
         if isinstance(block, Newton) and not block.free:
             state, k = self.state, self.instants.clocks
-            start = begun_start(self.plan, block, state, k, self.carry, track_scale(self.plan, block))
+            start = begun_start(self.plan, BlockProblem.of(block, state, k, track_scale(self.plan, block)), self.carry)
             if start is None:
                 return None
             if start.solutions == []:

@@ -18,7 +18,7 @@ from movimentum.solver.block.change_points import ROUNDING
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.newton import newton
-from movimentum.solver.block.rows import jacobian_of
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.folds import CLOSED, fold_near
@@ -102,10 +102,9 @@ class Branch:
             return Choice(values=tuple(float(np.ravel(state[n])[0]) for n in block.core))
         if isinstance(track, NodeTrack) and isinstance(block, Newton):
             scale = track_scale(piece.plan, block)
-            outcome = newton(
-                block, state, instants.clocks, self._cores[block.number][None], scale, iterations=30, limit=0.1
-            )
-            if not (outcome.error[0] <= CLOSED and self._regular(block, state, instants, outcome.x, scale)):
+            problem = BlockProblem.of(block, state, instants.clocks, scale)
+            outcome = newton(problem, self._cores[block.number][None], iterations=30, limit=0.1)
+            if not (outcome.error[0] <= CLOSED and self._regular(problem, outcome.x)):
                 return None
             for j, n in enumerate(block.core):
                 state[n] = outcome.x[:, j]
@@ -129,9 +128,10 @@ class Branch:
             return None
         return choice
 
-    def _regular(self, block: Newton, state: State, instants: Instants, x: FloatArray, scale: FloatArray) -> bool:
+    def _regular(self, problem: BlockProblem, x: FloatArray) -> bool:
         """Whether a pose is clear of the fold at which a path ends: just past it, equations are met within rounding."""
-        rows = scaled(jacobian_of(block, state, instants.clocks, x), scale)[0][0]
+        block = problem.block
+        rows = scaled(problem.jacobian(x), problem.scale)[0][0]
         singular = np.linalg.svd(rows, compute_uv=False)
         return block.free or bool(len(singular) == len(block.core) and singular[-1] > self._clear * singular[0])
 

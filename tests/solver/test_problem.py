@@ -1,0 +1,63 @@
+"""A block's rows as functions of its core: nothing is written to, and the Jacobian is the derivative."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from movimentum.planning.blocks.kinds import simultaneous
+from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.block.sizes import track_scale
+from tests.solver.scenes import motion_of
+
+SCRIPTS = Path(__file__).parents[2] / "scripts"
+WITH_NEWTON = ["penrose-five", "peaucellier-linkage", "stephenson", "walschaerts"]
+
+
+def problems(name, monkeypatch):
+    """(problem, core values, state before it) of every block that Newton's method solves, at three instants."""
+    monkeypatch.chdir(SCRIPTS)
+    motion = motion_of((SCRIPTS / f"{name}.mov").read_text(encoding="utf-8"))
+    for stretch in motion.stretches:
+        piece = stretch.pieces[0]
+        instants = piece.instants(np.array([0.1, 0.4, 0.7]) * piece.end)
+        state, _ = piece.evaluate(instants)
+        for block in filter(None, map(simultaneous, stretch.plan.blocks)):
+            x = np.stack([np.broadcast_to(state[n], 3) for n in block.core], axis=1)
+            scale = track_scale(stretch.plan, block)
+            yield BlockProblem.of(block, state, instants.clocks, scale), x, state
+
+
+@pytest.mark.parametrize("name", WITH_NEWTON)
+def test_the_jacobian_is_the_derivative_and_nothing_is_written_to(name, monkeypatch):
+    count = 0
+    for problem, x, state in problems(name, monkeypatch):
+        count += 1
+        before = [None if value is None else np.array(value) for value in state]
+        aside = x + 1e-3 * problem.scale * np.random.default_rng(3).normal(size=x.shape)
+        jacobian = problem.jacobian(aside) * problem.scale
+        for j in range(x.shape[1]):
+            step = np.zeros(x.shape[1])
+            step[j] = 1e-5 * problem.scale[j]
+            slope = (problem.residual(aside + step) - problem.residual(aside - step)) / 2e-5
+            assert slope == pytest.approx(jacobian[:, :, j], abs=1e-7 * max(1.0, float(np.abs(jacobian).max())))
+        problem.wishes(aside)
+        problem.completed(aside)
+        for value, old in zip(state, before, strict=True):
+            assert (value is None) == (old is None)
+            assert value is None or np.array_equal(value, old)
+        assert problem.residual(x) == pytest.approx(0.0, abs=1e-6 * float(problem.scale.max()) ** 2)
+    assert count > 0
+
+
+@pytest.mark.parametrize("name", WITH_NEWTON)
+def test_some_instants_of_a_problem_are_as_in_the_whole(name, monkeypatch):
+    for problem, x, _ in problems(name, monkeypatch):
+        whole = problem.residual(x + problem.scale)
+        for place in range(3):
+            one = problem.at(np.array([place]), 3)
+            assert np.array_equal(one.residual(x[place : place + 1] + problem.scale), whole[place : place + 1])
+        first = problem.first(4)
+        assert np.array_equal(
+            first.residual(np.repeat(x[:1] + problem.scale, 4, axis=0)), np.repeat(whole[:1], 4, axis=0)
+        )
