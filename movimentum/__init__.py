@@ -1,6 +1,6 @@
 """Movimentum: animate mechanisms by stating what is connected to what.
 
-From Python, a script's way through the stages is::
+From Python, a script passes through the stages like this::
 
     import movimentum as mv
 
@@ -15,7 +15,7 @@ Names are imported when they are first used, so ``import movimentum`` costs noth
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # `typing` would be the first import of every command, at which Ctrl-C is not yet dealt with
+TYPE_CHECKING = False  # `typing` would be the first import of every command, when Ctrl-C is not handled yet
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination as Examination
     from movimentum.analysis.examine import examine as examine

@@ -1,11 +1,11 @@
-"""Numbers about each step for ``check``: what was left to solve, and how free it is."""
+"""Numbers about each step for ``check``: what was left to solve, and how free the step is."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from movimentum.analysis.freedom.degrees import BlockRank, Part
+from movimentum.analysis.freedom.degrees import BlockRank, ConnectedPart
 from movimentum.analysis.freedom.motions import FreeMotion, in_order
 from movimentum.planning.blocks.kinds import Assign, Integral, Winding, method_of
 from movimentum.scene.model import Scene
@@ -15,7 +15,7 @@ from movimentum.solver.segment_motion import Stretch
 @dataclass(frozen=True, slots=True)
 class PartReport:
     """Things that constraints connect, by name, as `analysis.freedom.degrees.Part` has them; ``superfluous``: names of
-    things, and constraints as the script has them, of which ``redundant`` can be left out.
+    things, and constraints as written in the script, of which ``redundant`` can be left out.
     """
 
     things: tuple[str, ...]
@@ -59,7 +59,7 @@ class StepReport:
     motions: tuple[MotionReport, ...] = ()
 
 
-def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Part]) -> StepReport:
+def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[ConnectedPart]) -> StepReport:
     """The report of one stretch; ``ranks`` and ``parts`` as `analysis.freedom.degrees` finds them."""
     plan = stretch.plan
     of_block = {rank.block: rank for rank in ranks}
@@ -96,7 +96,7 @@ def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[Pa
     )
 
 
-def _part(scene: Scene, part: Part) -> PartReport:
+def _part(scene: Scene, part: ConnectedPart) -> PartReport:
     def names(things: Sequence[int]) -> tuple[str, ...]:
         return tuple(scene.things[t].name for t in things)
 

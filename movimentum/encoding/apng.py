@@ -1,6 +1,6 @@
-"""APNG: our own stream of chunks. Pillow compresses one box at a time; delays are exact fractions.
+"""APNG: our own stream of chunks. Pillow compresses one box at a time, and delays are exact fractions.
 
-A box replaces what was there (blend "source"), alpha included, so the same way serves opaque and transparent pictures.
+A box replaces what was there (blend "source"), including alpha. So opaque and transparent pictures are treated alike.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from PIL import Image
 
-from movimentum.encoding.pieces import Clock, Piece, changed_box, saved
+from movimentum.encoding.pieces import FrameClock, FramePiece, changed_box, saved
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _COMPRESSION = 3  # of 9: half the time of the default for a few per cent of size
@@ -22,13 +22,13 @@ _COMPRESSION = 3  # of 9: half the time of the default for a few per cent of siz
 class ApngCoder:
     """Frames -> compressed scan lines."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
         box = changed_box(image, previous)
         if box is None:
             return None
         png = saved(image.crop(box), "PNG", compress_level=_COMPRESSION)
-        return Piece(box, b"".join(data for kind, data in png_chunks(png) if kind == b"IDAT"))
+        return FramePiece(box, b"".join(data for kind, data in png_chunks(png) if kind == b"IDAT"))
 
 
 def png_chunks(png: bytes) -> Iterator[tuple[bytes, bytes]]:
@@ -48,20 +48,20 @@ class ApngWriter:
         self._size = size
         self._color_type = 6 if mode == "RGBA" else 2
         self._fps = fps
-        self._clock = Clock(fps, 1000)
+        self._clock = FrameClock(fps, 1000)
         self._loop = loop
         self._frames = 0
         self._sequence = 0
         self._count_at = 0
 
     def begin(self) -> None:
-        """Header; the number of frames is put in at the end."""
+        """Header; the number of frames is filled in at the end."""
         self._stream.write(SIGNATURE)
         self._chunk(b"IHDR", struct.pack(">IIBBBBB", *self._size, 8, self._color_type, 0, 0, 0))
         self._count_at = self._stream.tell()
         self._chunk(b"acTL", struct.pack(">II", 0, self._loop))
 
-    def add(self, piece: Piece, first: int, end: int) -> None:
+    def add(self, piece: FramePiece, first: int, end: int) -> None:
         """See `Writer`."""
         box = piece.box
         for numerator, denominator in self._delays(first, end):

@@ -1,8 +1,8 @@
-"""GIF (89a), one frame at a time: a single palette, only the box that changed, delays whose sum is right.
+"""GIF (89a), one frame at a time: a single palette, only the box that changed, and delays with the right sum.
 
-Pillow's own animation writer keeps every frame in memory; here it compresses one frame, and we take its image block.
-Where the background is transparent, a frame is cleared before the next (disposal 2), for a GIF pixel cannot be
-made transparent again in another way; then a frame's box is all that it shows.
+Pillow's own animation writer keeps every frame in memory. Here it compresses one frame, and we take the image block
+from it. If the background is transparent, a frame is cleared before the next (disposal 2), because a GIF pixel cannot
+be made transparent again in any other way. Then a frame's box holds everything that it shows.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from movimentum.encoding.palette import Mapper, Palette
-from movimentum.encoding.pieces import Box, Clock, Piece, changed_box, parts, saved
+from movimentum.encoding.pieces import Box, FrameClock, FramePiece, changed_box, parts, saved
 
 FASTEST = 50  # frames a second: browsers take a delay of 1/100 s for 1/10 s
 LARGEST = 65535  # pixels each way
@@ -30,9 +30,9 @@ class GifCoder:
         self._mapper: Mapper | None = None
 
     def __reduce__(self) -> tuple[type[GifCoder], tuple[Palette]]:
-        return GifCoder, (self._palette,)  # the look-up table is made anew where it is needed
+        return GifCoder, (self._palette,)  # the look-up table is made again where it is needed
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
         if self._mapper is None:
             self._mapper = Mapper(self._palette)
@@ -41,14 +41,14 @@ class GifCoder:
             return None
         if image.mode == "RGB":
             part = image if previous is None else image.crop(box)
-            return Piece(box, image_block(self._mapper.indices(part)))
+            return FramePiece(box, image_block(self._mapper.indices(part)))
         indices = self._mapper.indices(image)
         box = box if previous is None else _shown(indices)
-        return Piece(box, image_block(np.ascontiguousarray(indices[box.top : box.bottom, box.left : box.right])))
+        return FramePiece(box, image_block(np.ascontiguousarray(indices[box.top : box.bottom, box.left : box.right])))
 
 
 def _shown(indices: NDArray[np.uint8]) -> Box:
-    """The box of what is not transparent (one pixel where all is)."""
+    """The box of what is not transparent (one pixel if everything is)."""
     rows, columns = np.flatnonzero(indices.any(axis=1)), np.flatnonzero(indices.any(axis=0))
     if not len(rows):
         return Box(0, 0, 1, 1)
@@ -56,7 +56,7 @@ def _shown(indices: NDArray[np.uint8]) -> Box:
 
 
 def image_block(indices: NDArray[np.uint8]) -> bytes:
-    """The compressed pixels (code size, sub-blocks, terminator) of a GIF that Pillow makes of (rows, columns)."""
+    """The compressed pixels (code size, sub-blocks, terminator) of a GIF that Pillow makes from (rows, columns)."""
     data = saved(Image.fromarray(indices), "GIF", optimize=False, interlace=0)
     at = 13 + (3 << (data[10] & 7) + 1 if data[10] & 0x80 else 0)
     while data[at] == 0x21:  # an extension: label, then sub-blocks up to an empty one
@@ -65,7 +65,7 @@ def image_block(indices: NDArray[np.uint8]) -> bytes:
             at += data[at] + 1
         at += 1
     if data[at] != 0x2C or data[at + 9] & 0xC0 or data[-1] != 0x3B:
-        raise AssertionError("Pillow wrote a GIF that is not understood")
+        raise AssertionError("Pillow wrote a GIF that cannot be read")
     return data[at + 10 : -1]
 
 
@@ -79,7 +79,7 @@ class GifWriter:
         stream: BinaryIO,
         size: tuple[int, int],
         palette: Palette,
-        clock: Clock,
+        clock: FrameClock,
         end: tuple[int, int],
         loop: int,
         transparent: bool,
@@ -100,7 +100,7 @@ class GifWriter:
             again = max(0, self._loop - 1)  # a count of n has players repeat it n times
             self._stream.write(b"!\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<HB", min(again, 65535), 0))
 
-    def add(self, piece: Piece, first: int, end: int) -> None:
+    def add(self, piece: FramePiece, first: int, end: int) -> None:
         """See `Writer`."""
         box = piece.box
         last_frame, last_tick = self._end

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from movimentum.encoding.pieces import Box, Coder, Piece, saved
+from movimentum.encoding.pieces import Box, Coder, FramePiece, saved
 
 JPEG_LARGEST = 65_500
 """Pixels each way: the JPEG library's limit."""
@@ -15,17 +15,17 @@ _QUALITY = 95  # of 100; with colours at full resolution (subsampling 0), for dr
 
 
 class PngCoder:
-    """Frames -> whole files; a frame like the one before is not coded again."""
+    """Frames -> whole files; a frame like the one before is not encoded again."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
         return None if image is previous else _piece(image, saved(image, "PNG", compress_level=_COMPRESSION))
 
 
 class JpegCoder:
-    """Opaque frames -> whole files; a frame like the one before is not coded again."""
+    """Opaque frames -> whole files; a frame like the one before is not encoded again."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
         return None if image is previous else _piece(image, saved(image, "JPEG", quality=_QUALITY, subsampling=0))
 
@@ -35,14 +35,14 @@ def coder_of(suffix: str) -> Coder:
     return PngCoder() if suffix.lower() == ".png" else JpegCoder()
 
 
-def _piece(image: Image.Image, data: bytes) -> Piece:
-    return Piece(Box(0, 0, image.width, image.height), data)
+def _piece(image: Image.Image, data: bytes) -> FramePiece:
+    return FramePiece(Box(0, 0, image.width, image.height), data)
 
 
 class SequenceWriter:
     """Numbered files in ``folder``: ``pattern`` holds one ``%d`` (or ``%04d``), filled with the frame's number.
 
-    ``numbers``: frame numbers by position; files are numbered as frames are counted from the animation's start.
+    ``numbers``: frame numbers by position; files have the frame numbers of the whole animation.
     """
 
     def __init__(self, folder: Path, pattern: str, numbers: list[int]) -> None:
@@ -54,7 +54,7 @@ class SequenceWriter:
     def begin(self) -> None:
         """Nothing comes first."""
 
-    def add(self, piece: Piece, first: int, end: int) -> None:
+    def add(self, piece: FramePiece, first: int, end: int) -> None:
         """One file for each frame that looks like this."""
         for position in range(first, end):
             name = self._pattern % self._numbers[position]

@@ -1,4 +1,4 @@
-"""Animated WebP, lossless: our own stream of chunks, as Pillow's writer keeps a list of all frames.
+"""Animated WebP, lossless: our own stream of chunks, because Pillow's writer keeps a list of all frames.
 
 The container is RIFF (Google, "WebP Container Specification"): VP8X, ANIM, then one ANMF for each frame.
 """
@@ -12,7 +12,7 @@ from typing import BinaryIO
 
 from PIL import Image
 
-from movimentum.encoding.pieces import Box, Clock, Piece, changed_box, saved
+from movimentum.encoding.pieces import Box, FrameClock, FramePiece, changed_box, saved
 
 LARGEST = 16383  # pixels each way
 _LONGEST_DELAY = (1 << 24) - 1
@@ -22,7 +22,7 @@ _EFFORT = 0  # of 6
 class WebpCoder:
     """Frames -> image chunks."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> Piece | None:
+    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
         box = changed_box(image, previous)
         if box is None:
@@ -30,7 +30,7 @@ class WebpCoder:
         box = Box(box.left & ~1, box.top & ~1, box.right, box.bottom)  # the container holds half the offset
         webp = saved(image.crop(box), "WEBP", lossless=True, quality=0, method=_EFFORT, exact=True)
         parts = [(kind, data) for kind, data in _riff_chunks(webp) if kind in (b"ALPH", b"VP8 ", b"VP8L")]
-        return Piece(box, b"".join(_chunk(kind, data) for kind, data in parts))
+        return FramePiece(box, b"".join(_chunk(kind, data) for kind, data in parts))
 
 
 def _riff_chunks(webp: bytes) -> Iterator[tuple[bytes, bytes]]:
@@ -56,11 +56,11 @@ class WebpWriter:
         self._stream = stream
         self._size = size
         self._alpha = mode == "RGBA"
-        self._clock = Clock(fps, 1000)
+        self._clock = FrameClock(fps, 1000)
         self._loop = min(loop, 65535)
 
     def begin(self) -> None:
-        """Header; the length is put in at the end."""
+        """Header; the length is filled in at the end."""
         flags = 0x02 | (0x10 if self._alpha else 0)
         width, height = self._size
         extended = struct.pack("<I", flags) + _three(width - 1) + _three(height - 1)
@@ -68,7 +68,7 @@ class WebpWriter:
         ground = 0 if self._alpha else 0xFFFFFFFF
         self._stream.write(_chunk(b"ANIM", struct.pack("<IH", ground, self._loop)))
 
-    def add(self, piece: Piece, first: int, end: int) -> None:
+    def add(self, piece: FramePiece, first: int, end: int) -> None:
         """See `Writer`."""
         box = piece.box
         for delay in self._clock.delays(first, end, _LONGEST_DELAY):

@@ -1,4 +1,4 @@
-"""Expressions and conditions typed at the prompt: understood as the script's own, read off its motion."""
+"""Expressions and conditions typed at the prompt: read like those of the script, and evaluated on its motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import (
     Blank,
     Call,
-    Claim,
+    ClaimStatement,
     Clock,
     Comparison,
     Expression,
@@ -51,12 +51,12 @@ def lowered(session: Session, text: str) -> tuple[Expr, ...]:
     """An expression as it is understood in the step that the moment belongs to: one `Expr`, or two for a vector."""
     statement = _parsed(f"{text} = 0;", text)
     if any(isinstance(node, Blank) for node in postorder(statement.left)):
-        raise refused("expression", "a `_` is any value, so there is none to show")
+        raise refused("expression", "`_` is any value, so there is none to show")
     return _claimed(session, text, statement.left).left
 
 
 def reading(session: Session, text: str) -> Reading:
-    """What an expression comes to; nan where it has no value."""
+    """The value of an expression; nan if it has none."""
     from movimentum.analysis.evaluate import reader
 
     known = session.work.readings.get((session.step, text))
@@ -75,8 +75,9 @@ def reading(session: Session, text: str) -> Reading:
 
 
 def _solved_for(session: Session, text: str) -> Reading:
-    """An expression that cannot just be read off the motion (a derivative, an integral, a `_`): the script is solved
-    once more, with a variable that is that expression. Without a clock or an integral it is so from the first step on.
+    """An expression that cannot be evaluated on the motion alone (a derivative, an integral, a `_`): the script is
+    solved again, with a variable that equals the expression. Without a clock or an integral it is so from the first
+    step on.
     """
     statement = _parsed(f"{text} = 0;", text)
     scene = session.work.scene
@@ -113,8 +114,8 @@ def _names(scene: Scene) -> set[str]:
 
 
 def condition(session: Session, text: str) -> Callable[[Poses], NDArray[np.bool_]]:
-    """A condition such as ``Rod.B.x < 300``: whether it holds in poses (F,). An equality holds where a billionth of the
-    scene's size does not matter.
+    """A condition such as ``Rod.B.x < 300``: whether it holds in poses (F,). An equality holds to within a billionth of
+    the scene's size.
     """
     whole = f"{text.strip().removesuffix(';')};"
     statement = _parsed(whole, text)
@@ -143,7 +144,7 @@ def _parsed(whole: str, text: str) -> Statement:
             item = replace(item, message=message, span=Span(max(end - 1, 0), end), labels=(), helps=())
         raise Refused([item], SourceText("<prompt>", text.rstrip())) from error
     if len(items) != 1 or not isinstance(items[0], Statement):
-        raise refused("expression", f"`{text.strip()}` is no single expression or condition")
+        raise refused("expression", f"`{text.strip()}` is not a single expression or condition")
     return items[0]
 
 
@@ -154,7 +155,7 @@ def _claimed(session: Session, text: str, expression: Expression) -> SceneClaim:
     number = session.step  # where the script is at fault, that is what is told
     items = list(parse(session.work.source).items)
     headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
-    items.insert(headers[number] + 1, Claim(expression, Comparison.EQUAL, expression, span=expression.span))
+    items.insert(headers[number] + 1, ClaimStatement(expression, Comparison.EQUAL, expression, span=expression.span))
     try:
         scene = built(Script(tuple(items)), session.work.source)
         timeline = arranged(scene, session.work.choices)

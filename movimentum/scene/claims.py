@@ -1,4 +1,4 @@
-"""Claims: what should come out, read like constraints and kept apart from them."""
+"""Claims: expected results, read like constraints and kept apart from them."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _claim(
 ) -> Iterator[Claim]:
     """The claim, or nothing after an error."""
     claim = draft.statement
-    assert isinstance(claim, tree.Claim)
+    assert isinstance(claim, tree.ClaimStatement)
     context = Context(inference, findings, blanks, time, number)
     left = lower(draft.left, draft.meanings, context)
     right = lower(draft.right or (), draft.meanings, context)
@@ -64,17 +64,17 @@ def _claim(
             word = {"integral": ".i", "derivative": ".d"}[node.op]
             findings.error(
                 "claim/not-a-reading",
-                f"a claim reads what comes out, and `{word}(…)` has to be solved for",
+                f"a claim reads results, but `{word}(…)` has to be solved for",
                 claim.span,
-                helps=(f"state `v = {word}(…);` and claim about `v`",),
+                helps=(f"state `v = {word}(…);` and make a claim about `v`",),
             )
             return
         if _is_blank(node):
             findings.error(
                 "claim/not-a-reading",
-                "`_` in a claim can only stand for a whole side or a component of one: nothing solves for it",
+                "`_` in a claim can only be a whole side or a component of one: nothing solves for it",
                 claim.span,
-                helps=("write `[_, 100]` for a point of which only the height is claimed",),
+                helps=("write `[_, 100]` to claim only the height of a point",),
             )
             return
     yield Claim(
@@ -95,7 +95,7 @@ def _is_blank(node: Expr) -> bool:
     return node.op == "symbol" and isinstance(node.payload, Anonymous)
 
 
-def _tolerance(claim: tree.Claim, findings: Findings) -> Fraction | None:
+def _tolerance(claim: tree.ClaimStatement, findings: Findings) -> Fraction | None:
     if claim.tolerance is None:
         return None
     value = exact(claim.tolerance, "a claim's tolerance", findings)
@@ -105,7 +105,7 @@ def _tolerance(claim: tree.Claim, findings: Findings) -> Fraction | None:
 
 
 def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findings: Findings) -> None:
-    """Complain about variables that only claims mention: nothing gives them a value."""
+    """Report variables that only claims mention: nothing gives them a value."""
     known = {name for draft in stated if draft.right is not None for name, _ in _variables(draft)}
     told: set[str] = set()
     for draft in claimed:

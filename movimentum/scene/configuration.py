@@ -10,7 +10,7 @@ from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
 from movimentum.scene.things import read_color, report_count, report_twice
 from movimentum.syntax.suggest import nearest
-from movimentum.syntax.tree import Config, Expression, Option, Text
+from movimentum.syntax.tree import ConfigStatement, Expression, Option, Text
 
 MAX_PIXELS = 64_000_000
 """How many pixels a canvas may have, unless the caller says otherwise."""
@@ -21,8 +21,8 @@ DEFAULT_FPS = Fraction(25)
 _MAX_FPS = 10**9
 
 
-def build_config(configs: list[Config], max_pixels: int, findings: Findings) -> model.Config:
-    """The configuration; what is wrong in it is reported and replaced by its default."""
+def build_config(configs: list[ConfigStatement], max_pixels: int, findings: Findings) -> model.Config:
+    """The configuration; a wrong value is reported and replaced by its default."""
     if not configs:
         return model.Config(DEFAULT_FPS)
     first, *more = configs
@@ -69,7 +69,7 @@ def _size(
     for argument, what in ((width, "the width"), (height, "the height")):
         value = exact(argument, what, findings)
         if value is not None and (value.denominator != 1 or value <= 0):
-            findings.error("kind/out-of-range", f"{what} is a whole number of pixels, from 1 up", argument.span)
+            findings.error("kind/out-of-range", f"{what} must be a whole number of pixels, 1 or more", argument.span)
             value = None
         if value is not None:
             found.append(int(value))

@@ -1,4 +1,4 @@
-"""Statements and claims on their way into the scene: names resolved, kinds and values not yet."""
+"""Statements and claims before they enter the scene: names are resolved, kinds and values are not."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from movimentum.scene.model import Relation
 from movimentum.scene.resolve import Meanings
-from movimentum.syntax.tree import Claim, Comparison, Expression, Statement
+from movimentum.syntax.tree import ClaimStatement, Comparison, Expression, Statement
 
 RELATIONS = {
     Comparison.EQUAL: Relation.EQUAL,
@@ -23,7 +23,7 @@ class Draft:
     """A statement or a claim whose names are resolved; ``right`` is None where it only ends a key."""
 
     step: int
-    statement: Statement | Claim
+    statement: Statement | ClaimStatement
     left: tuple[Expression, ...]
     right: tuple[Expression, ...] | None
     meanings: Meanings

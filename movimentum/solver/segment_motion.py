@@ -21,7 +21,7 @@ class Dead:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Beginning:
+class PathBeginning:
     """A path's beginning at offset ``time``: the candidates, the pose before, and why a new path begins ("step",
     "inequality", or "reach" where there was no solution before).
     """
@@ -61,7 +61,7 @@ class Stretch:
     plan: Plan
     base: Carry
     pieces: list[Piece | Dead]
-    beginnings: list[Beginning]
+    beginnings: list[PathBeginning]
     troubles: list[Trouble]
 
     @property

@@ -18,12 +18,13 @@ from movimentum.solver.motion import Motion
 from movimentum.solver.path.double_roots import with_redundant_rows
 from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Beginning, Dead, Stretch, Trouble
+from movimentum.solver.segment_motion import Dead, PathBeginning, Stretch, Trouble
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.deceptive import deceptive
+from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 from movimentum.solver.start.rejections import TurnedDown
 from movimentum.solver.start.resumption import Branch, first_beginning, times_after
-from movimentum.solver.start.search import SELECTOR_TOLERANCE, select
+from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
 
@@ -110,7 +111,7 @@ def _left_by(stretch: Stretch) -> Carry:
 def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float) -> Stretch:
     """A segment's motion from where it begins, piece by piece."""
     length = float(segment.end - segment.start)
-    stretch = Stretch(segment, plan, carry, [], [Beginning(0.0, selection, carry, "step")], [])
+    stretch = Stretch(segment, plan, carry, [], [PathBeginning(0.0, selection, carry, "step")], [])
     begin = 0.0
     choices: list[Choice] | None = selection.choices
     if choices is None:
@@ -176,7 +177,7 @@ def _late_beginning(
     stretch.pieces.append(Dead(0.0, begin, held(carry)))
     if found is None:
         return None, length
-    stretch.beginnings.append(Beginning(begin, there, held(carry), "reach"))
+    stretch.beginnings.append(PathBeginning(begin, there, held(carry), "reach"))
     return there.choices, begin
 
 
@@ -309,7 +310,7 @@ def _beyond_gap(stretch: Stretch, piece: Piece, gap: Gap, length: float) -> tupl
         return None, length
     begin, choices = branch.clear_of(found[0], length, found[1])
     carry = _die(stretch, piece, gap.begin, begin)
-    stretch.beginnings.append(Beginning(begin, Selection(choices, ()), carry, "reach"))
+    stretch.beginnings.append(PathBeginning(begin, Selection(choices, ()), carry, "reach"))
     return choices, begin
 
 
@@ -335,5 +336,5 @@ def _beyond_inequality(
         stretch.troubles.append(Trouble("selector", time, until=length, selector=selector, selection=selection))
         stretch.pieces.append(Dead(time, length, carry))
         return None, length
-    stretch.beginnings.append(Beginning(resume, selection, carry, "inequality", selector))
+    stretch.beginnings.append(PathBeginning(resume, selection, carry, "inequality", selector))
     return selection.choices, resume

@@ -1,6 +1,6 @@
 """From the grammar's rules to tree nodes: one method for each rule, called while the parser reduces.
 
-Nothing here recurses, and nothing remembers: what is wrong with a node is raised as `Refusal`.
+Nothing here recurses or keeps state. An error in a node is raised as `Refusal`.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from movimentum.syntax.tree import (
     AnchorDefinition,
     Blank,
     Call,
-    Claim,
+    ClaimStatement,
     Clock,
     Comparison,
-    Config,
+    ConfigStatement,
     Definition,
     Expression,
     Item,
@@ -50,7 +50,7 @@ LARGEST_EXPONENT = 400
 
 
 class Refusal(Exception):
-    """A node that is spelled right and still cannot be: ``diagnostic`` says why."""
+    """A node that is spelled correctly but is not valid: ``diagnostic`` says why."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         self.diagnostic = diagnostic
@@ -58,7 +58,7 @@ class Refusal(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class InParentheses:
     """An expression in parentheses, until the rule around it has seen them."""
 
     inner: Expression
@@ -66,7 +66,7 @@ class Group:
 
 
 Piece = Any
-"""A Token, a node or a `Group`; `Builder`'s methods know from the grammar which comes where."""
+"""A Token, a node or an `InParentheses`; the methods of `Builder` know from the grammar which one to expect."""
 
 
 class Builder:
@@ -79,9 +79,9 @@ class Builder:
         items: tuple[Item, ...] = tuple(pieces)
         return Script(items, span=_span(pieces) if pieces else Span(0, 0))
 
-    def config(self, pieces: Sequence[Piece]) -> Config:
+    def config(self, pieces: Sequence[Piece]) -> ConfigStatement:
         """``.config(…) options;``."""
-        return Config(
+        return ConfigStatement(
             tuple(_bare(piece) for piece in pieces if _is_argument(piece)),
             tuple(piece for piece in pieces if isinstance(piece, Option)),
             span=_span(pieces),
@@ -138,11 +138,11 @@ class Builder:
         limit = _bare(speed[2]) if len(speed) > 1 else None
         return Statement(_bare(left), Comparison(comparison), _bare(right), limit, span=_span(pieces[:-1]))
 
-    def claim(self, pieces: Sequence[Piece]) -> Claim:
+    def claim(self, pieces: Sequence[Piece]) -> ClaimStatement:
         """``.claim left = right .within(tolerance);``."""
         _, left, comparison, right, *within = pieces
         tolerance = _bare(within[2]) if len(within) > 1 else None
-        return Claim(_bare(left), Comparison(comparison), _bare(right), tolerance, span=_span(pieces[:-1]))
+        return ClaimStatement(_bare(left), Comparison(comparison), _bare(right), tolerance, span=_span(pieces[:-1]))
 
     # --- expressions ---
 
@@ -162,9 +162,9 @@ class Builder:
         """``.t`` and its like."""
         return Clock(str(pieces[0])[1:], span=pieces[0].span)
 
-    def group(self, pieces: Sequence[Piece]) -> Group:
+    def group(self, pieces: Sequence[Piece]) -> InParentheses:
         """Parentheses."""
-        return Group(_bare(pieces[1]), _span(pieces))
+        return InParentheses(_bare(pieces[1]), _span(pieces))
 
     def vector(self, pieces: Sequence[Piece]) -> Vector:
         """``[x, y]``."""
@@ -226,8 +226,8 @@ class Builder:
             return Rotate(Negate(operand.operand, span=span), operand.angle, span=span)
         return Negate(_bare(operand), span=span)
 
-    def product(self, pieces: Sequence[Piece]) -> Expression | Group:
-        """``a * b / c``, and the rotations behind its factors."""
+    def product(self, pieces: Sequence[Piece]) -> Expression | InParentheses:
+        """``a * b / c``, and the rotations after its factors."""
         if len(pieces) == 1:
             return pieces[0]
         first: Expression = _bare(pieces[0])
@@ -255,7 +255,7 @@ class Builder:
             return operands[0]
         return Product(tuple(operands), tuple(operators), span=_span(pieces))
 
-    def sum(self, pieces: Sequence[Piece]) -> Expression | Group:
+    def sum(self, pieces: Sequence[Piece]) -> Expression | InParentheses:
         """``a + b - c``."""
         if len(pieces) == 1:
             return pieces[0]
@@ -274,7 +274,7 @@ class Builder:
 
 def _bare(piece: Piece) -> Any:
     """``piece`` without its parentheses; a STRING token as `Text`."""
-    if isinstance(piece, Group):
+    if isinstance(piece, InParentheses):
         return piece.inner
     return _text(piece) if isinstance(piece, Token) and piece.type == "STRING" else piece
 
@@ -313,7 +313,7 @@ def _number(token: Token) -> Number:
                 "this number is out of range",
                 span,
                 notes=(
-                    f"numbers lie between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, in at most 1000 characters",
+                    f"numbers are between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, with at most 1000 characters",
                 ),
             )
         )

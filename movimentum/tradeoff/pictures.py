@@ -1,4 +1,4 @@
-"""What drawing costs and what it buys: time per frame against the error from a many times supersampled truth."""
+"""What drawing costs and gains: time per frame against the error, compared with a heavily supersampled picture."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from PIL import Image
 
 from movimentum.encoding.palette import Mapper, choose_palette
 from movimentum.rendering.options import PictureOptions, Quality
-from movimentum.rendering.painter import Painter, Session, make_painter
+from movimentum.rendering.painter import Painter, PaintSession, make_painter
 from movimentum.rendering.stream import PoseSource
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 
 FINEST = 8
 LARGEST = 48_000_000
-"""Pixels of the supersampled truth; where it would have more, it is supersampled less."""
+"""Pixels of the supersampled truth; if it would have more, it is supersampled less."""
 RUNS = 3
 
 
@@ -51,7 +51,7 @@ def measure_pictures(
     finest = max(2, min(FINEST, int((LARGEST / (width * height)) ** 0.5)))
     fine = replace(make_painter(scene, source, PictureOptions(scale=finest)), traces=())
     # one at a time: the truth of a frame may have tens of millions of pixels
-    truth = [_reduced([image.convert("RGB")], (width, height))[0] for image in Session(fine).frames(some)]
+    truth = [_reduced([image.convert("RGB")], (width, height))[0] for image in PaintSession(fine).frames(some)]
     progress(1, 4)
     costs: list[PictureCost] = []
     standard: list[Image.Image] = []
@@ -82,13 +82,13 @@ def _drawn(painter: Painter, poses: Poses) -> tuple[list[Image.Image], float]:
     images: list[Image.Image] = []
     while len(seconds) < RUNS and sum(seconds) < 1.0:
         begin = time.perf_counter()
-        images = [image.convert("RGB") for image in Session(painter).frames(poses)]
+        images = [image.convert("RGB") for image in PaintSession(painter).frames(poses)]
         seconds.append(time.perf_counter() - begin)
     return images, median(seconds) / len(images)
 
 
 def _reduced(images: Sequence[Image.Image], size: tuple[int, int]) -> list[Image.Image]:
-    """Pictures brought to ``size``: averaged where they are larger, interpolated where they are smaller."""
+    """Pictures brought to ``size``: averaged if they are larger, interpolated if they are smaller."""
     return [
         image.resize(size, Image.Resampling.BOX if image.width > size[0] else Image.Resampling.BICUBIC)
         for image in images

@@ -1,4 +1,4 @@
-"""What each tier of accuracy costs and what it buys, measured on one timeline."""
+"""What each tier of accuracy costs and gains, measured on one timeline."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from movimentum.solver.solver import solve
 from movimentum.timeline.model import Timeline
 
 SAMPLES = 48
-"""Frames at which tiers are compared with `exact`, evenly spread, where there are more."""
+"""The number of frames at which tiers are compared with `exact`, evenly spread if there are more."""
 RUNS = 5
 PATIENCE_S = 1.0
-"""A measurement is repeated `RUNS` times, or less often where that would take longer."""
+"""A measurement is repeated `RUNS` times, or less often if that would take longer than this."""
 TIMED_FRAMES = 20_000
 
 
@@ -42,7 +42,7 @@ class Tier:
     """``start``: seconds to compile and find the path, and to prepare frames; ``frame``: seconds per frame.
 
     ``residual``: the largest of the script's own equations and of rigidity, relative to the scene's size. ``error``:
-    the farthest an anchor is from where `exact` has it (pixels). ``claim``: what `draft` says that its error is.
+    the largest distance of an anchor from its place in `exact` (pixels). ``claim``: the error that `draft` reports.
     """
 
     name: str
@@ -84,9 +84,7 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     begin = timed(lambda: solve(timeline))
     progress(1, 6)
     exact = refined(motion, "exact", digits)
-    began = time.perf_counter()
-    exact.poses_at(times[:1])
-    exact_start = time.perf_counter() - began
+    exact_start = _first(exact, times)
     began = time.perf_counter()
     truth = exact.poses_at(times)
     exact_frame = (time.perf_counter() - began) / len(times)
@@ -117,9 +115,7 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     ]
     progress(4, 6)
     high = refined(motion, "high")
-    began = time.perf_counter()
-    high.poses_at(times[:1])
-    high_start = time.perf_counter() - began
+    high_start = _first(high, times)
     some = min(many, 2048)
     better = high.poses_at(times)
     tiers.append(
@@ -138,8 +134,15 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     return SolverTrade(count, len(times), motion.size, digits, tuple(tiers))
 
 
+def _first(motion: RefinedMotion, times: Sequence[Fraction]) -> float:
+    """Seconds that the first instant takes, with all that is prepared for it."""
+    began = time.perf_counter()
+    motion.poses_at(times[:1])
+    return time.perf_counter() - began
+
+
 def _farthest(scene: Scene, some: Poses, others: Poses) -> float:
-    """The farthest any anchor is in one from where it is in the other, over the frames that both have solved."""
+    """The largest distance of any anchor between the two, over the frames that both have solved."""
     both = some.solved & others.solved
     worst = 0.0
     for thing in scene.things:
@@ -150,7 +153,7 @@ def _farthest(scene: Scene, some: Poses, others: Poses) -> float:
 
 
 def measure_rate(motion: Motion | RefinedMotion, fps: Fraction) -> float:
-    """How far the fastest anchor goes from one frame to the next at ``fps`` (pixels): what a lower rate loses."""
+    """How far the fastest anchor moves from one frame to the next at ``fps`` (pixels): what a lower rate loses."""
     timeline = motion.timeline
     count = min(int((timeline.end - timeline.start) * fps) + 1, TIMED_FRAMES)
     poses = motion.poses_at([timeline.start + k / fps for k in range(count)])
@@ -166,14 +169,14 @@ def measure_rate(motion: Motion | RefinedMotion, fps: Fraction) -> float:
 
 
 def _residual(motion: Motion | RefinedMotion, times: Sequence[Fraction], arithmetic: Arithmetic) -> float:
-    """The largest residual at ``times``, evaluated in ``arithmetic`` from the solution as the tier has it."""
+    """The largest residual at ``times``, evaluated in ``arithmetic`` from the solution of the tier."""
     base = motion if isinstance(motion, Motion) else motion.base
     evaluator = Evaluator(arithmetic)
     worst = 0.0
     for number, piece, some in _by_piece(base, times):
         if isinstance(motion, RefinedMotion):
             state = motion.state(number, piece, some)[0]
-            if not isinstance(arithmetic, DigitsArithmetic):  # as it is told: rounded to floats
+            if not isinstance(arithmetic, DigitsArithmetic):  # as it is reported: rounded to floats
                 rounded = motion.arithmetic.rounded
                 state = [None if value is None else arithmetic.floats(rounded(value)) for value in state]
         else:

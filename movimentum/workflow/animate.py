@@ -47,7 +47,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
     frames = _frames(timeline, picture)
     ready = None
     if scene.config.size is not None and not options.traces and Show.FREE not in options.show:
-        ready = make_painter(scene, (), options)  # what is too large or cannot be read is refused before the work
+        ready = make_painter(scene, (), options)  # files that are too large or unreadable are refused before the work
     solution = solved(timeline, choices)
     motion, skip = solution.motion, choices.on_failure == "skip"
     shown = (picture.at,) if picture.at is not None else frames[:1] if kind in STILL_KINDS else frames
@@ -65,7 +65,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         before=PoseChunks(motion, range(frames.start), skip),
     )
     with ExitStack() as stack:
-        # A warning that only the writing brings to light must not leave a file with --strict: a place beside it, then.
+        # With --strict, a warning during writing must not leave a file: so it is written beside its place.
         place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
         written = write_animation(
             painter,
@@ -80,7 +80,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         diagnostics, warned = judged((*said, *written.diagnostics), choices)
         if warned:
             raise ScriptError(diagnostics)
-    unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: tell
+    unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: report it
     return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
 
 
@@ -99,7 +99,7 @@ def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | 
 
 
 def _frames(timeline: Timeline, picture: Picture) -> range:
-    """The frames asked for; for a still at an instant, those from that instant on. `UsageError` where there is none."""
+    """The frames asked for; for a still at an instant, those from that instant on. `UsageError` if there is none."""
     start, stop = chosen_frames(timeline, picture.frames)
     if picture.at is None:
         return range(start, stop)
@@ -110,7 +110,7 @@ def _frames(timeline: Timeline, picture: Picture) -> range:
 
 
 FREE_MOMENTS = 24
-"""Moments of an animation at which its free motions are found anew; arrows turn with their things in between."""
+"""Moments of an animation at which its free motions are found again; in between, arrows turn with their things."""
 
 
 def _free_marks(motion: Motion | RefinedMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from movimentum.analysis.freedom.degrees import BlockRank, Part, block_ranks, parts_of
+from movimentum.analysis.freedom.degrees import BlockRank, ConnectedPart, block_ranks, parts_of
 from movimentum.interop.linkages import Linkage, linkage_script, turn
 from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
@@ -22,7 +22,7 @@ def motion_of(text: str) -> Motion:
     return moved(arranged(understand(SourceText("test.mov", text)), Choices()))
 
 
-def found(text: str) -> tuple[list[BlockRank], list[Part], Motion]:
+def found(text: str) -> tuple[list[BlockRank], list[ConnectedPart], Motion]:
     motion = motion_of(text)
     ranks = block_ranks(motion.stretches[0])
     return ranks, parts_of(motion.stretches[0], ranks), motion

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.rendering.painter import Session
+from movimentum.rendering.painter import PaintSession
 from tests.rendering.scenes import disc_file, pixels, poses, scene, thing
 
 FPS = Fraction(25)
@@ -32,4 +32,4 @@ def bars_only(frames=12):
 
 
 def composed(painter, where):
-    return [pixels(image) for image in Session(painter).frames(where)]
+    return [pixels(image) for image in PaintSession(painter).frames(where)]

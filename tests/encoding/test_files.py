@@ -15,7 +15,7 @@ from movimentum.encoding.palette import Mapper, choose_palette
 from movimentum.encoding.write import check_output, write_animation
 from movimentum.errors import UsageError
 from movimentum.rendering.options import PictureOptions
-from movimentum.rendering.painter import Session, make_painter
+from movimentum.rendering.painter import PaintSession, make_painter
 from tests.encoding.films import FPS, bars_only, composed, moving
 from tests.rendering.scenes import pixels, poses, scene, thing
 
@@ -50,7 +50,7 @@ def gif_delays(path):
 def test_gif_frames_are_the_composed_ones_in_the_palettes_colours(tmp_path):
     made, where = moving(tmp_path)
     painter = make_painter(made, where)
-    images = [image.copy() for image in Session(painter).frames(where)]
+    images = [image.copy() for image in PaintSession(painter).frames(where)]
     positions = sorted({k * 40 // 8 for k in range(8)})
     palette = choose_palette([images[k] for k in positions], painter.background)
     mapper, table = Mapper(palette), np.frombuffer(palette.table(), np.uint8).reshape(256, 3).astype(int)

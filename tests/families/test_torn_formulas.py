@@ -11,7 +11,7 @@ from movimentum.diagnostics import render_text
 from movimentum.errors import ScriptError
 from movimentum.interop.formula_script import formula_script
 from movimentum.interop.formulas import read_formulas
-from movimentum.interop.recognised import Kind, kind_of
+from movimentum.interop.recognised import FileKind, kind_of
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, understand
@@ -71,7 +71,7 @@ def survives(seed: int) -> bool:
     """Whether a torn file could be imported; what it became is checked."""
     source = SourceText("torn.txt", torn(random.Random(seed)))
     try:
-        if kind_of(source) is not Kind.FORMULAS:
+        if kind_of(source) is not FileKind.FORMULAS:
             return False
         script, found = formula_script(read_formulas(source), "torn.txt")
     except ScriptError as error:

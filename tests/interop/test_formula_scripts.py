@@ -12,7 +12,7 @@ import pytest
 from movimentum.errors import ScriptError
 from movimentum.interop.formula_script import formula_script
 from movimentum.interop.formulas import evaluate, read_formulas
-from movimentum.interop.recognised import Kind, kind_of
+from movimentum.interop.recognised import FileKind, kind_of
 from movimentum.source import SourceText
 from movimentum.workflow.stages import understand
 from tests.command import ROOT, movimentum
@@ -91,7 +91,7 @@ def test_a_drive_that_holds_and_runs_is_pieces_and_a_long_one_is_steps() -> None
         ("a0 = 30\nL0 = 3\n", "formula/empty", "no formula"),
         (FOUR_BAR + KNOWN + "L3 = 5", "formula/twice", "`L3`"),
         ("PLOP[P0, L0](P1)", "formula/function", "PLOP"),
-        ("PLA[P0, L0", "formula/syntax", "no formula"),
+        ("PLA[P0, L0", "formula/syntax", "not a formula"),
         ("", "import/unknown", "empty"),
         ("# a comment\n#[ and\nanother #]\n", "import/unknown", "nothing in"),
         ("{'json': 1}", "import/unknown", "neither"),
@@ -132,17 +132,19 @@ def test_options_of_other_formats_are_refused(option: list[str], tmp_path: Path)
 @pytest.mark.parametrize(
     ("text", "kind"),
     [
-        (LINKAGE, Kind.LINKAGE),
-        ("vertices = 2\n0 0\n10 0\nedges [1]\n0 1\n", Kind.LINKAGE),
-        ("fixed\n0\nv\n1 1\n", Kind.LINKAGE),
-        (MECHANISM, Kind.MECHANISM),
-        (MECHANISM.replace("M[", "M [ "), Kind.MECHANISM),
-        (FOUR_BAR + KNOWN, Kind.FORMULAS),
-        (KNOWN + FOUR_BAR, Kind.FORMULAS),
-        ("a0 = 5; A = (1, 2)\npla[A, 3, a0](B)\n", Kind.FORMULAS),
+        (LINKAGE, FileKind.LINKAGE),
+        ("vertices = 2\n0 0\n10 0\nedges [1]\n0 1\n", FileKind.LINKAGE),
+        ("fixed\n0\nv\n1 1\n", FileKind.LINKAGE),
+        (MECHANISM, FileKind.MECHANISM),
+        (MECHANISM.replace("M[", "M [ "), FileKind.MECHANISM),
+        (FOUR_BAR + KNOWN, FileKind.FORMULAS),
+        (KNOWN + FOUR_BAR, FileKind.FORMULAS),
+        ("a0 = 5; A = (1, 2)\npla[A, 3, a0](B)\n", FileKind.FORMULAS),
     ],
 )
-def test_the_content_tells_the_reader(text: str, kind: Kind, comment: str, end: str, mark: str, tmp_path: Path) -> None:
+def test_the_content_tells_the_reader(
+    text: str, kind: FileKind, comment: str, end: str, mark: str, tmp_path: Path
+) -> None:
     path = tmp_path / "any.name"
     path.write_bytes((mark + (comment + text).replace("\n", end)).encode())
     from movimentum.workflow.read import read

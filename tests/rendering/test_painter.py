@@ -9,7 +9,7 @@ import pytest
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
 from movimentum.rendering.options import FreeMark, PictureOptions, Quality, Show, trace_anchors
-from movimentum.rendering.painter import Session, make_painter
+from movimentum.rendering.painter import PaintSession, make_painter
 from movimentum.rendering.stream import Spool, kept_frames, pieces, thinned
 from movimentum.scene.model import AnchorRef
 from tests.rendering.scenes import BLACK, disc_file, line, pixels, poses, scene, square_file, thing
@@ -157,7 +157,7 @@ def test_the_still_part_changes_no_pixel(tmp_path, quality, transparent):
     painter = make_painter(made, where, PictureOptions(quality=quality, transparent=transparent))
     expected = every_frame_anew(painter, where)
     for size in (1, 3, 4, 9):
-        session = Session(painter)
+        session = PaintSession(painter)
         run = [pixels(image) for part in pieces([where], size) for image in session.frames(part)]
         assert all((a == b).all() for a, b in zip(run, expected, strict=True))
 
@@ -165,7 +165,7 @@ def test_the_still_part_changes_no_pixel(tmp_path, quality, transparent):
 def test_a_scene_at_rest_is_drawn_once():
     made = scene(bar((0, 0), (40, 0)))
     where = poses([20, 20, 0], frames=50)
-    images = list(Session(make_painter(made, where)).frames(where))
+    images = list(PaintSession(make_painter(made, where)).frames(where))
     assert len({id(image) for image in images}) == 1
 
 
@@ -285,9 +285,9 @@ def test_a_trace_grows_along_the_path():
 def test_a_trace_is_the_same_however_the_frames_come():
     made, where, options = traced(20)
     painter = make_painter(made, where, options)
-    whole = [pixels(image) for image in Session(painter).frames(where)]
+    whole = [pixels(image) for image in PaintSession(painter).frames(where)]
     assert all((pixels(painter.frame(where, i)) == whole[i]).all() for i in range(20))
-    session = Session(painter)  # a worker that draws only the frames 13 to 19
+    session = PaintSession(painter)  # a worker that draws only the frames 13 to 19
     past = painter.trace_points(where.select(slice(0, 13)))
     assert all(
         (pixels(image) == expected).all()

@@ -14,10 +14,10 @@ from movimentum.syntax.tree import (
     AnchorDefinition,
     Blank,
     Call,
-    Claim,
+    ClaimStatement,
     Clock,
     Comparison,
-    Config,
+    ConfigStatement,
     Definition,
     Member,
     Name,
@@ -134,7 +134,7 @@ shapes = st.one_of(
 )
 items = st.one_of(
     st.builds(
-        Config,
+        ConfigStatement,
         st.lists(st.one_of(expressions, texts), min_size=1, max_size=3).map(tuple),
         st.lists(options, max_size=2).map(tuple),
     ),
@@ -148,7 +148,7 @@ items = st.one_of(
     st.builds(StepHeader, times, st.booleans()),
     st.builds(Statement, expressions, st.sampled_from(Comparison), expressions),
     st.builds(
-        Claim,
+        ClaimStatement,
         expressions,
         st.sampled_from([comparison for comparison in Comparison if comparison is not Comparison.WISH]),
         expressions,

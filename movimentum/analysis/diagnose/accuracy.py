@@ -1,4 +1,4 @@
-"""What there is to say about the accuracy that a user asked for."""
+"""Messages about the accuracy that a user asked for."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ FLOAT_DIGITS = 15.0
 
 
 def draft_note(error: float) -> Diagnostic:
-    """How far off a draft is (world pixels), as measured on the path."""
+    """The error of a draft (world pixels), as measured on the path."""
     return Diagnostic(
         "solve/draft",
         Severity.NOTE,
-        f"draft: frames are interpolated, and off by at most some {number(error)} pixels",
+        f"draft: frames are interpolated; the error is at most about {number(error)} pixels",
         helps=("--accuracy standard",),
     )
 
@@ -35,7 +35,7 @@ def refinement_diagnostics(motion: RefinedMotion) -> tuple[tuple[Diagnostic, ...
                 Severity.WARNING,
                 f"only {max(0, int(attained.digits))} of {int(asked)} digits are certain at"
                 f" t = {time_text(float(attained.time))}, where the mechanism is singular",
-                notes=("several solutions meet there, and more digits do not tell them apart",),
+                notes=("several solutions meet there, and more digits cannot distinguish them",),
             ),
         )
     if attained.rough:
@@ -43,7 +43,7 @@ def refinement_diagnostics(motion: RefinedMotion) -> tuple[tuple[Diagnostic, ...
             Diagnostic(
                 "solve/rough",
                 Severity.NOTE,
-                f"{listed(list(attained.rough))}: integrated along the path in float64 (some 12 digits, free motions"
+                f"{listed(list(attained.rough))}: integrated along the path in float64 (about 12 digits, free motions"
                 " 8); what depends on it is no more exact",
             ),
         )

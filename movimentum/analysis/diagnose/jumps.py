@@ -1,4 +1,4 @@
-"""Jumps: what stands elsewhere all at once, where a step begins or an inequality makes the motion go over to another
+"""Jumps: things that are suddenly elsewhere, because a step begins or an inequality makes the motion go over to another
 solution.
 """
 
@@ -13,14 +13,14 @@ from movimentum.scene.model import Scene
 from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Beginning, Stretch
+from movimentum.solver.segment_motion import PathBeginning, Stretch
 from movimentum.source import Span
 from movimentum.text import number, time_text
 
 FRAMES = 1.5
-"""So many frames' way, as things moved before, are no jump."""
+"""The distance that things move in this many frames is not a jump."""
 LEAST = 1e-6
-"""Of the scene's size, or in radians: what is no jump in any case."""
+"""Of the scene's size, or in radians: less is never a jump."""
 
 
 def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
@@ -31,7 +31,7 @@ def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
     scene = motion.timeline.scene
     for beginning in stretch.beginnings:
         if beginning.reason == "reach":
-            continue  # where a solution comes back is told with the time at which there was none
+            continue  # the return of a solution is reported with the time without one
         if beginning.reason == "step" and (index == 0 or stretch.segment.step == 0):
             continue
         after = _after(stretch, beginning)
@@ -46,7 +46,7 @@ def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
         jumped: int | None = None
         if thing is not None and far > (least if over else max(FRAMES * travel, least)):
             jumped = thing
-            yield _told(stretch, beginning, thing, number(far), f"it moves {number(travel)} a frame there")
+            yield _told(stretch, beginning, thing, number(far), f"it moves {number(travel)} per frame there")
         turned, thing = _most_turned(scene, carry.now, after, seen)
         if thing is None or thing == jumped:
             continue
@@ -55,11 +55,11 @@ def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
         if turned > (LEAST if over else max(FRAMES * turning, LEAST)):
             degrees = f"{number(float(np.degrees(turned)))} degrees"
             slow = number(float(np.degrees(turning)))
-            yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees a frame there")
+            yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees per frame there")
 
 
-def _after(stretch: Stretch, beginning: Beginning) -> Snapshot | None:
-    """The pose in which a path begins; None where none does."""
+def _after(stretch: Stretch, beginning: PathBeginning) -> Snapshot | None:
+    """The pose in which a path begins; None if none does."""
     if beginning.selection.choices is None:
         return None
     piece = next(
@@ -75,7 +75,7 @@ def _after(stretch: Stretch, beginning: Beginning) -> Snapshot | None:
     return snapshot(stretch.plan, state, stretch.base.now, 0)
 
 
-def _told(stretch: Stretch, beginning: Beginning, thing: int, amount: str, note: str) -> Diagnostic:
+def _told(stretch: Stretch, beginning: PathBeginning, thing: int, amount: str, note: str) -> Diagnostic:
     scene = stretch.plan.system.scene
     name = scene.things[thing].name
     when = time_text(float(stretch.segment.start) + beginning.time)
@@ -84,7 +84,7 @@ def _told(stretch: Stretch, beginning: Beginning, thing: int, amount: str, note:
         selector = stretch.plan.system.selectors[beginning.selector or 0]
         constraint = selector.constraint if selector.constraint is not None else selector.equation_of
         span = next((c.span for c in stretch.segment.active if c.number == constraint), None)
-        how = "the motion comes to violate this and goes over to another solution"
+        how = "the motion would violate this, so it goes over to another solution"
         notes = ()
     else:
         span, how, notes = scene.steps[stretch.segment.step].span, "this step begins", (note,)
@@ -133,7 +133,7 @@ def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset
     return best, owner
 
 
-def _travel_per_frame(motion: Motion, beginning: Beginning) -> float:
+def _travel_per_frame(motion: Motion, beginning: PathBeginning) -> float:
     """How far the fastest anchor moves in a frame just before."""
     carry = beginning.carry
     if carry.before is None:
@@ -143,5 +143,5 @@ def _travel_per_frame(motion: Motion, beginning: Beginning) -> float:
 
 
 def _frames(motion: Motion, carry: Carry) -> float:
-    """How many times as long as the time between what is carried a frame takes."""
+    """The length of a frame in units of the time between the carried moments."""
     return 1.0 / carry.span / float(motion.timeline.fps) if carry.span > 0.0 else 0.0

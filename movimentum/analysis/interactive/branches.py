@@ -1,4 +1,4 @@
-"""How sure the solver can be of its branches: singular values and rival solutions along the whole path."""
+"""How safe the solver's choice of branches is: singular values and rival solutions along the whole path."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from movimentum.solver.segment_motion import Dead, Stretch
 FloatArray = NDArray[np.float64]
 
 CLOSE = 0.01
-"""Of the scene's size: where a rival solution comes nearer than that, the choice was close."""
+"""Of the scene's size: if a rival solution comes nearer than that, the choice was close."""
 
 
 @dataclass(frozen=True, slots=True)
-class Branch:
+class BranchReport:
     """A block of a stretch over its nodes.
 
     ``singular``: its smallest singular value relative to its largest (of a quadratic: the root of the relative
     discriminant, which vanishes with it), least at time ``singular_time``. ``rival``: how near the other solution comes
-    (pixels; None where others are not followed), at ``rival_time``. Times are absolute.
+    (pixels; None if others are not followed), at ``rival_time``. Times are absolute.
     """
 
     block: int
@@ -41,7 +41,7 @@ class Branch:
     close: bool
 
 
-def branches(motion: Motion) -> Iterator[Branch]:
+def branches(motion: Motion) -> Iterator[BranchReport]:
     """All blocks that have more than one solution, step by step."""
     for stretch in motion.stretches:
         for piece in stretch.pieces:
@@ -64,7 +64,7 @@ def _names(stretch: Stretch, block: Block) -> tuple[str, ...]:
     return tuple(stretch.plan.system.unknowns[n].name for n in block.unknowns)
 
 
-def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Quadratic) -> Branch:
+def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Quadratic) -> BranchReport:
     instants = piece.instants(piece.nodes)
     state = piece.before(block.number, instants)
     quadratic = closed_form.quadratic(block, state, instants.clocks)
@@ -87,7 +87,7 @@ def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Quadratic)
     begin = float(stretch.segment.start)
     least, nearest = int(np.nanargmin(margin)), int(np.nanargmin(apart))
     rival = float(apart[nearest])
-    return Branch(
+    return BranchReport(
         block.number,
         _names(stretch, block),
         float(np.sqrt(max(margin[least], 0.0))),
@@ -98,11 +98,11 @@ def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Quadratic)
     )
 
 
-def _newton(stretch: Stretch, piece: Piece, block: Newton, track: NodeTrack) -> Branch | None:
+def _newton(stretch: Stretch, piece: Piece, block: Newton, track: NodeTrack) -> BranchReport | None:
     found = conditions(piece, block, track.tau, track.values)
     if len(found) == 0:
         return None
     worst = int(np.argmax(found))
     time = float(stretch.segment.start) + float(track.tau[worst])
     least = 1.0 / float(found[worst])
-    return Branch(block.number, _names(stretch, block), least, time, None, time, least < 1e-3)
+    return BranchReport(block.number, _names(stretch, block), least, time, None, time, least < 1e-3)

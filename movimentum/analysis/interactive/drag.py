@@ -1,4 +1,4 @@
-"""Pulling at something of a scene at one moment, with everything that is stated kept true."""
+"""Pulling at something in a scene at one moment, while all statements stay true."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from movimentum.solver.segment_motion import Stretch
 
 MOST_STEPS = 400
 MET = 1e-9
-"""Of the scene's size: what is off by less has arrived."""
+"""Of the scene's size: at a smaller distance, it has arrived."""
 STILL = 1e-3
 ASIDE = 1e-3
 
 
-class Outcome(StrEnum):
-    """What became of it: nothing free to be moved, arrived, held back, or at a pose where no velocity leads nearer."""
+class DragResult(StrEnum):
+    """The outcome: nothing is free to move, arrived, held back, or in a pose where no velocity leads nearer."""
 
     FIXED = "fixed"
     REACHED = "reached"
@@ -39,9 +39,9 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Drag:
-    """``moments`` from the pose there was to the last one; ``off`` is what is left to go."""
+    """``moments`` from the first pose to the last one; ``off`` is the remaining distance."""
 
-    outcome: Outcome
+    outcome: DragResult
     off: float
     moments: list[Snapshot]
 
@@ -49,7 +49,7 @@ class Drag:
 def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]) -> Drag:
     """Pull the expressions ``left`` of the scene toward ``target`` at offset ``tau``, while time stands still.
 
-    Velocities are least, and everything stated is restored after every step, as for wishes (`solver.free.velocity`).
+    Velocities are least, and all constraints are restored after every step, as for wishes (`solver.free.velocity`).
     """
     plan = stretch.plan
     lowered = lowered_expressions(plan.system, left)
@@ -65,7 +65,7 @@ def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], targe
         instants = piece.instants(np.array([tau]))
         state, _ = piece.evaluate(instants)
         values = [float(np.ravel(function(state, instants.clocks)[0])[0]) for function in functions]
-        return Drag(Outcome.FIXED, float(np.sqrt(np.sum(np.square(values)))), [])
+        return Drag(DragResult.FIXED, float(np.sqrt(np.sum(np.square(values)))), [])
     wish = Wish(tuple(errors), -1, frozenset(reads))
     held = HeldBlock(piece, drawn_by(plan, block, wish), tau, functions, range(len(plan.system.unknowns)))
     x = held.x
@@ -78,6 +78,6 @@ def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], targe
         if off <= MET * plan.size or before - off <= 1e-9 * plan.size:
             break
     if off <= 1e-6 * plan.size:
-        return Drag(Outcome.REACHED, off, moments)
+        return Drag(DragResult.REACHED, off, moments)
     stuck = held.approach(x) <= STILL * min(off, plan.size) and held.stuck(np.array(x), ASIDE * plan.size)
-    return Drag(Outcome.SINGULAR if stuck else Outcome.BLOCKED, off, moments)
+    return Drag(DragResult.SINGULAR if stuck else DragResult.BLOCKED, off, moments)

@@ -16,7 +16,7 @@ from movimentum.planning.blocks.kinds import (
     Newton,
     Ode,
     Quadratic,
-    Shape,
+    QuadraticShape,
     Winding,
 )
 from movimentum.planning.blocks.reduction import back_substituted, eliminated_linear, line_and_conic, size_of_terms
@@ -112,12 +112,12 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
         quadratic = [rest[0].get(m, ZERO) for m in ((u, u), (u,), ())]
         quadratic.append(size_of_terms(quadratic[2]))
         roots = quadratic_roots(sign_of(number), *quadratic)
-        return _quadratic_block(making, Shape.POLYNOMIAL, core, explicit, roots)
+        return _quadratic_block(making, QuadraticShape.POLYNOMIAL, core, explicit, roots)
     if len(core) == 2:
         outputs = line_and_conic(rest, core)
         if outputs is not None:
             roots = line_conic_roots(sign_of(number), outputs[:3], outputs[3:])
-            return _quadratic_block(making, Shape.DYAD, core, explicit, roots)
+            return _quadratic_block(making, QuadraticShape.DYAD, core, explicit, roots)
     # not the expanded polynomials: as compositions the residuals are shorter, and so are their derivatives
     memo: dict[Expr, Expr] = {symbol(unknown): expr for unknown, expr in explicit}
     residuals = [substitute(system.equations[group.equations[i]].residual, lambda _: None, memo) for i, _ in left]
@@ -175,7 +175,7 @@ def _linear_block(
 
 
 def _quadratic_block(
-    making: _Making, shape: Shape, core: tuple[int, ...], explicit: list[tuple[int, Expr]], roots: Roots
+    making: _Making, shape: QuadraticShape, core: tuple[int, ...], explicit: list[tuple[int, Expr]], roots: Roots
 ) -> Quadratic:
     """A block whose core is given by ``roots``."""
     outputs = [roots.margin, *roots.values]

@@ -69,7 +69,7 @@ class Linear(BlockBase):
     system: Compiled
 
 
-class Shape(StrEnum):
+class QuadraticShape(StrEnum):
     """What a quadratic block comes from."""
 
     POLYNOMIAL = "polynomial"
@@ -84,7 +84,7 @@ class Quadratic(BlockBase):
     its expression, ``normal`` see `planning.blocks.roots.Roots`.
     """
 
-    shape: Shape
+    shape: QuadraticShape
     solution: Compiled
     margin: Expr
     normal: Expr | None = None

@@ -8,7 +8,7 @@ Structure is a plan, not a verdict: whether a block really has full rank is seen
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from movimentum.planning.lowering.equations import Equation, Form, System
@@ -227,25 +227,6 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
     known: set[int] = set()
 
     rows_of: dict[int, list[int]] = {}
-
-    def assign(places: Iterable[int]) -> None:
-        waiting = list(places)
-        while waiting:
-            equation = full.equations[waiting.pop()]
-            left = equation.unknowns - known
-            if len(left) != 1 or equation.polynomial is None or equation.number >= len(system.equations):
-                continue
-            (target,) = left
-            payload = full.unknowns[target].payload
-            if isinstance(payload, PosePart) or max(m.count(target) for m in equation.polynomial) > 1:
-                continue
-            known.add(target)
-            waiting += rows_of[target]
-            if isinstance(payload, ThingAngle):
-                driven.add(payload.thing)
-                parts = (PoseCos(payload.thing), PoseSin(payload.thing))
-                known.update(full.number_of[part] for part in parts if part in full.number_of)
-
     full = with_rigidity(system, frozenset())
     for place, equation in enumerate(full.equations):
         for n in equation.unknowns:
@@ -255,7 +236,8 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
     fresh = set(range(len(full.unknowns)))
     while True:
         before = set(known)
-        assign([place for n in sorted(fresh, reverse=True) for place in reversed(rows_of.get(n, ()))])
+        places = [place for n in sorted(fresh, reverse=True) for place in reversed(rows_of.get(n, ()))]
+        driven |= _assigned(full, len(system.equations), rows_of, places, known)
         fresh |= known - before
         blocked -= known
         if not blocked or not fresh:
@@ -276,6 +258,32 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
     undecided = {t for t in angles if t not in driven and t not in measured}
     tied = {n for e in system.equations for n in e.unknowns}
     return frozenset(driven | {t for t in undecided if angles[t] in tied})
+
+
+def _assigned(
+    full: System, stated: int, rows_of: Mapping[int, Sequence[int]], places: Iterable[int], known: set[int]
+) -> set[int]:
+    """The things whose angle is given by what is ``known``, to which is added all that one of the ``stated`` equations
+    (the first ones) gives, beginning with those at ``places``. ``rows_of``: the places of the equations of an unknown.
+    """
+    driven: set[int] = set()
+    waiting = list(places)
+    while waiting:
+        equation = full.equations[waiting.pop()]
+        left = equation.unknowns - known
+        if len(left) != 1 or equation.polynomial is None or equation.number >= stated:
+            continue
+        (target,) = left
+        payload = full.unknowns[target].payload
+        if isinstance(payload, PosePart) or max(m.count(target) for m in equation.polynomial) > 1:
+            continue
+        known.add(target)
+        waiting += rows_of[target]
+        if isinstance(payload, ThingAngle):
+            driven.add(payload.thing)
+            parts = (PoseCos(payload.thing), PoseSin(payload.thing))
+            known.update(full.number_of[part] for part in parts if part in full.number_of)
+    return driven
 
 
 def _near(

@@ -76,7 +76,7 @@ def deflated(plan: Plan, rows: Rows, first: int) -> Rows:
 
 
 @dataclass(slots=True, eq=False)
-class Context:
+class RowContext:
     """What rows are evaluated in: ``wide`` and ``floats``, the unknowns by number, at F instants; ``clock`` the time
     since an instant (an Expr ``clock``), ``clocks`` the floats of the same.
     """
@@ -98,7 +98,7 @@ class Context:
         """The residuals."""
         return self.evaluator.values(rows.nodes, rows.residuals, self.leaf)
 
-    def at(self, place: int) -> Context:
+    def at(self, place: int) -> RowContext:
         """The same at one of the instants."""
 
         def one(value: Any) -> Any:
@@ -107,7 +107,7 @@ class Context:
         def numbers(value: Number) -> Number:
             return value if value is None or len(value) == 1 else value[place : place + 1]
 
-        return Context(
+        return RowContext(
             self.evaluator,
             [numbers(value) for value in self.wide],
             [one(value) for value in self.floats],
@@ -116,7 +116,7 @@ class Context:
         )
 
 
-def polished(plan: Plan, rows: Rows, context: Context, start: FloatArray, scale: FloatArray) -> FloatArray:
+def polished(plan: Plan, rows: Rows, context: RowContext, start: FloatArray, scale: FloatArray) -> FloatArray:
     """Solve ``rows`` from ``start`` (F, n), unknowns of sizes ``scale`` (n,), and leave the solution in
     ``context.wide`` and ``context.floats``.
 
@@ -135,19 +135,19 @@ def polished(plan: Plan, rows: Rows, context: Context, start: FloatArray, scale:
     return right
 
 
-def _strayed(rows: Rows, context: Context, start: FloatArray, sizes: FloatArray) -> NDArray[np.bool_]:
+def _strayed(rows: Rows, context: RowContext, start: FloatArray, sizes: FloatArray) -> NDArray[np.bool_]:
     now = np.stack([np.broadcast_to(context.floats[n], len(start)) for n in rows.unknowns], axis=1)
     return np.asarray(~(np.abs(now - start) <= FARTHEST * sizes).all(axis=1), dtype=np.bool_)
 
 
-def _jacobian(rows: Rows, context: Context, count: int) -> FloatArray:
+def _jacobian(rows: Rows, context: RowContext, count: int) -> FloatArray:
     result = np.zeros((count, len(rows.residuals), len(rows.unknowns)))
     for (i, j), value in zip(rows.entries, rows.jacobian(context.floats, context.clocks), strict=True):
         result[:, i, j] = value
     return result
 
 
-def _inverse(rows: Rows, context: Context, sizes: FloatArray) -> FloatArray:
+def _inverse(rows: Rows, context: RowContext, sizes: FloatArray) -> FloatArray:
     """(F, n, m) what takes residuals to steps."""
     matrix, lengths = scaled(_jacobian(rows, context, len(sizes)), sizes[:, None, :])
     finite = np.isfinite(matrix).all(axis=(1, 2))
@@ -162,7 +162,7 @@ def _inverse(rows: Rows, context: Context, sizes: FloatArray) -> FloatArray:
     return result
 
 
-def _chord(rows: Rows, context: Context, sizes: FloatArray) -> FloatArray:
+def _chord(rows: Rows, context: RowContext, sizes: FloatArray) -> FloatArray:
     """Steps until they are as small as the arithmetic's digits ask or no longer shrink; returns (F,) the digits."""
     arithmetic = context.evaluator.arithmetic
     count = len(sizes)
@@ -193,7 +193,7 @@ def _chord(rows: Rows, context: Context, sizes: FloatArray) -> FloatArray:
 
 
 def _singular(
-    plan: Plan, rows: Rows, context: Context, start: FloatArray, sizes: FloatArray, place: int, right: float
+    plan: Plan, rows: Rows, context: RowContext, start: FloatArray, sizes: FloatArray, place: int, right: float
 ) -> float:
     """One instant at which steps do not converge: a double root, or nearly one. Returns the digits attained."""
     best = [context.wide[n][place : place + 1] for n in rows.unknowns]
@@ -218,7 +218,7 @@ def _singular(
     return max(right - 1.0, 0.0) if right > 0.0 else -float(np.log10(FARTHEST))
 
 
-def _double_root(plan: Plan, rows: Rows, here: Context, size: FloatArray) -> float:
+def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
     """Deflation, where the Jacobian loses one rank; 0 where the point it leads to does not solve the equations."""
     n = len(rows.unknowns)
     matrix, _ = scaled(_jacobian(rows, here, 1), size[:, None, :])
@@ -244,7 +244,7 @@ def _double_root(plan: Plan, rows: Rows, here: Context, size: FloatArray) -> flo
     return digits if left >= arithmetic.digits else 0.0
 
 
-def _newton(plan: Plan, rows: Rows, here: Context, size: FloatArray) -> float:
+def _newton(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
     """Newton's method with all digits in the Jacobian too, at one instant; 0 for numbers that are of fixed size."""
     arithmetic = here.evaluator.arithmetic
     if not isinstance(arithmetic, DigitsArithmetic) or len(rows.residuals) < len(rows.unknowns):

@@ -21,13 +21,13 @@ from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
-from movimentum.solver.accuracy.polish import Context, Rows, make_rows, polished
+from movimentum.solver.accuracy.polish import RowContext, Rows, make_rows, polished
 from movimentum.solver.accuracy.wide_poses import RefinedPoses, WidePose
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.basis.instants import at_times
-from movimentum.solver.block.formulas import Formulas
+from movimentum.solver.block.formulas import UnknownFormulas
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import StillTrack
 from movimentum.solver.motion import Motion
@@ -71,7 +71,7 @@ class RefinedMotion:
     _totals: dict[tuple[int, int], tuple[Fraction, Number]] = field(
         default_factory=dict[tuple[int, int], "tuple[Fraction, Number]"]
     )
-    _formulas: dict[int, Formulas] = field(default_factory=dict[int, Formulas])
+    _formulas: dict[int, UnknownFormulas] = field(default_factory=dict[int, UnknownFormulas])
 
     def __post_init__(self) -> None:
         self._evaluator = Evaluator(self.arithmetic)
@@ -234,7 +234,7 @@ class RefinedMotion:
             return clocks[node.start]
 
         wide: list[Number] = [None] * len(floats)
-        context = Context(self._evaluator, wide, list(floats), clock, instants.clocks)
+        context = RowContext(self._evaluator, wide, list(floats), clock, instants.clocks)
         digits = np.full(len(times), np.inf)
         for block, track in zip(plan.blocks, piece.tracks, strict=True):
             key = (id(piece), block.number)
@@ -252,7 +252,7 @@ class RefinedMotion:
         return wide, digits
 
     def _block(
-        self, number: int, piece: Piece, block: Block, context: Context, times: list[Fraction], count: int
+        self, number: int, piece: Piece, block: Block, context: RowContext, times: list[Fraction], count: int
     ) -> FloatArray:
         """Solve one block; returns the digits that are right (not counting what is rough)."""
         plan, arithmetic = piece.plan, self.arithmetic
@@ -287,7 +287,7 @@ class RefinedMotion:
             return everywhere
         return polished(plan, rows, context, start[:, chosen], scale_of(plan, unknowns))
 
-    def _wind(self, residual: Expr, context: Context, unknown: int, guess: FloatArray) -> None:
+    def _wind(self, residual: Expr, context: RowContext, unknown: int, guess: FloatArray) -> None:
         """angle - atan2d(sine, cosine) = 0, up to full turns, which ``guess`` knows."""
         sine, cosine = residual.args[1].args[0].args
         values = self._evaluator.values(ordered([sine, cosine]), [sine, cosine], context.leaf)
@@ -296,7 +296,7 @@ class RefinedMotion:
         context.wide[unknown] = angle + self.arithmetic.floats(360.0 * turns)
         context.floats[unknown] = self.arithmetic.rounded(context.wide[unknown])
 
-    def _formulas_of(self, number: int, piece: Piece) -> Formulas:
+    def _formulas_of(self, number: int, piece: Piece) -> UnknownFormulas:
         """What is known of stretch ``number`` as formulas of time."""
         if number not in self._formulas:
             unknowns = piece.plan.system.unknowns
@@ -306,11 +306,11 @@ class RefinedMotion:
                 return ZERO if value is None else self._evaluator.given(value)
 
             start = self.base.stretches[number].segment.start
-            self._formulas[number] = Formulas(piece.plan, start, begun)
+            self._formulas[number] = UnknownFormulas(piece.plan, start, begun)
         return self._formulas[number]
 
     def _accumulate(
-        self, number: int, piece: Piece, block: Block, context: Context, times: list[Fraction], standard: FloatArray
+        self, number: int, piece: Piece, block: Block, context: RowContext, times: list[Fraction], standard: FloatArray
     ) -> None:
         """An integral: in closed form where its integrand is a formula of time that has one, by quadrature where it is
         a formula of time and digits are asked for; else as `standard` has it.

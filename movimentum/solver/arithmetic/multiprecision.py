@@ -6,6 +6,7 @@ mpmath is imported when such numbers are made, and not before.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Hashable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -33,7 +34,7 @@ class DigitsArithmetic:
         self.shown = digits
         self.context: Any = MPContext()
         self.context.dps = self.working_digits
-        self._calls = {name: np.frompyfunc(self._safe(f), n, 1) for name, (f, n) in self._functions().items()}
+        self._calls = {name: np.frompyfunc(self._safe(f), n, 1) for name, (f, n) in _functions(self.context).items()}
 
     def _safe(self, function: Callable[..., Any]) -> Callable[..., Any]:
         nan = self.context.nan
@@ -48,87 +49,6 @@ class DigitsArithmetic:
                 return nan
 
         return called
-
-    def _functions(self) -> dict[str, tuple[Callable[..., Any], int]]:
-        m = self.context
-        half = m.mpf(0.5)
-
-        def quadrant(degrees: Any, shift: int) -> Any:
-            turns = int(m.floor(degrees / 90 + half))
-            rest = (degrees - 90 * turns) * m.pi / 180
-            quarter = (turns + shift) % 4
-            value = m.sin(rest) if quarter % 2 == 0 else m.cos(rest)
-            return value if quarter < 2 else -value
-
-        def within(a: Any) -> Any:
-            if abs(a) > 1:
-                raise ValueError(a)
-            return a
-
-        def root(a: Any) -> Any:
-            if a < 0:
-                raise ValueError(a)
-            return m.sqrt(a)
-
-        def log(a: Any) -> Any:
-            if a <= 0:
-                raise ValueError(a)
-            return m.ln(a)
-
-        def ease(u: Any) -> Any:
-            u = min(max(u, m.zero), m.one)
-            return u * u * (3 - 2 * u)
-
-        def quotient(a: Any, b: Any) -> Any:
-            return a / b
-
-        def sine(a: Any) -> Any:
-            return quadrant(a, 0)
-
-        def cosine(a: Any) -> Any:
-            return quadrant(a, 1)
-
-        def tangent(a: Any) -> Any:
-            return quadrant(a, 0) / quadrant(a, 1)
-
-        def arcsine(a: Any) -> Any:
-            return m.asin(within(a)) * 180 / m.pi
-
-        def arccosine(a: Any) -> Any:
-            return m.acos(within(a)) * 180 / m.pi
-
-        def arctangent(a: Any) -> Any:
-            return m.atan(a) * 180 / m.pi
-
-        def direction(y: Any, x: Any) -> Any:
-            return m.atan2(y, x) * 180 / m.pi
-
-        def remainder(a: Any, b: Any) -> Any:
-            return a - b * m.floor(a / b)
-
-        def at_most(e: Any, b: Any, v: Any, w: Any) -> Any:
-            return v if e <= b else w
-
-        return {
-            "div": (quotient, 2),
-            "sqrt": (root, 1),
-            "sind": (sine, 1),
-            "cosd": (cosine, 1),
-            "tand": (tangent, 1),
-            "asind": (arcsine, 1),
-            "acosd": (arccosine, 1),
-            "atand": (arctangent, 1),
-            "atan2d": (direction, 2),
-            "abs": (abs, 1),
-            "min": (min, 2),
-            "max": (max, 2),
-            "floor": (m.floor, 1),
-            "mod": (remainder, 2),
-            "exp": (m.exp, 1),
-            "ln": (log, 1),
-            "ease": (ease, 1),
-            "le": (at_most, 4),
-        }
 
     def array(self, values: Sequence[Any]) -> Numbers:
         """The context's own numbers, as (F,)."""
@@ -213,3 +133,93 @@ class DigitsArithmetic:
     def magnitude(self, value: Any) -> float:
         """log10 of a number's size; -inf for 0."""
         return -math.inf if value == 0 else float(self.context.log10(abs(value)))
+
+
+def _functions(m: Any) -> dict[str, tuple[Callable[..., Any], int]]:
+    """Each operation that Python's operators do not do, on numbers of the context ``m``, and how many it takes.
+
+    ValueError or ArithmeticError where it is undefined.
+    """
+
+    def within(a: Any) -> Any:
+        if abs(a) > 1:
+            raise ValueError(a)
+        return a
+
+    def root(a: Any) -> Any:
+        if a < 0:
+            raise ValueError(a)
+        return m.sqrt(a)
+
+    def log(a: Any) -> Any:
+        if a <= 0:
+            raise ValueError(a)
+        return m.ln(a)
+
+    def ease(u: Any) -> Any:
+        u = min(max(u, m.zero), m.one)
+        return u * u * (3 - 2 * u)
+
+    def remainder(a: Any, b: Any) -> Any:
+        return a - b * m.floor(a / b)
+
+    def at_most(e: Any, b: Any, v: Any, w: Any) -> Any:
+        return v if e <= b else w
+
+    return {
+        **_of_angles(m, within),
+        "div": (operator.truediv, 2),
+        "sqrt": (root, 1),
+        "abs": (abs, 1),
+        "min": (min, 2),
+        "max": (max, 2),
+        "floor": (m.floor, 1),
+        "mod": (remainder, 2),
+        "exp": (m.exp, 1),
+        "ln": (log, 1),
+        "ease": (ease, 1),
+        "le": (at_most, 4),
+    }
+
+
+def _of_angles(m: Any, within: Callable[[Any], Any]) -> dict[str, tuple[Callable[..., Any], int]]:
+    """Those with angles, in degrees; ``within`` passes on what is between -1 and 1."""
+    half = m.mpf(0.5)
+
+    def quadrant(degrees: Any, shift: int) -> Any:
+        turns = int(m.floor(degrees / 90 + half))
+        rest = (degrees - 90 * turns) * m.pi / 180
+        quarter = (turns + shift) % 4
+        value = m.sin(rest) if quarter % 2 == 0 else m.cos(rest)
+        return value if quarter < 2 else -value
+
+    def sine(a: Any) -> Any:
+        return quadrant(a, 0)
+
+    def cosine(a: Any) -> Any:
+        return quadrant(a, 1)
+
+    def tangent(a: Any) -> Any:
+        return quadrant(a, 0) / quadrant(a, 1)
+
+    def arcsine(a: Any) -> Any:
+        return m.asin(within(a)) * 180 / m.pi
+
+    def arccosine(a: Any) -> Any:
+        return m.acos(within(a)) * 180 / m.pi
+
+    def arctangent(a: Any) -> Any:
+        return m.atan(a) * 180 / m.pi
+
+    def direction(y: Any, x: Any) -> Any:
+        return m.atan2(y, x) * 180 / m.pi
+
+    return {
+        "sind": (sine, 1),
+        "cosd": (cosine, 1),
+        "tand": (tangent, 1),
+        "asind": (arcsine, 1),
+        "acosd": (arccosine, 1),
+        "atand": (arctangent, 1),
+        "atan2d": (direction, 2),
+    }

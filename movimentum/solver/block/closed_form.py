@@ -19,7 +19,7 @@ State = list[Any]
 """By unknown number: None where not known yet, else a float64 scalar (the same at all instants) or an array (F,)."""
 
 
-class Quadratic(NamedTuple):
+class QuadraticProblem(NamedTuple):
     """A block that comes down to one quadratic, with what it needs to know at hand.
 
     ``margin`` is the discriminant relative to the size of the terms it is made of: negative where the block has no real
@@ -45,9 +45,9 @@ class Quadratic(NamedTuple):
         return self.block.solution(self.state, self.clocks, sign)
 
 
-def quadratic(block: QuadraticBlock, u: State, k: Sequence[FloatArray]) -> Quadratic:
+def quadratic(block: QuadraticBlock, u: State, k: Sequence[FloatArray]) -> QuadraticProblem:
     """A block's quadratic, given what is known."""
-    return Quadratic(block, u, k)
+    return QuadraticProblem(block, u, k)
 
 
 def linear(block: Linear, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray, ...]:

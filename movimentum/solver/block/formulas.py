@@ -17,7 +17,7 @@ from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
 
 
-class Formulas:
+class UnknownFormulas:
     """A plan's unknowns as formulas from ``start`` (the segment's) on; ``begun`` is what an integral comes to there."""
 
     def __init__(self, plan: Plan, start: Fraction, begun: Callable[[int], Expr]) -> None:

@@ -49,7 +49,7 @@ def step_of(jacobian: FloatArray, residual: FloatArray, scale: FloatArray, squar
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class NewtonResult:
     """``x`` (F, n); ``converged`` (F,); ``error`` (F,) the last relative residual."""
 
     x: FloatArray
@@ -63,7 +63,7 @@ def newton(
     *,
     iterations: int = 12,
     limit: float | None = None,
-) -> Outcome:
+) -> NewtonResult:
     """Solve a block from ``start`` (F, n). ``limit`` bounds a single step (in units of the unknowns' scale), for starts
     from afar.
 
@@ -94,10 +94,10 @@ def newton(
                 break
             last = size
         error = relative_error(residual, problem.jacobian(x), scale)
-    return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
+    return NewtonResult(x, np.isfinite(error) & (error <= 1e-9), error)
 
 
-def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit: float | None) -> Outcome:
+def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit: float | None) -> NewtonResult:
     """`newton` for a large free block, one instant after the other."""
     size = float(np.max(problem.scale))
     error = np.full(len(x), np.inf)
@@ -105,7 +105,7 @@ def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit:
         one = problem.at(np.array([f]), len(x))
         x[f], off, _ = chord_newton(one, x[f], iterations, None if limit is None else limit * size)
         error[f] = off
-    return Outcome(x, np.isfinite(error) & (error <= 1e-9), error)
+    return NewtonResult(x, np.isfinite(error) & (error <= 1e-9), error)
 
 
 def freedom_of(problem: BlockProblem, x: FloatArray) -> int:

@@ -159,7 +159,7 @@ def saddle(problem: BlockProblem, x: FloatArray) -> Saddle:
     return Saddle(block, problem.sparse_slopes(rows_of(block), x[None])[0])
 
 
-class Quadratic:
+class QuadraticProgram:
     """A quadratic program over a step of the core: the block's rows linearised at ``x`` and more rows to be met, what
     is to be made least to be added up.
     """

@@ -18,7 +18,7 @@ from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
-from movimentum.solver.free.velocity import FreeMotion
+from movimentum.solver.free.velocity import FreeVelocity
 
 FloatArray = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ def drift(
     if len(nodes) > MOST_NODES:
         nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), tau, high)
-    motion = FreeMotion(local, plan)
+    motion = FreeVelocity(local, plan)
     tolerance = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
     budget = STEPS + STEPS_PER_NODE * len(nodes)
     most = max(budget, MOST_FOR_THE_WAY)

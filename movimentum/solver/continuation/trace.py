@@ -77,9 +77,7 @@ def trace(
                     return node_track(times, values, rates, path_end(local, tau, x, scale, total))
                 side = 0.0
             new_tau, new_x, new_v = step
-            acceleration = (new_v - v) / (new_tau - tau)
-            if smallest < 1e-6:
-                acceleration = np.zeros_like(x)
+            acceleration = np.zeros_like(x) if smallest < 1e-6 else (new_v - v) / (new_tau - tau)
             grown = new_tau - tau
             tau, x, v = new_tau, new_x, new_v
             times.append(tau)

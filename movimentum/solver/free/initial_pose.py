@@ -153,13 +153,7 @@ def _dense_least(
         jacobian = problem.jacobian(x[None])
         if not np.isfinite(residual).all() or not np.isfinite(jacobian).all():
             return None
-        extra = np.zeros((len(held), len(x)))
-        off = np.zeros(len(held))
-        for i, (turn, angle) in enumerate(held):
-            c, s = float(np.cos(angle)), float(np.sin(angle))
-            places, slopes = turn.across(c, s)
-            np.add.at(extra[i], places, slopes)
-            off[i] = turn.sine.at(x) * c - turn.cosine.at(x) * s
+        off, extra = _held_turns(held, x)
         rows, lengths = scaled(np.concatenate([jacobian[0], extra])[None], scale)
         right = np.concatenate([residual[0], off]) / lengths[0]
         _, free, inverse = null_space(rows[0])
@@ -176,14 +170,9 @@ def _dense_least(
             _, indifferent, _ = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), 1e-6)
             free = free @ indifferent
         if turns:
-            gradient = np.zeros(len(x))
-            weight = _turn_metric(x, turns, metric)
-            for turn in turns:
-                places, slopes = turn.slope(x)
-                np.add.at(gradient, places, turn.angle(x) * slopes)
+            weight, gradient = _turn_metric(x, turns, metric), _turn_gradient(x, turns)
         else:
-            weight = metric
-            gradient = metric @ (x - origin) + pull
+            weight, gradient = metric, metric @ (x - origin) + pull
         if free.shape[1]:
             hessian = free.T @ weight @ free
             damped = hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian))
@@ -198,6 +187,27 @@ def _dense_least(
     return x
 
 
+def _held_turns(held: Sequence[tuple[Turn, float]], x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """For turns that keep their angle: how far each is off, (h,), and its derivatives, (h, n)."""
+    slopes_of = np.zeros((len(held), len(x)))
+    off = np.zeros(len(held))
+    for i, (turn, angle) in enumerate(held):
+        c, s = float(np.cos(angle)), float(np.sin(angle))
+        places, slopes = turn.across(c, s)
+        np.add.at(slopes_of[i], places, slopes)
+        off[i] = turn.sine.at(x) * c - turn.cosine.at(x) * s
+    return off, slopes_of
+
+
+def _turn_gradient(x: FloatArray, turns: Sequence[Turn]) -> FloatArray:
+    """The gradient (n,) of half the sum of squares of the ``turns``' angles."""
+    gradient = np.zeros(len(x))
+    for turn in turns:
+        places, slopes = turn.slope(x)
+        np.add.at(gradient, places, turn.angle(x) * slopes)
+    return gradient
+
+
 def _sparse_least(
     problem: BlockProblem,
     start: FloatArray,
@@ -208,14 +218,14 @@ def _sparse_least(
     wished: NDArray[np.intp],
 ) -> FloatArray | None:
     """The same steps from sparse saddle point systems (`solver.block.sparse`)."""
-    from movimentum.solver.block.sparse import Quadratic
+    from movimentum.solver.block.sparse import QuadraticProgram
 
     block, scale = problem.block, problem.scale
     assert isinstance(block, Free)
     form = block.metric
     x = start.copy()
     for _ in range(80):
-        step_of = Quadratic(problem, x)
+        step_of = QuadraticProgram(problem, x)
         for turn, angle in held:
             c, s = float(np.cos(angle)), float(np.sin(angle))
             step_of.row(*turn.across(c, s), turn.sine.at(x) * c - turn.cosine.at(x) * s)

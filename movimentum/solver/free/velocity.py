@@ -36,7 +36,7 @@ def field_of(scene: Scene) -> float:
 
 
 @dataclass(slots=True, eq=False)
-class FreeMotion:
+class FreeVelocity:
     """How a free block moves: along the least velocity that its equations leave, toward its wishes.
 
     ``local`` is the block of ``plan`` at an instant.

@@ -41,7 +41,7 @@ Inputs = Mapping[int, Any]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Roots:
+class RealSolutions:
     """``real``: the real solutions, one core vector (n,) each. ``complete``: every one of the ``paths`` was followed to
     its end.
     """
@@ -89,7 +89,7 @@ class AllSolutions:
         """Whether the method can be used: polynomials, and not too many paths."""
         return self.degrees is not None and math.prod(self.degrees) <= LARGEST
 
-    def at(self, problem: BlockProblem) -> Roots:
+    def at(self, problem: BlockProblem) -> RealSolutions:
         """All real solutions at one instant."""
         assert self.degrees is not None
         self.asked += 1
@@ -102,9 +102,9 @@ class AllSolutions:
                 self.family.lead_to(values)
                 ends, finished = _track(self.family, 0.1)
                 if finished:
-                    return Roots(self._real(ends), True, len(self.family.roots))
+                    return RealSolutions(self._real(ends), True, len(self.family.roots))
             ends, finished = _track(_Problem(self.block, values, clocks, self.scale, self.degrees))
-        return Roots(self._real(ends), finished, math.prod(self.degrees))
+        return RealSolutions(self._real(ends), finished, math.prod(self.degrees))
 
     def _real(self, ends: ComplexArray) -> list[FloatArray]:
         real: list[FloatArray] = []
@@ -126,7 +126,7 @@ class AllSolutions:
         return _Family(self.block, generic, clocks, self.scale, ends if finished else ends[:0])
 
 
-class _Rows:
+class _ComplexRows:
     """A block's residuals and their Jacobian, for complex unknowns of size one, each row divided by ``rows``."""
 
     def __init__(self, block: Newton, clocks: list[float], scale: FloatArray) -> None:
@@ -148,7 +148,7 @@ class _Rows:
         return values / self.rows, jacobian / self.rows[:, None]
 
 
-class _Family(_Rows):
+class _Family(_ComplexRows):
     """H(x, t) = F(x; inputs on the way from generic ones at t = 0 to given ones at t = 1); ``roots`` solve t = 0."""
 
     def __init__(
@@ -179,7 +179,7 @@ class _Family(_Rows):
         return values, jacobian, (ahead - behind) / 2e-5
 
 
-class _Problem(_Rows):
+class _Problem(_ComplexRows):
     """H(x, t) = (1 - t) g G(x) + t F(x) in unknowns of size one and rows of size one."""
 
     def __init__(

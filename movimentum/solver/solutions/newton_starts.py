@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
+from movimentum.planning.structure.metric import Metric
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
@@ -209,12 +210,7 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     assert isinstance(block, Free)
     origin = carried_values(plan, block, carry)
     metric = block.metric
-    pull = np.zeros(len(origin))
-    if metric.coupled:
-        there = one.completed(origin[None])
-        now = np.array([float(np.ravel(there[n])[0]) for n in metric.coupled])
-        before = np.array([carry.now.value(plan.system, n) or 0.0 for n in metric.coupled])
-        pull = metric.pull(now - before)
+    pull = _pull(plan, one, metric, carry, origin)
     known = carry.now.known
     unknowns = plan.system.unknowns
     fresh = turns_of(plan, one, _new_things(plan, block, known), carry)
@@ -260,6 +256,16 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
         return Starts([nearest, *others], starts.complete)
     found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
     return Starts([min(found, key=cost)] if found else [], True)
+
+
+def _pull(plan: Plan, problem: BlockProblem, metric: Metric, carry: Carry, origin: FloatArray) -> FloatArray:
+    """What unknowns found before the block add to the gradient of its motion: (n,), zero where they did not move."""
+    if not metric.coupled:
+        return np.zeros(len(origin))
+    there = problem.completed(origin[None])
+    now = np.array([float(np.ravel(there[n])[0]) for n in metric.coupled])
+    before = np.array([carry.now.value(plan.system, n) or 0.0 for n in metric.coupled])
+    return metric.pull(now - before)
 
 
 def _new_things(plan: Plan, block: Newton, known: Container[int]) -> set[int]:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.plan import Plan
+from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.start.contradictions import Contradiction
+from movimentum.solver.start.costs import SAME
 from movimentum.solver.start.rejections import Rejection, TurnedDown
 
 
@@ -53,3 +58,35 @@ class Selection:
     turned_down: tuple[TurnedDown, ...] = ()
     contradiction: Contradiction | None = None
     tried: int = 0
+
+
+def decided_by(leaves: Sequence[Candidate]) -> str:
+    """What told the best of ``leaves``, which are sorted, from the next best; see `Part`."""
+    if len(leaves) < 2:
+        return "only"
+    first, second = leaves[0].cost, leaves[1].cost
+    for name, a, b in zip(("continuity", "wish", "carried"), first, second, strict=False):
+        if b - a > SAME * (1.0 + abs(a)):
+            return name
+    return "drawn"
+
+
+def distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
+    """Without candidates that differ in nothing visible (the sign of a ``_``, say); the cheaper one stays."""
+    unknowns = plan.system.unknowns
+    seen: list[Candidate] = []
+    keys: set[tuple[float, ...]] = set()
+    for leaf in sorted(leaves, key=lambda item: item.cost):
+        shown: list[float] = []
+        for n in sorted(leaf.values):
+            payload = unknowns[n].payload
+            if isinstance(payload, Anonymous | ThingAngle):
+                continue
+            scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else plan.size
+            shown.append(round(leaf.values[n] / scale / 1e-6))
+            shown.append(round(leaf.later[n] / scale / 1e-6))
+        key = tuple(shown)
+        if key not in keys:
+            keys.add(key)
+            seen.append(leaf)
+    return seen

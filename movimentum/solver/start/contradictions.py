@@ -19,7 +19,7 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
 from movimentum.solver.start.fitting import MET, Fitting, eliminated
-from movimentum.solver.start.irreducible import Trials, irreducible, pulling
+from movimentum.solver.start.irreducible import MemberTrials, irreducible, pulling
 from movimentum.solver.start.rejections import TurnedDown
 
 FloatArray = NDArray[np.float64]
@@ -207,7 +207,7 @@ def contradiction_of(
         some = demands.restricted(demands.rows_of(stressed))
         met = met_by(some, [pose, *poses], STARTS[:1])
         if met is None or not len(met):
-            members, meeting = irreducible(Trials(some, [pose, *poses]), stressed)
+            members, meeting = irreducible(MemberTrials(some, [pose, *poses]), stressed)
             some = some.restricted(some.rows_of(members))
             met = met_by(some, [pose, *poses, *meeting.values()])
             if met is None:
@@ -225,7 +225,7 @@ def _by_elimination(demands: Demands, rows: Sequence[int], starts: Sequence[Floa
         return None
     members = demands.with_things(demands.rows[i].member for i in unmet)
     some = demands.restricted(demands.rows_of(members))
-    smallest, meeting = irreducible(Trials(some, [demands.first, *starts]), members)
+    smallest, meeting = irreducible(MemberTrials(some, [demands.first, *starts]), members)
     return Contradiction(some.restricted(some.rows_of(smallest)), smallest, meeting, (demands.first, *starts), True)
 
 

@@ -44,7 +44,7 @@ def deceptive(structure: Structure, carry: Carry, size: float) -> frozenset[int]
             if inputs & apart or not all(_holds(system, e, carry, moved) for e in group.equations):
                 apart |= set(group.unknowns)
             elif _may_deceive(system, group):
-                rows = _Rows.of(system, group, carry, size)
+                rows = _PolynomialRows.of(system, group, carry, size)
                 if rows is not None and rows.is_mobile():
                     found.add(group.unknowns[0])
     return frozenset(found)
@@ -80,7 +80,7 @@ def _bodies(system: System, equation: int) -> int:
     return len({t for n in system.equations[equation].unknowns if (t := system.unknowns[n].thing) is not None})
 
 
-class _Rows:
+class _PolynomialRows:
     """The polynomial equations of one group with numbers for coefficients; x (n,) are its unknowns.
 
     Term t adds ``constants[t]`` times the product of the unknowns ``factors[t]`` (places in x; n stands for 1) to row
@@ -98,7 +98,7 @@ class _Rows:
         self.factors = np.array([[*term, *[self.count] * (degree - len(term))] for term in terms], dtype=np.intp)
 
     @classmethod
-    def of(cls, system: System, group: Group, carry: Carry, size: float) -> _Rows | None:
+    def of(cls, system: System, group: Group, carry: Carry, size: float) -> _PolynomialRows | None:
         """The rows beside a pose; None where they are no such polynomials."""
         values = {n: carry.now.value(system, n) for e in group.equations for n in system.equations[e].unknowns}
         place = {n: i for i, n in enumerate(group.unknowns)}

@@ -30,7 +30,7 @@ def pulling(fitting: Fitting, fit: Fit) -> frozenset[Member]:
     return frozenset(fitting.demands.rows[i].member for i in found)
 
 
-class Trials:
+class MemberTrials:
     """Tries which members can be met together, from ``poses`` (n,) and from what it finds."""
 
     def __init__(self, demands: Demands, poses: Sequence[FloatArray]) -> None:
@@ -57,7 +57,7 @@ class Trials:
         return None, pulling(fitting, nearest)
 
 
-def irreducible(trials: Trials, members: frozenset[Member]) -> tuple[frozenset[Member], dict[Member, FloatArray]]:
+def irreducible(trials: MemberTrials, members: frozenset[Member]) -> tuple[frozenset[Member], dict[Member, FloatArray]]:
     """The smallest set within ``members``, which contradict, and for each of it a pose (n,) that meets all others."""
     left = set(members)
     needed: dict[Member, FloatArray] = {}

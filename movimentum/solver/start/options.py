@@ -43,7 +43,7 @@ CLOSED = 1e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Option:
+class BlockSolution:
     """One solution of one block. ``cost``: break of continuity, distance from the pose carried over, turn, displacement
     (see `Measures`).
     """
@@ -57,7 +57,7 @@ class _Known:
     """The ``options`` of a block for what it was ``given``, and the ``rejections`` that came with them."""
 
     given: tuple[tuple[float, float] | None, ...]
-    options: list[Option]
+    options: list[BlockSolution]
     rejections: list[Rejection]
 
 
@@ -101,7 +101,7 @@ class BlockOptions:
         self._taken = block, choice
         dispatch.take(self, block, choice)
 
-    def candidates(self, block: Block, rejections: list[Rejection]) -> list[Option]:
+    def candidates(self, block: Block, rejections: list[Rejection]) -> list[BlockSolution]:
         """All solutions of one block, the likeliest first. For blocks that stand still, `Choice.values` holds all its
         unknowns.
 
@@ -135,15 +135,15 @@ class BlockOptions:
             found = self._reads[block.number] = tuple(sorted(read - set(block.unknowns)))
         return found
 
-    def _solved(self, block: Block, rejections: list[Rejection]) -> list[Option]:
+    def _solved(self, block: Block, rejections: list[Rejection]) -> list[BlockSolution]:
         self._taken = None
         found = dispatch.begin(self, block)
         self.effort += found.effort
         self.enumerated &= found.complete
         rejections += [Rejection(amount, block=block.number) for amount in found.lacking]
         if isinstance(block, Winding | Integral):
-            return [Option(choice, NO_COST) for choice in found.choices]
-        options: list[Option] = []
+            return [BlockSolution(choice, NO_COST) for choice in found.choices]
+        options: list[BlockSolution] = []
         for choice in found.choices:
             option = self._option(block, choice)
             if option is None:
@@ -177,7 +177,7 @@ class BlockOptions:
             found = self._every[block.number] = all_of(self.plan, rows, scale, coupled=coupled)
         return found
 
-    def _option(self, block: Block, choice: Choice) -> Option | None:
+    def _option(self, block: Block, choice: Choice) -> BlockSolution | None:
         """The option that ``choice`` is, with its costs; None where it gives no finite values."""
         self.take(block, choice)
         state = self.state
@@ -191,9 +191,9 @@ class BlockOptions:
         kept = Choice(choice.sign, choice.values if block.moving else tuple(now for now, _ in both), rates)
         self._taken = block, kept
         cost = (self.measures.break_of(block, state), *self.measures.distances(block.unknowns, state))
-        return Option(kept, cost)
+        return BlockSolution(kept, cost)
 
-    def as_begun(self, block: Block, rejections: list[Rejection]) -> Option | None:
+    def as_begun(self, block: Block, rejections: list[Rejection]) -> BlockSolution | None:
         """The solution that is the pose to begin from, where the block's things are new and that pose solves it.
 
         Where it does, but the block has no full rank there and can move, there is none either, and a rejection says so.

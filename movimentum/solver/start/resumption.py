@@ -28,7 +28,7 @@ from movimentum.solver.kinds.newton import probe_of
 from movimentum.solver.path.follow import instant
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection
-from movimentum.solver.start.search import SELECTOR_TOLERANCE
+from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 
 FloatArray = NDArray[np.float64]
 

@@ -13,23 +13,21 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.planning.blocks.kinds import Block, Newton, Ode, Quadratic
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
-from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.continuation.tracks import Choice
-from movimentum.solver.start.candidates import Candidate, Part, Selection
-from movimentum.solver.start.costs import SAME, squared
-from movimentum.solver.start.options import BlockOptions, Option
+from movimentum.solver.start.candidates import Candidate, Part, Selection, decided_by, distinct
+from movimentum.solver.start.judgements import Judgements
+from movimentum.solver.start.options import BlockOptions, BlockSolution
+from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.placement import placed
 from movimentum.solver.start.rejections import Rejection, TurnedDown
 
@@ -50,9 +48,6 @@ RESTARTS = 6
 """The same where none has been found yet; and how often the search begins anew then, in another order, every second
 time with twice the effort.
 """
-CHECK_TOLERANCE = 1e-8
-"""Relative residual above which a redundant equation contradicts."""
-SELECTOR_TOLERANCE = 1e-9
 PATIENCE = 1500
 """Effort without any candidate after which `select` first asks whether there can be one; as much again for every block
 that Newton's method solves.
@@ -94,7 +89,7 @@ class _Level:
     which it depends that others were turned down; ``solved``: some complete candidate takes an option of it.
     """
 
-    options: list[Option]
+    options: list[BlockSolution]
     place: int = 0
     blame: set[int] = field(default_factory=set[int])
     solved: bool = False
@@ -107,77 +102,21 @@ class _Search:
         self.blocks = BlockOptions(plan, instants, carry, ahead, totals)
         self.state = self.blocks.state
         self.owner = {n: block.number for block in plan.blocks for n in block.unknowns}
-        self.decisive: set[int] = set()
+        self.judgements = Judgements(plan, self.state, instants.clocks, self.owner)
         self.shuffled: np.random.Generator | None = None
         self.turned_down: list[TurnedDown] = []
         self.doubt: Doubt | None = None
         self.doubted = 0
         self.asked = 0
         self.contradiction: Contradiction | None = None
-        self.selectors_after: dict[int, list[int]] = {}
-        self.checks_after: dict[int, list[int]] = {}
-        self.wishes_after: dict[int, list[int]] = {}
         self.rank: list[int] = []
-        self.errors_of: dict[int, list[int]] = {}
-        for place, wish in enumerate(plan.wish_of):
-            self.errors_of.setdefault(wish, []).append(place)
-
-    def _place_judgements(self, touched: list[bool]) -> list[tuple[int, int]]:
-        """Decide after which block each selector and check can be judged; returns the blocks that they and wishes tie.
-
-        Blocks that belong to no part (not ``touched``) are solved before all others.
-        """
-        plan = self.plan
-        owner = self.owner
-        links: list[tuple[int, int]] = []
-
-        def attach(unknowns: Iterable[int], table: dict[int, list[int]], item: int) -> None:
-            blocks = sorted({owner[n] for n in unknowns if n in owner})
-            late = sorted((number for number in blocks if touched[number]), key=self.rank.__getitem__)
-            table.setdefault((late or blocks or [-1])[-1], []).append(item)
-            links.extend((late[0], other) for other in late[1:])
-
-        for i, selector in enumerate(plan.system.selectors):
-            attach(symbol_numbers(selector.value), self.selectors_after, i)
-        for i, number in enumerate(plan.checks):
-            attach(plan.system.equations[number].unknowns, self.checks_after, i)
-        for i, wish in enumerate(plan.system.wishes):
-            attach(symbol_numbers(*wish.errors), self.wishes_after, i)
-        return links
-
-    def _ranked(self, branching: set[int]) -> list[int]:
-        """The place of each block in an order of solving in which what has one solution comes as early as it can.
-
-        So a choice is judged by all that follows from it before the next choice is made, and made next is what depends
-        on the latest choices.
-        """
-        blocks = self.plan.blocks
-        needs = [{self.owner[n] for n in b.inputs if n in self.owner} for b in blocks]
-        users: list[list[int]] = [[] for _ in blocks]
-        for number, some in enumerate(needs):
-            for other in some:
-                users[other].append(number)
-        waiting = [len(some) for some in needs]
-        ready = [(number in branching, 0, number) for number, count in enumerate(waiting) if count == 0]
-        heapify(ready)
-        rank = [0] * len(blocks)
-        place = 0
-        while ready:
-            _, _, number = heappop(ready)
-            rank[number] = place
-            place += 1
-            for other in users[number]:
-                waiting[other] -= 1
-                if waiting[other] == 0:  # what hangs on the latest choices next: then it fails soon, if it has to
-                    heappush(ready, (other in branching, -place, other))
-        return rank
 
     # --- independent parts
 
     def run(self) -> Selection:
         plan = self.plan
         branching = {b.number for b in plan.blocks if self._branches(b)}
-        self.rank = self._ranked(branching)
+        self.rank = solving_order(plan.blocks, self.owner, branching)
         above: list[set[int]] = []
         owner = self.owner
         links: list[tuple[int, int]] = []
@@ -191,7 +130,7 @@ class _Search:
             touched.append(bool(roots))
             ordered = sorted(roots | ({block.number} if roots else set()))
             links.extend((ordered[0], other) for other in ordered[1:])
-        links.extend(self._place_judgements(touched))
+        links.extend(self.judgements.placed_after(touched, self.rank))
         choices: dict[int, Choice] = {}
         parts: list[Part] = []
         common = [b.number for b in plan.blocks if not touched[b.number]]
@@ -206,14 +145,14 @@ class _Search:
                     )
                 self.blocks.take(plan.blocks[number], found[0].choice)
                 choices[number] = found[0].choice
-            refused = self._refused(number)
+            refused = self.judgements.refused(number)
             if refused is not None:
                 rejections.append(refused)
                 self._remember([refused])
                 return Selection(
                     None,
                     (Part((number,), (), tuple(rejections), True, "only"),),
-                    frozenset(self.decisive),
+                    frozenset(self.judgements.decisive),
                     tuple(rejections),
                 )
         self.blocks.begin_from(placed(plan, self.state, self.instants.clocks, self.blocks.carry))
@@ -223,13 +162,13 @@ class _Search:
             part = self._search_part(sorted(part_blocks, key=self.rank.__getitem__))
             parts.append(part)
             if not part.candidates:
-                return Selection(None, tuple(parts), frozenset(self.decisive), part.rejections)
+                return Selection(None, tuple(parts), frozenset(self.judgements.decisive), part.rejections)
             best = part.candidates[0]
             choices.update(best.choices)
             for number in sorted(part_blocks, key=self.rank.__getitem__):
                 self.blocks.take(plan.blocks[number], best.choices[number])
         ordered_choices = [choices[b.number] for b in plan.blocks]
-        return Selection(ordered_choices, tuple(parts), frozenset(self.decisive))
+        return Selection(ordered_choices, tuple(parts), frozenset(self.judgements.decisive))
 
     def _branches(self, block: Block) -> bool:
         return isinstance(block, Quadratic | Newton | Ode)
@@ -251,17 +190,17 @@ class _Search:
         self.shuffled = None
         if closed is not None:
             leaves.append(closed)
-        leaves = self._distinct(leaves)
+        leaves = distinct(self.plan, leaves)
         leaves.sort(key=lambda leaf: leaf.cost)
         complete = complete and self.blocks.enumerated
-        decided = self._decided(leaves)
+        decided = decided_by(leaves)
         if decided == "drawn" and closed is not None and self._same(leaves[0], closed):
             decided = "closed"
         return Part(tuple(numbers), tuple(leaves), tuple(rejections), complete, decided)
 
     def _same(self, one: Candidate, other: Candidate) -> bool:
         """Whether two candidates are the same pose."""
-        return one is other or len(self._distinct([one, other])) == 1
+        return one is other or len(distinct(self.plan, [one, other])) == 1
 
     def _searched(self, numbers: list[int], rejections: list[Rejection], longest: int) -> tuple[list[Candidate], bool]:
         """Complete candidates for the blocks ``numbers``, and whether these are all; depth first, with an effort of at
@@ -279,7 +218,7 @@ class _Search:
         level_of = {number: level for level, number in enumerate(numbers)}
         begun = blocks.effort
         stack = [_Level(self._options(numbers, 0, rejections))]
-        taken: list[Option] = []
+        taken: list[BlockSolution] = []
         wished: list[float] = []
         while stack:
             level = stack[-1]
@@ -301,15 +240,15 @@ class _Search:
             level.place += 1
             blocks.effort += 1
             blocks.take(plan.blocks[number], option.choice)
-            refused = self._refused(number)
+            refused = self.judgements.refused(number)
             if refused is not None:
                 if len(rejections) < LEAVES:
                     rejections.append(refused)
-                level.blame |= self._levels(self._read_by(refused), level_of) - {depth}
+                level.blame |= self._levels(self.judgements.read_by(refused), level_of) - {depth}
                 self._remember([refused])
                 continue
             taken.append(option)
-            wished.append(self._wished(number))
+            wished.append(self.judgements.wished(number))
             if len(taken) == len(numbers):
                 leaves.append(self._leaf(numbers, taken, sum(wished)))
                 for some in stack:
@@ -335,33 +274,26 @@ class _Search:
         found = {self.owner[n] for n in unknowns if n in self.owner}
         return {level_of[number] for number in found if number in level_of}
 
-    def _read_by(self, refused: Rejection) -> set[int]:
-        """The unknowns that the inequality or the redundant equation reads which turned something down."""
-        system = self.plan.system
-        if refused.selector is not None:
-            return symbol_numbers(system.selectors[refused.selector].value)
-        return set(system.equations[refused.check].unknowns) if refused.check is not None else set()
-
     def _drawn_closed(self, numbers: list[int], rejections: list[Rejection]) -> Candidate | None:
         """The candidate that is the drawing as it stands (laid where it belongs), for blocks of new things only.
 
         None where the drawing does not satisfy the equations or the inequalities; the last of ``rejections`` then tells
         of a block that the drawing solves, but that has no full rank there and can move: its structure deceives.
         """
-        taken: list[Option] = []
+        taken: list[BlockSolution] = []
         wished = 0.0
         for number in numbers:
             option = self.blocks.as_begun(self.plan.blocks[number], rejections)
             if option is None:
                 return None
             self.blocks.take(self.plan.blocks[number], option.choice)
-            if self._refused(number) is not None:
+            if self.judgements.refused(number) is not None:
                 return None
             taken.append(option)
-            wished += self._wished(number)
+            wished += self.judgements.wished(number)
         return self._leaf(numbers, taken, wished)
 
-    def _options(self, numbers: list[int], place: int, rejections: list[Rejection]) -> list[Option]:
+    def _options(self, numbers: list[int], place: int, rejections: list[Rejection]) -> list[BlockSolution]:
         """The candidates of block ``numbers[place]``, the likeliest first: judged by the wishes too, as far as these
         depend on what has but one solution before the next block that has several.
         """
@@ -376,18 +308,18 @@ class _Search:
             if self._branches(blocks[number]):
                 break
             follow_up.append(number)
-        if len(options) < 2 or not any(number in self.wishes_after for number in (numbers[place], *follow_up)):
+        if len(options) < 2 or not any(self.judgements.wishes_await(number) for number in (numbers[place], *follow_up)):
             return options
-        judged: list[tuple[tuple[float, ...], Option]] = []
+        judged: list[tuple[tuple[float, ...], BlockSolution]] = []
         for option in options:
             self.blocks.take(blocks[numbers[place]], option.choice)
-            wished = self._wished(numbers[place])
+            wished = self.judgements.wished(numbers[place])
             for number in follow_up:
                 found = self.blocks.candidates(blocks[number], [])
                 if not found:
                     break
                 self.blocks.take(blocks[number], found[0].choice)
-                wished += self._wished(number)
+                wished += self.judgements.wished(number)
             judged.append(((option.cost[0], wished if math.isfinite(wished) else math.inf, *option.cost[1:]), option))
         judged.sort(key=lambda item: item[0])
         return [option for _, option in judged]
@@ -414,72 +346,7 @@ class _Search:
             )
             self.turned_down.append(TurnedDown(rejection, values))
 
-    def _wished(self, number: int) -> float:
-        """How far (squared, in units of the scene's size) the wishes that block ``number`` completes are from met."""
-        total = 0.0
-        for i in self.wishes_after.get(number, ()):
-            for place in self.errors_of.get(i, ()):
-                value = self.plan.wishes[place](self.state, self.instants.clocks)[0]
-                total += squared(float(np.ravel(value)[0]) / self.plan.size)
-        return total
-
-    def _decided(self, leaves: list[Candidate]) -> str:
-        if len(leaves) < 2:
-            return "only"
-        first, second = leaves[0].cost, leaves[1].cost
-        for name, a, b in zip(("continuity", "wish", "carried"), first, second, strict=False):
-            if b - a > SAME * (1.0 + abs(a)):
-                return name
-        return "drawn"
-
-    def _distinct(self, leaves: list[Candidate]) -> list[Candidate]:
-        """Without candidates that differ in nothing visible (the sign of a ``_``, say); the cheaper one stays."""
-        unknowns = self.plan.system.unknowns
-        seen: list[Candidate] = []
-        keys: set[tuple[float, ...]] = set()
-        for leaf in sorted(leaves, key=lambda item: item.cost):
-            shown: list[float] = []
-            for n in sorted(leaf.values):
-                payload = unknowns[n].payload
-                if isinstance(payload, Anonymous | ThingAngle):
-                    continue
-                scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else self.plan.size
-                shown.append(round(leaf.values[n] / scale / 1e-6))
-                shown.append(round(leaf.later[n] / scale / 1e-6))
-            key = tuple(shown)
-            if key not in keys:
-                keys.add(key)
-                seen.append(leaf)
-        return seen
-
-    # --- judged
-
-    def _refused(self, number: int) -> Rejection | None:
-        """Why an inequality or a redundant equation that can be judged after block ``number`` turns the state down."""
-        for i in self.checks_after.get(number, ()):
-            equation = self.plan.system.equations[self.plan.checks[i]]
-            value = self._check_value(i)
-            if not abs(value) <= CHECK_TOLERANCE:
-                return Rejection(value, check=equation.number)
-        if number in self.selectors_after:
-            tolerance = SELECTOR_TOLERANCE * self.plan.size
-            for i in self.selectors_after[number]:
-                value = np.broadcast_to(self.plan.selectors[i](self.state, self.instants.clocks)[0], 2)
-                # where it is just met, what comes next decides; what stays at equality does not satisfy a strict one
-                meets = abs(value[0]) <= tolerance
-                least = 1e-3 * tolerance if self.plan.system.selectors[i].strict else -100.0 * tolerance
-                if not value[0] >= -tolerance or (meets and not value[1] >= least):
-                    self.decisive.add(i)
-                    return Rejection(float(value[0]), selector=i)
-        return None
-
-    def _check_value(self, i: int) -> float:
-        value, size = self.plan.check_values[i](self.state, self.instants.clocks)
-        first = float(np.broadcast_to(value, 2)[0])
-        weight = float(np.broadcast_to(size, 2)[0])
-        return first / max(weight, 1e-300) if math.isfinite(first) else math.inf
-
-    def _leaf(self, numbers: list[int], taken: list[Option], wished: float) -> Candidate:
+    def _leaf(self, numbers: list[int], taken: list[BlockSolution], wished: float) -> Candidate:
         unknowns = [n for number in numbers for n in self.plan.blocks[number].unknowns]
         both = {n: np.ravel(self.state[n]) for n in unknowns}
         breaks, carried, turned, moved = (sum(option.cost[i] for option in taken) for i in range(4))

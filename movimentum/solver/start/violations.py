@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.start.search import SELECTOR_TOLERANCE
+from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 
 FloatArray = NDArray[np.float64]
 

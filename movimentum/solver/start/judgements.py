@@ -1,0 +1,109 @@
+"""What turns a choice down or speaks for it: inequalities, redundant equations and wishes, as early as can be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.planning.lowering.unknowns import symbol_numbers
+from movimentum.planning.plan import Plan
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.start.costs import squared
+from movimentum.solver.start.rejections import Rejection
+
+FloatArray = NDArray[np.float64]
+
+CHECK_TOLERANCE = 1e-8
+"""Relative residual above which a redundant equation contradicts."""
+SELECTOR_TOLERANCE = 1e-9
+
+
+class Judgements:
+    """Judges the values in ``state``, which a search fills in block by block; ``owner``: the block of each unknown.
+
+    ``decisive`` are the selectors that have turned something down.
+    """
+
+    def __init__(self, plan: Plan, state: State, clocks: Sequence[FloatArray], owner: dict[int, int]) -> None:
+        self.plan = plan
+        self.state = state
+        self.clocks = clocks
+        self.owner = owner
+        self.decisive: set[int] = set()
+        self.selectors_after: dict[int, list[int]] = {}
+        self.checks_after: dict[int, list[int]] = {}
+        self.wishes_after: dict[int, list[int]] = {}
+        self.errors_of: dict[int, list[int]] = {}
+        for place, wish in enumerate(plan.wish_of):
+            self.errors_of.setdefault(wish, []).append(place)
+
+    def placed_after(self, touched: Sequence[bool], rank: Sequence[int]) -> list[tuple[int, int]]:
+        """Decide after which block each selector and check can be judged; returns the blocks that they and wishes tie.
+
+        Blocks are solved in the order of ``rank``; those that belong to no part (not ``touched``) before all others.
+        """
+        plan = self.plan
+        owner = self.owner
+        links: list[tuple[int, int]] = []
+
+        def attach(unknowns: Iterable[int], table: dict[int, list[int]], item: int) -> None:
+            blocks = sorted({owner[n] for n in unknowns if n in owner})
+            late = sorted((number for number in blocks if touched[number]), key=rank.__getitem__)
+            table.setdefault((late or blocks or [-1])[-1], []).append(item)
+            links.extend((late[0], other) for other in late[1:])
+
+        for i, selector in enumerate(plan.system.selectors):
+            attach(symbol_numbers(selector.value), self.selectors_after, i)
+        for i, number in enumerate(plan.checks):
+            attach(plan.system.equations[number].unknowns, self.checks_after, i)
+        for i, wish in enumerate(plan.system.wishes):
+            attach(symbol_numbers(*wish.errors), self.wishes_after, i)
+        return links
+
+    def refused(self, number: int) -> Rejection | None:
+        """Why an inequality or a redundant equation that can be judged after block ``number`` turns the state down."""
+        for i in self.checks_after.get(number, ()):
+            equation = self.plan.system.equations[self.plan.checks[i]]
+            value = self._check_value(i)
+            if not abs(value) <= CHECK_TOLERANCE:
+                return Rejection(value, check=equation.number)
+        if number in self.selectors_after:
+            tolerance = SELECTOR_TOLERANCE * self.plan.size
+            for i in self.selectors_after[number]:
+                value = np.broadcast_to(self.plan.selectors[i](self.state, self.clocks)[0], 2)
+                # where it is just met, what comes next decides; what stays at equality does not satisfy a strict one
+                meets = abs(value[0]) <= tolerance
+                least = 1e-3 * tolerance if self.plan.system.selectors[i].strict else -100.0 * tolerance
+                if not value[0] >= -tolerance or (meets and not value[1] >= least):
+                    self.decisive.add(i)
+                    return Rejection(float(value[0]), selector=i)
+        return None
+
+    def read_by(self, refused: Rejection) -> set[int]:
+        """The unknowns that the inequality or the redundant equation reads which turned something down."""
+        system = self.plan.system
+        if refused.selector is not None:
+            return symbol_numbers(system.selectors[refused.selector].value)
+        return set(system.equations[refused.check].unknowns) if refused.check is not None else set()
+
+    def wishes_await(self, number: int) -> bool:
+        """Whether a wish is judged after block ``number``."""
+        return number in self.wishes_after
+
+    def wished(self, number: int) -> float:
+        """How far (squared, in units of the scene's size) the wishes that block ``number`` completes are from met."""
+        total = 0.0
+        for i in self.wishes_after.get(number, ()):
+            for place in self.errors_of.get(i, ()):
+                value = self.plan.wishes[place](self.state, self.clocks)[0]
+                total += squared(float(np.ravel(value)[0]) / self.plan.size)
+        return total
+
+    def _check_value(self, i: int) -> float:
+        value, size = self.plan.check_values[i](self.state, self.clocks)
+        first = float(np.broadcast_to(value, 2)[0])
+        weight = float(np.broadcast_to(size, 2)[0])
+        return first / max(weight, 1e-300) if math.isfinite(first) else math.inf

@@ -1,0 +1,112 @@
+"""How the house is kept: no module or function so long that a stranger gets lost, no cycle, one name for one class."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from collections.abc import Iterator
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+from tests.command import ROOT
+
+LONGEST_MODULE = 400
+LONGEST_FUNCTION = 60
+"""Lines, with comments and docstrings."""
+
+LONG_FUNCTIONS = {
+    "movimentum.solver.continuation.free_motion:drift": "a step control whose branches all read and change one state",
+    "movimentum.solver.continuation.ode:flow": "one step of the method, from its stages to its error, is read in a row",
+}
+"""Functions that may be longer, ``module:name``, and why they read better in one piece."""
+
+
+@cache
+def modules(folder: str) -> dict[str, tuple[Path, ast.Module]]:
+    """Every module below ``folder`` by its dotted name."""
+    found: dict[str, tuple[Path, ast.Module]] = {}
+    for file in sorted((ROOT / folder).rglob("*.py")):
+        parts = file.relative_to(ROOT).with_suffix("").parts
+        name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+        found[name] = file, ast.parse(file.read_text(encoding="utf-8"))
+    return found
+
+
+def imported(tree: ast.Module, known: set[str]) -> Iterator[str]:
+    """What a module imports, wherever the import stands, also for types only."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in known)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            for alias in node.names:
+                inside = f"{node.module}.{alias.name}"
+                if inside in known:
+                    yield inside
+                elif node.module in known:
+                    yield node.module
+
+
+def functions(tree: ast.AST, above: str = "") -> Iterator[tuple[str, int]]:
+    """Name (``Class.method``) and number of lines of every function, decorators left out."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            name = above + node.name
+            yield name, (node.end_lineno or node.lineno) - node.lineno + 1
+            yield from functions(node, f"{name}.")
+        elif isinstance(node, ast.ClassDef):
+            yield from functions(node, f"{above}{node.name}.")
+        else:
+            yield from functions(node, above)
+
+
+def cycle(graph: dict[str, set[str]]) -> list[str]:
+    """The names of one cycle, the first again at its end; empty where there is none."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+@pytest.mark.parametrize("folder", ["movimentum", "benchmarks"])
+def test_no_module_is_longer_than_one_can_hold_in_mind(folder: str) -> None:
+    lengths = {name: len(file.read_text(encoding="utf-8").splitlines()) for name, (file, _) in modules(folder).items()}
+    assert {name: length for name, length in lengths.items() if length > LONGEST_MODULE} == {}
+
+
+def test_no_function_is_longer_than_a_page() -> None:
+    trees = {name: tree for name, (_, tree) in modules("movimentum").items()}
+    found = {f"{name}:{inside}": length for name, tree in trees.items() for inside, length in functions(tree)}
+    long = {name for name, length in found.items() if length > LONGEST_FUNCTION}
+    assert {name: found[name] for name in long - LONG_FUNCTIONS.keys()} == {}
+    assert LONG_FUNCTIONS.keys() - long == set(), "no exceptions that are none"
+
+
+def test_no_module_imports_itself_through_others_not_even_for_types() -> None:
+    known = modules("movimentum")
+    graph = {name: set(imported(tree, set(known))) - {name} for name, (_, tree) in known.items()}
+    assert cycle(graph) == []
+
+
+def test_no_benchmark_imports_itself_through_others() -> None:
+    known = {name.removeprefix("benchmarks."): tree for name, (_, tree) in modules("benchmarks").items()}
+    graph = {name: set(imported(tree, set(known))) - {name} for name, tree in known.items()}
+    assert cycle(graph) == []
+
+
+def test_a_cycle_is_found() -> None:
+    source = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from b import c"
+    graph = {"a": set(imported(ast.parse(source), {"a", "b"})), "b": set(imported(ast.parse("import a"), {"a", "b"}))}
+    assert set(cycle(graph)) == {"a", "b"}
+
+
+def test_one_name_stands_for_one_class() -> None:
+    homes: defaultdict[str, list[str]] = defaultdict(list)
+    for name, (_, tree) in modules("movimentum").items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef):
+                homes[node.name].append(name)
+    assert {name: places for name, places in homes.items() if len(places) > 1} == {}
