@@ -115,43 +115,45 @@ def measured(source: SourceText) -> TradeReport:
 
 
 PAGE = """\
-# What accuracy costs, and what it buys
+# What accuracy costs, and what it gains
 
-`movimentum trade SCRIPT` measures this on any script; here it is for the gallery and for some extremes. Written by
-`benchmarks/trade.py`; times are medians, on one thread of this machine:
+`movimentum trade SCRIPT` measures this on any script. This page shows it for the gallery and for some extremes. It is
+written by `benchmarks/trade.py`. Times are medians, on one thread of this machine:
 
 > {machine}
 
 ![time per frame against error](trade.svg)
 
-## Where the default should lie
+## Which default is best
 
-**Solving: `standard`.** Over the gallery a frame takes {standard} to solve and {drawing} to draw, so a faster tier
-could save {share:.1%} of the time a picture takes, at most. `draft` takes {draft}, needs {prepared} more to prepare,
-and is off by up to {draft_error:.2g} px ({visible} of {count} scripts by more than {invisible} px, which can be seen).
-It pays only for very many frames of mechanisms with large loops, like Walschaerts' gear.
+**Solving: `standard`.** Over the gallery a frame takes {standard} to solve and {drawing} to draw. So a faster tier
+could save at most {share:.1%} of the time that a picture takes. `draft` takes {draft} and needs {prepared} more to
+prepare. Its error is up to {draft_error:.2g} px ({visible} of {count} scripts have more than {invisible} px, which
+can be seen). It is worth it only for very many frames of mechanisms with large loops, such as Walschaerts' gear.
 
-`standard` is within {standard_error:.0e} px of the truth in all of the gallery: no picture can tell. `high` costs
-{high:.0f} times as much per frame and gives every coordinate to the last bit; it is for tables, and it is *necessary*
+`standard` is within {standard_error:.0e} px of the truth in the whole gallery, which no picture can show. `high` costs
+{high:.0f} times as much per frame and gives every coordinate to the last bit. It is meant for tables. It is *necessary*
 near singular positions, where `standard` loses up to half its digits (the extremes below). `exact` costs {exact:.0f}
-times as much and is for oracles and formulas.
+times as much and is meant for oracles and formulas.
 
 **Drawing: `standard`.** Anti-aliased polygons are within {plain:.2f} of 255 levels (rms, median) of a picture
-supersampled 8 times; sprites of fine detail, which are filtered otherwise when they are enlarged, within 3 to 9. `high`
-brings that to {fine:.2f} for {fine_time:.1f} times the time, `draft` makes it {jagged:.1f} and takes {jagged_time:.1f}
-times. The palette of a GIF adds {palette:.2f}. At half the scale, shown at full size, it is {half:.1f}.
+supersampled 8 times. Sprites of fine detail are within 3 to 9, because they are filtered differently when they are
+enlarged. `high` reduces the error to {fine:.2f} for {fine_time:.1f} times the time. `draft` raises it to {jagged:.1f}
+and takes {jagged_time:.1f} times the time. The palette of a GIF adds {palette:.2f}. At half the scale, shown at full
+size, the error is {half:.1f}.
 
 ## Solving
 
-Start-up is compiling and finding the path. Residuals are of the script's own equations and of rigidity, evaluated with
-more digits, relative to the scene's size. Errors are the farthest any anchor is from where 50 digits have it, in pixels
-(0: every coordinate is the nearest float). What is only integrated along the path is the same in all tiers.
+Start-up means compiling and finding the path. Residuals are those of the script's own equations and of rigidity,
+evaluated with more digits, relative to the scene's size. An error is the largest distance of any anchor from its place
+in 50 digits, in pixels (0: every coordinate is the nearest float). What is only integrated along the path is the same
+in all tiers.
 
 {solving}
 
 ## Drawing
 
-Milliseconds per frame, and the rms error of 255 levels.
+Each cell has the milliseconds per frame and the rms error of 255 levels.
 
 {pictures}
 """

@@ -16,7 +16,7 @@ costs nothing.
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # `typing` would be the first import of every command, at which Ctrl-C is not yet dealt with
+TYPE_CHECKING = False  # `typing` would be the first import of every command, when Ctrl-C is not handled yet
 if TYPE_CHECKING:
     from movimentum import stages as stages
     from movimentum.api.moments import Moments as Moments

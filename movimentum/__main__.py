@@ -1,4 +1,4 @@
-"""The ``movimentum`` command, also as ``python -m movimentum``; nothing is imported before Ctrl-C is dealt with."""
+"""The ``movimentum`` command, also as ``python -m movimentum``; Ctrl-C is handled before anything is imported."""
 
 # Built in: the module `signal` is Python, and importing it takes milliseconds in which Ctrl-C is a traceback.
 import _signal  # pyright: ignore[reportMissingImports]
@@ -21,7 +21,7 @@ def main() -> None:
 
 
 def _end(number: int, frame: object) -> None:
-    """Handler for Ctrl-C while the first modules are imported: end without a word."""
+    """Handler for Ctrl-C while the first modules are imported: end silently."""
     os._exit(128 + number)
 
 

@@ -1,8 +1,8 @@
-"""How much memory a command may take, and a word about the time that it takes.
+"""The memory limit of a command, and messages about the time that it takes.
 
-A timer looks some thirty times a second at what the process holds: measuring is exact where guessing what a script
-will need is not, and costs nothing. It works between two operations of Python; a single one may take more than the
-limit for its moment. What worker processes hold for themselves counts, and is looked at now and then.
+A timer measures about thirty times a second how much memory the process holds. Measuring costs nothing and is exact; an
+estimate of what a script will need is not. The timer works between two operations of Python, so a single operation may
+exceed the limit for a moment. The memory of worker processes counts too, and is measured now and then.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ DEFAULT_MEGABYTES = 1000
 PERIOD_S = 0.03
 _STATM = "/proc/self/statm"
 WORKERS_EVERY = 8
-"""Looks between two at what worker processes hold: the system collects that page by page."""
+"""Workers are measured once in this many measurements: the system collects their figures page by page."""
 
 
 class OverBudget(MemoryError):
@@ -30,12 +30,12 @@ class OverBudget(MemoryError):
 
 
 class Budget(Protocol):
-    """Who sets the limit (it may change) and says a word now and then."""
+    """Sets the limit (which may change) and reports now and then."""
 
     megabytes: int
 
     def tick(self) -> None:
-        """Called some thirty times a second."""
+        """Called about thirty times a second."""
         ...
 
 
@@ -43,8 +43,8 @@ class Budget(Protocol):
 def watched(budget: Budget) -> Generator[None, None, None]:
     """Raise `OverBudget` inside when this process holds more than ``budget.megabytes``, and call ``budget.tick``.
 
-    Only on systems with interval timers, and in the main thread; elsewhere nothing is watched. Where the system does
-    not tell what a process holds, only ``tick`` is called.
+    Only on systems with interval timers, and in the main thread; elsewhere nothing is measured. If the system does not
+    report the memory of a process, only ``tick`` is called.
     """
     owner = os.getpid()
     looks = elsewhere = 0
@@ -77,7 +77,7 @@ def watched(budget: Budget) -> Generator[None, None, None]:
 
 
 def held() -> int:
-    """The bytes of memory that this process holds; 0 where that is not told."""
+    """The bytes of memory that this process holds; 0 if the system does not report it."""
     try:
         with open(_STATM, "rb") as stream:
             return int(stream.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
@@ -87,7 +87,7 @@ def held() -> int:
 
 def held_by_workers() -> int:
     """The bytes that the processes which this one has started hold for themselves (what they share with it since they
-    were forked is counted here already); 0 where that is not told.
+    were forked is already counted here); 0 if the system does not report it.
     """
     total = 0
     for process in _children():

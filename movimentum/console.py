@@ -1,6 +1,6 @@
-"""What the command line says to a person: messages and progress on stderr, errors as exit codes.
+"""What the command line reports to a person: messages and progress on stderr, errors as exit codes.
 
-Nothing here prints on stdout, which belongs to what was asked for.
+Nothing here prints on stdout, which is for the requested output only.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ BUG = 70
 INTERRUPTED = 130
 
 _PATIENCE_S = 1.0
-"""Work that takes less gets no progress bar."""
+"""Shorter work gets no progress bar."""
 _WORDS_S = (10, 60, 300, 1800)
-"""When it is said, where no terminal is, that the work goes on."""
+"""When a message says, without a terminal, that the work goes on."""
 
 
 _HOW_TO_REPORT = (
@@ -46,7 +46,7 @@ _HOW_TO_REPORT = (
 
 
 class ReaderGone(Exception):
-    """Who reads our standard output has seen enough (``| head``)."""
+    """The reader of our standard output closed it early (``| head``)."""
 
 
 class Console:
@@ -77,7 +77,7 @@ class Console:
             self.write(text + "\n")
 
     def show(self, diagnostics: Iterable[Diagnostic], source: SourceText | None) -> None:
-        """Diagnostics as text, with the lines of ``source`` that they are about; notes only where they are wanted."""
+        """Diagnostics as text, with the lines of ``source`` that they are about; notes only if they are wanted."""
         from movimentum.diagnostics import render_text
 
         shown = [item for item in diagnostics if self.verbose or item.severity is not Severity.NOTE]
@@ -99,17 +99,17 @@ class Console:
             self.write("".join(traceback.format_exception(error)))
 
     def show_bug(self, error: BaseException) -> None:
-        """A fault of our own, and how to report it."""
+        """A bug in Movimentum, and how to report it."""
         self.trace(error)
         self.show([bug(error)], None)
 
     def write(self, text: str) -> None:
-        """Write plain ``text``: what a terminal would obey in it is shown instead."""
+        """Write plain ``text``; characters that a terminal would obey are shown instead."""
         self._put(visible_lines(text))
 
     @contextmanager
     def working(self, what: str) -> Generator[None, None, None]:
-        """While ``what`` goes on, `tick` says so."""
+        """While ``what`` goes on, `tick` reports it."""
         self._busy = what, time.monotonic()
         try:
             yield
@@ -118,8 +118,8 @@ class Console:
             self._wipe()
 
     def tick(self) -> None:
-        """Called some thirty times a second: on a terminal, it says how long the work has taken once that is a second;
-        elsewhere it writes a line now and then.
+        """Called about thirty times a second. On a terminal, it shows how long the work has taken, once that is a
+        second; elsewhere it writes a line now and then.
 
         It may come in the middle of any operation, so it writes past Python's buffers.
         """
@@ -146,7 +146,7 @@ class Console:
         self._told = 0
 
     def _put(self, text: str) -> None:
-        """Write what is fit to be shown, even where nobody listens any more."""
+        """Write what is safe to show, even if nobody reads it any more."""
         stream = self.stream
         if stream is None:
             return
@@ -213,13 +213,13 @@ class _Bar:
 
 
 def answer(text: str) -> None:
-    """Write on standard output what was asked for: text that is fit to be shown (see `terminal`)."""
+    """Write the requested text on standard output, safe for a terminal (see `terminal`)."""
     if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
         _encoded(sys.stdout, text)
 
 
 def answer_json(text: str) -> None:
-    """Write JSON and a line end on standard output; it means the same in whatever encoding that has."""
+    """Write JSON and a line end on standard output; its meaning does not depend on the encoding of the stream."""
     if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
         sys.stdout.write(visible_json(text, sys.stdout.encoding) + "\n")
 
@@ -253,7 +253,7 @@ def wants_color(stream: _HasIsatty | None) -> bool:
 def guarded(work: Callable[[], int], console: Console) -> int:
     """The exit code of ``work``: what it returns, or what the exception that ended it stands for.
 
-    An exception never becomes a traceback, unless ``--debug`` asks for one.
+    An exception never becomes a traceback, except with ``--debug``.
     """
     with heeded() as interruption:
         try:
@@ -312,7 +312,7 @@ _OUT_OF_FILES = Diagnostic(
 
 
 def bug(error: BaseException) -> Diagnostic:
-    """What we say about a fault of our own."""
+    """The message about a bug in Movimentum."""
     where = "".join(f" at {frame.f_globals.get('__name__', '?')}:{line}" for frame, line in _last(error.__traceback__))
     return Diagnostic(
         "internal/bug",
@@ -323,7 +323,7 @@ def bug(error: BaseException) -> Diagnostic:
 
 
 def _is_out_of_memory(error: BaseException | None) -> bool:
-    """Whether memory was short: a library that cannot be loaded for that says so in its own way."""
+    """Whether memory was short. A library that cannot be loaded for this reason reports it in its own way."""
     while error is not None:
         if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
             return True

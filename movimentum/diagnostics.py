@@ -1,4 +1,4 @@
-"""What we tell a user: diagnostics as data, rendered elsewhere in this module as text or JSON."""
+"""Messages to the user: diagnostics as data, and their rendering as text or JSON."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A second place that belongs to the story, with what to say about it."""
+    """A second place that matters for a message, with a text about it."""
 
     span: Span
     message: str = ""
@@ -61,7 +61,7 @@ class Diagnostic:
 
 
 def the_first(items: list[Diagnostic]) -> list[Diagnostic]:
-    """So many as one can read, and how many more there are."""
+    """As many as one can read, and the number of the others."""
     rest = len(items) - MAX_MESSAGES
     if rest <= 0:
         return items
@@ -70,11 +70,11 @@ def the_first(items: list[Diagnostic]) -> list[Diagnostic]:
 
 
 MOST_OF_A_CODE = 100
-"""How many diagnostics of one code and severity `check` tells."""
+"""How many diagnostics of one code and severity `check` shows."""
 
 
 def limited(items: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """So many of each code as one can read, errors all, and how many more there are."""
+    """All errors, as many others of each code as one can read, and the number of the rest."""
     counts: dict[str, int] = {}
     kept: list[Diagnostic] = []
     for item in items:
@@ -93,9 +93,9 @@ def limited(items: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 def to_json(diagnostics: Iterable[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
     """Diagnostics as ``check --format json`` prints them, ready for `json.dumps`.
 
-    Lines and columns count from 1, in characters; ``end_line`` and ``end_column`` are just behind the last character.
-    They are None for a diagnostic that is about the whole script. What is said at the diagnostic's own place, if
-    anything, is the first of the labels.
+    Lines and columns count from 1, in characters; ``end_line`` and ``end_column`` are just after the last character.
+    They are None for a diagnostic that is about the whole script. The label at the diagnostic's own place, if any,
+    comes first.
     """
     return [
         {
@@ -139,7 +139,7 @@ _BOLD, _BLUE, _PLAIN = "\x1b[1m", "\x1b[1;34m", "\x1b[0m"
 def render_text(diagnostics: Iterable[Diagnostic], source: SourceText, *, color: bool = False) -> str:
     """Diagnostics for people, each with the lines it is about; a blank line between two, a newline at the end.
 
-    ``color`` puts in ANSI escapes (whether to is the caller's to know); there are no others, whatever the texts say.
+    ``color`` adds ANSI escapes (the caller decides). There are no other escapes, whatever the texts contain.
     """
     return "\n".join(_render(item, source, color) for item in diagnostics)
 
@@ -189,7 +189,7 @@ def _render(item: Diagnostic, source: SourceText, color: bool) -> str:
 
 
 def _clipped(text: str) -> str:
-    """``text`` fit to be shown, without the middle of a very long one (somebody's name of 5,000 letters)."""
+    """``text`` made safe to show, without the middle of a very long one (a name of 5,000 letters)."""
     return visible(text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 2 :]}")
 
 

@@ -99,12 +99,12 @@ class NoSolutionError(MovimentumError):
 
 
 def usage_error(code: str, message: str, *helps: str) -> UsageError:
-    """A `UsageError` with one diagnostic, which is about no place in a script."""
+    """A `UsageError` with one diagnostic, which is not about a place in a script."""
     return UsageError([Diagnostic(code, Severity.ERROR, message, helps=helps)])
 
 
 def script_error(code: str, message: str, *helps: str) -> ScriptError:
-    """A `ScriptError` with one diagnostic, which is about no place in the script."""
+    """A `ScriptError` with one diagnostic, which is not about a place in the script."""
     return ScriptError([Diagnostic(code, Severity.ERROR, message, helps=helps)])
 
 

@@ -39,7 +39,7 @@ class Affine(NamedTuple):
         return self.a * x + self.b * y + self.c, self.d * x + self.e * y + self.f
 
     def inverse(self) -> Affine:
-        """The map back; ZeroDivisionError where there is none."""
+        """The inverse map; ZeroDivisionError if there is none."""
         determinant = self.a * self.e - self.b * self.d
         a, b = self.e / determinant, -self.b / determinant
         d, e = -self.d / determinant, self.a / determinant

@@ -1,11 +1,12 @@
-"""Colours for scripts: a Pygments lexer, and a TextMate grammar for editors, both made of the Lark grammar's terminals.
+"""Colours for scripts: a Pygments lexer, and a TextMate grammar for editors, both generated from the terminals of the
+Lark grammar.
 
-A word has one colour wherever it stands, which a lexer without a parser behind it can decide; what the language
-itself would not read is still coloured as far as it goes. After editing the grammar::
+A word has the same colour everywhere, so a lexer without a parser can decide it. Text that is not valid is still
+coloured as far as possible. After editing the grammar, this command::
 
     python -m movimentum.highlight
 
-writes ``grammar/movimentum.tmLanguage.json`` anew.
+writes ``grammar/movimentum.tmLanguage.json`` again.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ def _patterns() -> list[tuple[str, TokenKind, str]]:
     """(regular expression, token, scope), the first that matches wins."""
     known = _terminals()
     found = [*_COMMENTS, (_STEP, Keyword.Declaration, "keyword.control.step")]
-    # behind a value a dotted word is a member: `B.a` is an anchor or an angle, `.a(…)` a function
+    # after a value a dotted word is a member: `B.a` is an anchor or an angle, `.a(…)` a function
     members = "|".join(sorted({*THING_MEMBERS, *VECTOR_MEMBERS}, key=lambda word: (-len(word), word)))
     found.append(
         (rf"(?<=[A-Za-z0-9_)\]])\.(?:{members})(?![A-Za-z0-9_(])", Name.Attribute, "entity.other.attribute-name")

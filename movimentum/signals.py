@@ -1,4 +1,4 @@
-"""Signals: whoever asks us to end, half-written files are removed first."""
+"""Signals: before a signal ends the process, half-written files are removed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ _ASK_TO_END = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIG
 
 
 class Terminated(BaseException):
-    """Somebody asked us to end (a closed terminal, ``kill``): clean up as after Ctrl-C; ``code`` is the exit code."""
+    """A signal asked the process to end (a closed terminal, ``kill``): clean up as after Ctrl-C. ``code`` is the exit
+    code.
+    """
 
     def __init__(self, number: int) -> None:
         self.code = 128 + number
@@ -21,7 +23,7 @@ class Terminated(BaseException):
 
 
 class Interruption:
-    """Whether Ctrl-C was pressed: an import that it hits may end in an exception of another kind."""
+    """Whether Ctrl-C was pressed: an import that it interrupts may end with a different exception."""
 
     pressed = False
 
@@ -30,8 +32,8 @@ class Interruption:
 def heeded() -> Generator[Interruption, None, None]:
     """Signals become exceptions, which unwind the stack: `KeyboardInterrupt` and `Terminated`.
 
-    Handlers that somebody else has set stay, an ignored signal (``nohup``) stays ignored, and what was there comes back
-    in the end. Where this is not the main thread, nothing is changed.
+    Handlers that other code has set stay, an ignored signal (``nohup``) stays ignored, and the previous handlers are
+    restored at the end. Outside the main thread, nothing is changed.
     """
     owner = os.getpid()
     found = Interruption()
@@ -63,7 +65,7 @@ def heeded() -> Generator[Interruption, None, None]:
 
 @contextmanager
 def deaf() -> Generator[None, None, None]:
-    """Nothing interrupts what is done inside: a few removals of files."""
+    """Nothing interrupts the work inside: the removal of a few files."""
     before: dict[int, object] = {}
     with suppress(ValueError):
         for number in (signal.SIGINT, *_ASK_TO_END):
@@ -76,7 +78,7 @@ def deaf() -> Generator[None, None, None]:
 
 
 def at_once(number: int, frame: FrameType | None) -> None:
-    """Handler for Ctrl-C before there is anything to clean up: end without a word, wherever an import is."""
+    """Handler for Ctrl-C before there is anything to clean up: end silently, wherever an import is."""
     os._exit(128 + number)
 
 
@@ -90,6 +92,6 @@ def end_at_once(*before: Callable[[int, Any], None]) -> None:
 
 
 def ignore_interrupts() -> None:
-    """Ctrl-C from here on does nothing: the work is done, the process is about to end."""
+    """Ctrl-C from here on does nothing: the work is done and the process is about to end."""
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)

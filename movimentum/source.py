@@ -1,4 +1,4 @@
-"""Where text came from: a script's text, and spans into it."""
+"""The source of text: a script's text, and spans in it."""
 
 from __future__ import annotations
 

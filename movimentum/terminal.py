@@ -1,7 +1,7 @@
 """Foreign text on its way to a terminal: file names, script text, recordings, headers of tables.
 
-A terminal obeys what it is sent: an escape sequence in a file's name moves the cursor or changes the title, a
-bidirectional control shows a name backwards. Everything that we did not write ourselves goes through here.
+A terminal obeys everything it receives. An escape sequence in a file's name moves the cursor or changes the title, and
+a bidirectional control shows a name backwards. All text that does not come from Movimentum itself goes through here.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import re
 
 _CONTROLS = "\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufff9-\ufffb\U000e0000-\U000e007f"
 """Delete and C1, marks and embeddings of writing direction, line ends of Unicode, halves of surrogate pairs (bytes of a
-path that are no UTF-8), annotations and tags."""
+path that are not UTF-8), annotations and tags.
+"""
 
 _OBEYED = re.compile(f"[\x00-\x1f{_CONTROLS}]")
 _OBEYED_IN_LINES = re.compile(f"[\x00-\x08\x0b-\x1f{_CONTROLS}]")
@@ -20,7 +21,7 @@ _PLAIN_WORD = re.compile(r"[A-Za-z0-9_./%+=:,@][A-Za-z0-9_./%+=:,@-]*")
 
 
 def visible(text: str) -> str:
-    """``text`` as one line, with what a terminal would obey shown instead (``\\x1b``, ``\\u202e``, ``\\n``)."""
+    """``text`` as one line, with escapes for what a terminal would obey (``\\x1b``, ``\\u202e``, ``\\n``)."""
     return _OBEYED.sub(_escape, text)
 
 
@@ -30,17 +31,18 @@ def visible_lines(text: str) -> str:
 
 
 def visible_json(text: str, encoding: str | None = "utf-8") -> str:
-    """JSON that means the same, with the escapes of JSON for what a terminal would obey, and for all that is not ASCII
-    where the reader's ``encoding`` is not UTF-8.
+    """JSON that means the same, with JSON escapes for what a terminal would obey. If the reader's ``encoding`` is not
+    UTF-8, everything that is not ASCII is escaped too.
     """
     pattern = _UNSAFE_IN_JSON if (encoding or "").lower().replace("_", "-") in ("utf-8", "utf8") else _NOT_ASCII
     return pattern.sub(_json_escape, text)
 
 
 def typed(argument: object) -> str:
-    """A file's name (or any other argument) as it is typed in a shell, quoted where that is needed.
+    """A file's name (or any other argument) as it is typed in a shell, quoted if necessary.
 
-    What a terminal would obey is written as an escape inside ``$'…'``; a leading ``-`` is kept from being an option.
+    What a terminal would obey is written as an escape inside ``$'…'``; a leading ``-`` is protected, so that it is not
+    read as an option.
     """
     word = str(argument)
     if word.startswith("-") and word != "-":

@@ -1,4 +1,4 @@
-"""Numbers, times and lists in the words of diagnostics, and numbers as they are typed."""
+"""Numbers, times and lists as diagnostics show them, and numbers as they are typed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def time_text(value: float) -> str:
 
 
 def listed(items: Sequence[str], most: int = 6) -> str:
-    """``a``, ``a and b``, ``a, b and c``; many end in "and 3 more"."""
+    """``a``, ``a and b``, ``a, b and c``; a long list ends in "and 3 more"."""
     if len(items) > most:
         return ", ".join(items[: most - 1]) + f" and {len(items) - most + 1} more"
     if len(items) < 2:
@@ -40,7 +40,7 @@ def counted(count: int, noun: str, plural: str | None = None) -> str:
 def rational(text: str, *, exponents: bool = False) -> Fraction | None:
     """The number that ``text`` spells (``12``, ``2.5``, ``24000/1001``, with ``exponents`` ``1e-3`` too), exactly.
 
-    None where it spells none, or one of more than 30 digits or with an exponent of more than two.
+    None if it is not a number, or has more than 30 digits or an exponent of more than two.
     """
     match = _RATIONAL.fullmatch(text.strip())
     if match is None or (match[3] and not exponents) or (match[4] is not None and int(match[4]) == 0):

@@ -1,4 +1,4 @@
-"""Reading a motion: the values that expressions of the scene have in given poses."""
+"""Evaluating on a motion: the values of the scene's expressions in given poses."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from movimentum.solver.poses import Poses
 
 FloatArray = NDArray[np.float64]
 Reader = Callable[[Poses], list[FloatArray]]
-"""From the poses of F moments to one (F,) array for each expression; nan where an expression has no value."""
+"""From the poses of F moments to one (F,) array for each expression; nan if an expression has no value."""
 
 
 def reader(scene: Scene, expressions: Sequence[Expr]) -> Reader:
-    """Reads ``expressions`` of the scene's anchors, angles, properties, variables and clocks (`scene.model`).
+    """Evaluates ``expressions`` of the scene's anchors, angles, properties, variables and clocks (`scene.model`).
 
     NotImplementedError for one that has to be solved for (an integral, a derivative).
     """

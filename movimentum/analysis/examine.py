@@ -1,4 +1,4 @@
-"""What there is to say about a motion: errors, warnings and notes, from what the solver recorded."""
+"""The diagnostics of a motion: errors, warnings and notes, from what the solver recorded."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
 
 MOST_NOTES = 8
-"""So many things may each have a note of their own; more are told together."""
+"""Up to this many things have a note each; more are reported together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +37,7 @@ class Examination:
     """``diagnostics``: in order of time; ``steps``: a report for each segment.
 
     ``fault``: 0, 1 (the script contradicts itself) or 3 (no solution at some time): the exit code that failing
-    deserves. ``doubted``: some frame that a path promised is not solved: poses are to be judged one by one.
+    deserves. ``doubted``: some frame that a path promised is not solved, so poses must be judged one by one.
     """
 
     diagnostics: tuple[Diagnostic, ...]
@@ -110,7 +110,7 @@ def _examined(motion: PathMotion, every_frame: bool) -> Examination:
 
 
 def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
-    """The motion is too fast, for too long, to be followed closely enough to see all that may happen on its way."""
+    """The motion is too fast, for too long, to be followed closely enough to see everything on its way."""
     for piece in stretch.pieces:
         if isinstance(piece, Dead) or piece.resolved:
             continue
@@ -126,7 +126,7 @@ def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
 
 
 def _inaccurate(motion: PathMotion, stretch: Stretch) -> Iterator[Diagnostic]:
-    """Free motion that was integrated with less accuracy than usual, because it would not have come to an end."""
+    """Free motion that was integrated with less accuracy than usual, because otherwise it would not have ended."""
     for piece in stretch.pieces:
         if isinstance(piece, Dead):
             continue
@@ -144,12 +144,12 @@ def _inaccurate(motion: PathMotion, stretch: Stretch) -> Iterator[Diagnostic]:
                 message=f"the free motion of {names or 'what is solved here'} was followed less accurately than usual",
                 span=scene.steps[stretch.segment.step].span,
                 notes=(
-                    f"after {many} it would not have come to an end otherwise; constraints are met all the same",
-                    "how far it is off is not known"
+                    f"with the usual accuracy it would not have ended after {many}; constraints are satisfied anyway",
+                    "the error is not known"
                     if np.isinf(track.tolerance)
-                    else f"each step may be off by {known} pixels along what is free",
+                    else f"each step may be off by {known} pixels along the free motion",
                 ),
-                helps=("a constraint that takes the freedom away makes it exact; what drives it may be slowed down",),
+                helps=("a constraint that takes the freedom away makes it exact; a slower drive helps too",),
             )
 
 
@@ -168,7 +168,7 @@ def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
         yield Diagnostic(
             code="solve/ill-conditioned",
             severity=Severity.NOTE,
-            message=f"nearly singular at t = {when}, with a condition of {number(found.condition, 2)}:"
+            message=f"nearly singular at t = {when}, with a condition number of {number(found.condition, 2)}:"
             f" {names or 'what is solved here'}",
             span=span_of_blocks(stretch, (found.block,)),
             notes=(
@@ -213,7 +213,7 @@ def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
             yield Diagnostic(
                 code="constraint/redundant",
                 severity=Severity.NOTE,
-                message=f"the constraints on `{thing.name}` say one thing more than places it (and agree)",
+                message=f"the constraints on `{thing.name}` say one thing more than is needed to place it (and agree)",
                 span=thing.name_span,
             )
 
@@ -242,12 +242,12 @@ def _idle_selectors(motion: PathMotion) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 code="constraint/idle-selector",
                 severity=Severity.NOTE,
-                message="this inequality never decides anything: no solution is turned down by it",
+                message="this inequality never decides anything: it rejects no solution",
                 span=span,
             )
 
 
-# --- the last word
+# --- the final check
 
 
 def _unsolved_frame(motion: PathMotion, missing: Shortfall) -> Diagnostic:
@@ -263,7 +263,7 @@ def _unsolved_frame(motion: PathMotion, missing: Shortfall) -> Diagnostic:
     else:
         span = next((c.span for c in stretch.segment.active if c.number == missing.constraint), None)
         message = f"this is off by {number(missing.amount)} at t = {time} (frame {missing.frame}),"
-        message += " which the solver could not mend"
+        message += " which the solver could not repair"
         note = "the equations are too nearly singular there, or contradict each other from there on"
     return Diagnostic(
         code="solve/not-converged",

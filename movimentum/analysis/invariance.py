@@ -1,4 +1,4 @@
-"""Two promises put to the test on a script: the motion does not depend on the frame rate, and it can be reversed."""
+"""Two promises tested on a script: the motion does not depend on the frame rate, and it can be reversed."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from movimentum.timeline.arrange import arrange
 from movimentum.timeline.model import Timeline
 
 OTHER_RATE = Fraction(17, 11)
-"""Of the script's frame rate: frames that hardly ever fall on the script's own."""
+"""Of the script's frame rate: its frames rarely coincide with those of the script."""
 TOLERANCE = 1e-8
-"""Of the scene's size: what free motion, which is integrated, can keep; everything else keeps 1e-13."""
+"""Of the scene's size: the accuracy of free motion, which is integrated; everything else is accurate to 1e-13."""
 MOST_TIMES = 2000
 
 
@@ -40,7 +40,7 @@ class Apart:
 def _apart(one: PathMotion, other: PathMotion, times: Sequence[Fraction], backwards: bool = False) -> Apart:
     """Compare at ``times`` (ascending); ``backwards``: the other motion runs from the end to the beginning.
 
-    A step's own time belongs to that step, whichever way time runs, so steps' times are left out then.
+    A step's own time belongs to that step, whichever way time runs. So the times of steps are left out then.
     """
     timeline = one.timeline
     total = timeline.start + timeline.end
@@ -77,7 +77,7 @@ def frame_rate_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     other = solve(arrange(timeline.scene, fps=timeline.fps * OTHER_RATE, max_frames=10**9))
     times = sorted({*_times(motion), *_times(other)})
     rates = [number(float(rate), 6) for rate in (other.timeline.fps, timeline.fps)]
-    how = f"at {rates[0]} frames a time unit instead of {rates[1]}"
+    how = f"at {rates[0]} frames per time unit instead of {rates[1]}"
     yield _told("check/fps-invariance", how, _apart(motion, other, times))
 
 
@@ -92,9 +92,9 @@ def _told(code: str, how: str, found: Apart) -> Diagnostic:
     return Diagnostic(
         code,
         Severity.ERROR,
-        f"{how} the motion is another from t = {time_text(found.first or 0.0)} on: {where}",
+        f"{how} the motion is different from t = {time_text(found.first or 0.0)} on: {where}",
         notes=("the path is not determined well enough there: see what `branch` says in the debugger",),
-        helps=("an inequality that holds on one of the two paths only keeps the motion on it",),
+        helps=("an inequality that holds on only one of the two paths keeps the motion on it",),
     )
 
 
@@ -104,8 +104,9 @@ def _told(code: str, how: str, found: Apart) -> Diagnostic:
 def reverse_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     """Follow the motion from its end back to its beginning, and compare.
 
-    Not reversible, and not tried: integrals and derivatives (they know which way time goes), free motion and wishes
-    (least motion depends on where it comes from), and jumps from one step to the next.
+    Some scenes are not reversible and not tried: those with integrals and derivatives (they depend on the direction of
+    time), with free motion and wishes (least motion depends on where it comes from), and with jumps from one step to
+    the next.
     """
     reason = _irreversible(motion)
     if reason is not None:
@@ -137,7 +138,7 @@ def _irreversible(motion: PathMotion) -> str | None:
 
 
 def _reversed(timeline: Timeline) -> Timeline:
-    """The timeline run from its end to its beginning: what happened at T happens at start + end - T."""
+    """The timeline run backwards: what happened at T happens at start + end - T."""
     total = timeline.start + timeline.end
     now = clock(Fraction(0))
     memo: dict[Expr, Expr] = {}

@@ -1,4 +1,4 @@
-"""Numbers about each step for ``check``: what was left to solve, and how free it is."""
+"""Numbers about each step for ``check``: what was left to solve, and how free the step is."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from movimentum.solver.segment_motion import Stretch
 @dataclass(frozen=True, slots=True)
 class PartReport:
     """Things that constraints connect, by name, as `analysis.freedom.degrees.Part` has them; ``superfluous``: names of
-    things, and constraints as the script has them, of which ``redundant`` can be left out.
+    things, and constraints as written in the script, of which ``redundant`` can be left out.
     """
 
     things: tuple[str, ...]

@@ -1,6 +1,6 @@
-"""The command line as a whole: the commands, each in its own module, and the errors that none of them lets out.
+"""The command line as a whole: the commands, each in its own module, and the handling of their errors.
 
-What a command does is in `workflow`, what it says in `console`.
+`workflow` does the work of a command, `console` prints its messages.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ MODULES = {
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and end the process with its exit code.
 
-    Planning makes hundreds of thousands of small objects and hardly a cycle; the collector's walks over them would take
-    half the time of a large scene. Linear algebra has one thread, unless the surroundings say otherwise: matrices are
+    Planning makes hundreds of thousands of small objects and hardly any cycles. Garbage collection over them would take
+    half the time of a large scene. Linear algebra has one thread, unless the environment says otherwise: matrices are
     small, and on busy processors threads wait for each other longer than they work.
     """
     for library in ("OPENBLAS", "MKL", "OMP"):
@@ -48,10 +48,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     gc.set_threshold(200_000, 50, 100)
     given = sys.argv[1:] if arguments is None else arguments
     if "--debug" not in given and not sys.warnoptions:
-        warnings.simplefilter("ignore")  # of libraries: ours are diagnostics
+        warnings.simplefilter("ignore")  # warnings of libraries: ours are diagnostics
     code = run_command_line(given, watched=True)
     ignore_interrupts()
-    if code == INTERRUPTED:  # had Ctrl-C hit inside an `exec`, Python would now end by the signal, and not with 130
+    if code == INTERRUPTED:  # after Ctrl-C inside an `exec`, Python would now end by the signal, and not with 130
         os._exit(code)
     sys.exit(code)
 
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run_command_line(arguments: Sequence[str], *, watched: bool = False) -> int:
     """Run one command; returns its exit code, and raises nothing.
 
-    ``watched``: this process is the command's alone, so what it holds is held to ``--max-memory``.
+    ``watched``: the process belongs to the command alone, so ``--max-memory`` applies to it.
     """
     console = Console(
         quiet="--quiet" in arguments or "-q" in arguments,
@@ -88,7 +88,7 @@ def _dispatch(arguments: list[str], console: Console) -> int:
 
 
 class _Modules(Mapping[str, click.Command]):
-    """The commands by name; a command's module is imported when it is asked for."""
+    """The commands by name; a command's module is imported when it is needed."""
 
     def __getitem__(self, name: str) -> click.Command:
         module, _, inside = MODULES[name].partition(":")
@@ -102,7 +102,7 @@ class _Modules(Mapping[str, click.Command]):
 
 
 class _Commands(click.Group):
-    """click ends the process by itself for some exceptions of ours; under another name they come through."""
+    """click itself ends the process for some of our exceptions; under another name they come through."""
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -115,7 +115,7 @@ class _Commands(click.Group):
 
 @click.group(
     cls=_Commands,
-    commands=cast("dict[str, click.Command]", _Modules()),  # click only looks into it
+    commands=cast("dict[str, click.Command]", _Modules()),  # click only reads it
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="""\b
 Examples:

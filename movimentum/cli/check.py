@@ -29,11 +29,11 @@ Examples:
     type=click.Choice(["text", "json", "sarif"]),
     default="text",
     show_default=True,
-    help="For people, for programs, or for code review tools.",
+    help="Output for people, for programs, or for code review tools.",
 )
-@click.option("--freedom", is_flag=True, help="Tell all connected parts and all free motions, with velocities.")
-@click.option("--fps-invariance", is_flag=True, help="Solve at another frame rate too, and compare.")
-@click.option("--reverse", is_flag=True, help="Follow the motion from its end back to its beginning too, and compare.")
+@click.option("--freedom", is_flag=True, help="Show all connected parts and all free motions, with velocities.")
+@click.option("--fps-invariance", is_flag=True, help="Also solve at another frame rate, and compare.")
+@click.option("--reverse", is_flag=True, help="Also follow the motion from its end back to its beginning, and compare.")
 @FPS
 @STRICT
 @LIMITS
@@ -50,9 +50,9 @@ def check(
     fps_invariance: bool,
     reverse: bool,
 ) -> int:
-    """Say everything that can be said about SCRIPT without rendering it.
+    """Report everything that can be said about SCRIPT without rendering it.
 
-    Errors, warnings and notes, and for every step what was left to solve and what is still free.
+    It reports errors, warnings and notes, and for every step what was left to solve and what is still free.
     """
     from movimentum.workflow.check import check as checked
 

@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from movimentum.workflow.check import CheckReport
 
 MOST_GROUPS = 3
-"""Groups of things that move as one, told in a line; JSON has all of them."""
+"""Up to this many groups of things that move as one are shown in a line; JSON has all of them."""
 SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
 def check_json(report: CheckReport, source: SourceText, *, freedom: bool = False) -> str:
-    """One JSON object: ``diagnostics``, ``steps``, ``frames``, ``duration`` (null where it did not get so far); with
+    """One JSON object: ``diagnostics``, ``steps``, ``frames``, ``duration`` (null if it did not get that far); with
     ``freedom``, each step has its ``parts`` and ``motions`` too.
     """
     return json.dumps(
@@ -121,8 +121,8 @@ def check_sarif(report: CheckReport, source: SourceText) -> str:
 
 
 def check_text(report: CheckReport, source: SourceText, *, color: bool, freedom: bool = False) -> str:
-    """The diagnostics with their lines, then a line a step, and what it all comes to; with ``freedom``, every part and
-    every free motion.
+    """The diagnostics with their lines, then one line per step, and the verdict; with ``freedom``, every part and every
+    free motion.
     """
     parts: list[str] = []
     if report.diagnostics:
@@ -130,9 +130,9 @@ def check_text(report: CheckReport, source: SourceText, *, color: bool, freedom:
     parts.extend(_line(step, freedom) for step in report.steps)
     path = visible(source.path)
     if report.exit_code:
-        parts.append(f"{path}: not good yet\n")
+        parts.append(f"{path}: failed\n")
     elif report.frames is not None and report.duration is not None:
-        parts.append(f"{path}: good; {counted(report.frames, 'frame')}, {report.duration:g} time units\n")
+        parts.append(f"{path}: passed; {counted(report.frames, 'frame')}, {report.duration:g} time units\n")
     return "".join(parts)
 
 
@@ -150,7 +150,7 @@ def _line(step: StepReport, freedom: bool) -> str:
 
 
 def _part(part: PartReport, whole: bool) -> str:
-    """What there is to say about a part: a line; nothing where all is as it should be, unless ``whole``."""
+    """The line about a part; nothing if all is as it should be, unless ``whole``."""
     if not part.freedom and not part.redundant and not whole:
         return ""
     most, groups = (10**6, 10**6) if whole else (4, MOST_GROUPS)

@@ -1,4 +1,4 @@
-"""`movimentum import` and `movimentum export`: scripts from other programs' files, and the other way."""
+"""`movimentum import` and `movimentum export`: scripts from other programs' files, and the reverse."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Examples:
     "--snap-angle",
     type=click.FloatRange(min=0, min_open=True, max=360),
     metavar="A",
-    help="Degrees that angles are multiples of, with --snap [default: 36].",
+    help="With --snap, make angles multiples of A degrees [default: 36].",
 )
 @click.option(
     "--drive",
@@ -61,9 +61,9 @@ def import_(
     strict: bool,
 ) -> int:
     """Turn FILE into a script: a linkage file of the program "linkages", or a mechanism expression or triangular
-    formulas of Pyslvs.
+    formulas from Pyslvs.
 
-    Which of the three it is, is seen by what it says.
+    The content of FILE tells which of the three it is.
     """
     from movimentum.workflow.exchange import Import, imported
 
@@ -94,7 +94,7 @@ Examples:
     type=click.Choice(["linkages", "pyslvs"]),
     default="linkages",
     show_default=True,
-    help="A linkage of rods as it is at one moment, or the formulas by which triangles give every joint.",
+    help="A linkage of rods at one moment, or formulas that give every joint by triangles.",
 )
 @click.option("--at", type=RationalType(), metavar="T", help="The moment (linkages) [default: the beginning].")
 @FPS

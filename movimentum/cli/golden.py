@@ -1,4 +1,4 @@
-"""`movimentum golden`: record what scripts come to, and compare with it later."""
+"""`movimentum golden`: record the results of scripts, and compare with them later."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @click.group()
 def golden() -> None:
-    """Golden frames: record what scripts come to, and compare with it later."""
+    """Golden frames: record the results of scripts, and compare with them later."""
 
 
 _SCRIPTS = click.argument("scripts", nargs=-1, required=True, metavar="SCRIPT…")
@@ -37,9 +37,9 @@ _TO = click.option(
 @SPEECH
 @click.pass_obj
 def record(console: Console, *, scripts: tuple[str, ...], to: Path | None) -> int:
-    """Record what each SCRIPT comes to: its poses, and a few frames that cover every step.
+    """Record the results of each SCRIPT: its poses, and a few frames that cover every step.
 
-    Look at the frames before you keep them: from now on they are what is right.
+    Look at the frames before you keep them: from now on they count as correct.
     """
     from movimentum.golden.record import golden_of
     from movimentum.golden.record import record as write_golden
@@ -70,13 +70,13 @@ Examples:
 )
 @_SCRIPTS
 @_TO
-@click.option("--update", is_flag=True, help="Keep what each SCRIPT comes to now, where it differs.")
+@click.option("--update", is_flag=True, help="Replace the recordings of scripts that differ.")
 @SPEECH
 @click.pass_obj
 def golden_check(console: Console, *, scripts: tuple[str, ...], to: Path | None, update: bool) -> int:
-    """Compare what each SCRIPT comes to with what was recorded: first where things are, then how it looks.
+    """Compare the results of each SCRIPT with the recording: first where things are, then how it looks.
 
-    Where they differ, NAME.golden-failed/index.html shows expected, actual and difference side by side.
+    If they differ, NAME.golden-failed/index.html shows expected, actual and difference side by side.
     """
     from movimentum.golden.check import check as compare
     from movimentum.golden.page import write_report
@@ -95,7 +95,7 @@ def golden_check(console: Console, *, scripts: tuple[str, ...], to: Path | None,
             if update:
                 write_golden(outcome.golden)
                 console.show(outcome.diagnostics, source)
-                console.say(f"{script}: recorded anew")
+                console.say(f"{script}: recorded again")
                 return Outcome(0, DONE, ())
             page = write_report(outcome)
             console.show(outcome.diagnostics, source)
@@ -107,6 +107,6 @@ def golden_check(console: Console, *, scripts: tuple[str, ...], to: Path | None,
 
 
 def _named(scripts: Iterable[str]) -> None:
-    """Golden frames are kept under their script's name."""
+    """Golden frames are stored under the name of their script."""
     if "-" in scripts:
         raise click.UsageError("a script from standard input has no name to keep golden frames under: give a file.")

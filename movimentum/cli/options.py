@@ -1,6 +1,6 @@
-"""The options that commands share, and how they become one value.
+"""The options that commands share, and how they are combined into one value.
 
-A command lists its options in the order of its help. Those that make up `Choices` reach it as one argument, see
+A command lists its options in the order of its help. Those that belong to `Choices` reach it as one argument, see
 `with_choices`.
 """
 
@@ -27,7 +27,7 @@ EXIT_CODES = """\b
 Exit codes:
   0   done (there may be warnings)
   1   the script is at fault
-  2   wrong usage, or the output cannot be written
+  2   wrong usage, or a file cannot be read or written
   3   the scene has no solution at some time
   70  a bug in Movimentum
   130 interrupted"""
@@ -71,8 +71,8 @@ def _keep_memory(context: click.Context, _: click.Parameter, megabytes: int) -> 
 
 
 SPEECH = together(
-    click.option("-q", "--quiet", is_flag=True, expose_value=False, help="Say nothing but warnings and errors."),
-    click.option("-v", "--verbose", is_flag=True, expose_value=False, help="Say notes too (as `check` does anyway)."),
+    click.option("-q", "--quiet", is_flag=True, expose_value=False, help="Show only warnings and errors."),
+    click.option("-v", "--verbose", is_flag=True, expose_value=False, help="Show notes too (as `check` always does)."),
     click.option("--debug", is_flag=True, expose_value=False, help="Show a traceback with every error."),
     click.option(
         "--max-memory",
@@ -82,7 +82,7 @@ SPEECH = together(
         metavar="MB",
         expose_value=False,
         callback=_keep_memory,
-        help="End with an error when more memory is taken.",
+        help="End with an error if more memory is used.",
     ),
 )
 SCRIPT = click.argument("script", metavar="SCRIPT")
@@ -93,7 +93,7 @@ FRAMES = click.option(
     "--frames",
     type=FrameRangeType(),
     metavar="A:B",
-    help="Only frames A to B-1, counted from 0 as Python slices count (A:, :B and -12: work); A alone is one frame.",
+    help="Only frames A to B-1, counted from 0 like Python slices (A:, :B and -12: work); A alone is one frame.",
 )
 STRICT = click.option("--strict", is_flag=True, help="Treat warnings as errors (exit code 1).")
 ACCURACY = click.option(
@@ -102,8 +102,8 @@ ACCURACY = click.option(
     default=Accuracy.STANDARD.value,
     callback=_accuracy,
     show_default=True,
-    help="How exactly the equations are solved: interpolated (what it is off by is told), to a float's precision, to "
-    "its last bits, or to as many digits as you like.",
+    help="How exactly the equations are solved: interpolated (with a reported error), to the precision of a float, to "
+    "its last bits, or to any number of digits.",
 )
 ON_FAILURE = click.option(
     "--on-failure",
@@ -111,7 +111,7 @@ ON_FAILURE = click.option(
     default=FailurePolicy.STOP.value,
     callback=_failure_policy,
     show_default=True,
-    help="Where the scene has no solution: write nothing, hold the last good pose, or leave those frames out "
+    help="If the scene has no solution at some time: write nothing, hold the last good pose, or leave those frames out "
     "(the exit code is 3 in each case).",
 )
 LIMITS = together(
@@ -129,7 +129,7 @@ LIMITS = together(
         default=MAX_NESTING,
         show_default=True,
         metavar="N",
-        help="Refuse expressions with more brackets, signs, powers and functions inside one another.",
+        help="Refuse expressions with more nested brackets, signs, powers and functions.",
     ),
     click.option(
         "--max-operations",

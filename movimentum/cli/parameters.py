@@ -1,4 +1,4 @@
-"""What options look like as text: rational numbers, ranges of frames, lists of words, pairs of joints, anchors."""
+"""The text forms of options: rational numbers, ranges of frames, lists of words, pairs of joints, anchors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class FrameRange:
     stop: int | None
 
     def of(self, count: int) -> tuple[int, int]:
-        """First frame and end (not included) among ``count`` frames; equal where the range holds none."""
+        """First frame and end (not included) among ``count`` frames; equal if the range holds none."""
         start, stop, _ = slice(self.start, self.stop).indices(count)
         return start, max(start, stop)
 
@@ -95,7 +95,7 @@ class WordsType(_WordsBase):
         words = [word.strip() for word in str(value).split(",") if word.strip()]
         for word in words:
             if word not in self.words:
-                self.fail(f"{word!r} is none of {', '.join(self.words)}.", param, ctx)
+                self.fail(f"{word!r} is not one of {', '.join(self.words)}.", param, ctx)
         return frozenset(words)
 
 
@@ -115,7 +115,7 @@ class PairType(_PairBase):
 
 
 class TraceType(_TextBase):
-    """``Thing.Anchor``; whether the scene has it is asked later."""
+    """``Thing.Anchor``; whether the scene has it is checked later."""
 
     name = "Thing.Anchor"
 

@@ -25,7 +25,7 @@ Examples:
     "commands_",
     metavar="COMMANDS",
     multiple=True,
-    help="Run these commands, parted by `;` or by line ends, and end. May be given several times.",
+    help="Run these commands, separated by `;` or line ends, and end (repeatable).",
 )
 @FPS
 @LIMITS
@@ -35,11 +35,11 @@ Examples:
 def repl(_: Console, *, choices: Choices, script: str, commands_: tuple[str, ...]) -> int:
     """Debug SCRIPT: look at any moment, ask why things are where they are, try statements out.
 
-    Opens also on scripts with errors and on scenes without a solution. `help` lists the commands.
+    It also opens scripts with errors and scenes without a solution. `help` lists the commands.
     """
     from movimentum.repl.session import opened
     from movimentum.repl.shell import interact
 
     if script == "-" and not commands_:
-        raise click.UsageError("a script from standard input leaves none for commands: give them with -c.")
+        raise click.UsageError("the script comes from standard input, so give the commands with -c.")
     return interact(opened(script, choices), ";".join(commands_) if commands_ else None)

@@ -37,11 +37,11 @@ if TYPE_CHECKING:
     epilog="""\b
 Examples:
   movimentum run crank.mov                         crank.gif, beside the script
-  movimentum run crank.mov -o crank.mp4            a film (pip install 'movimentum[video]')
+  movimentum run crank.mov -o crank.mp4            a video (pip install 'movimentum[video]')
   movimentum run crank.mov --at 2.5                crank.png, a still at time 2.5
   movimentum run crank.mov -o 'frames/%04d.png'    numbered pictures
   movimentum run crank.mov --trace Rod.B --show names,free
-  movimentum run crank.mov --watch --open          again at every change
+  movimentum run crank.mov --watch --open          again whenever it changes
 
 """
     + EXIT_CODES
@@ -56,7 +56,7 @@ Examples:
 )
 @FPS
 @FRAMES
-@click.option("--at", type=RationalType(), metavar="T", help="A still at time T, between frames too.")
+@click.option("--at", type=RationalType(), metavar="T", help="A still at time T, which may lie between frames.")
 @click.option(
     "--scale",
     type=click.FloatRange(min=0, min_open=True),
@@ -70,13 +70,13 @@ Examples:
     type=TraceType(),
     multiple=True,
     metavar="THING.ANCHOR",
-    help="Draw the path of an anchor, from the beginning to the frame's moment (repeatable).",
+    help="Draw the path of an anchor, from the beginning to the moment of the frame (repeatable).",
 )
 @click.option(
     "--show",
     type=WordsType("names", "free", "anchors"),
     default=frozenset[str](),
-    help="Draw over the picture: things' names, what can still move, anchors.",
+    help="Draw over the picture: the names of things, what can still move, anchors.",
 )
 @click.option("--background", metavar="COLOR", help="A colour by name or as #rrggbb, instead of the script's.")
 @ACCURACY
@@ -102,7 +102,7 @@ Examples:
     "--workers",
     type=click.IntRange(min=1, max=256),
     metavar="N",
-    help="Render in N processes [default: as many as pay]. The file is the same, byte for byte.",
+    help="Render in N processes [default: chosen automatically]. The bytes of the file do not depend on it.",
 )
 @click.option("--watch", is_flag=True, help="Render again whenever the script or a sprite changes; Ctrl-C ends it.")
 @click.option("--open", "open_it", is_flag=True, help="Show the file when it is done.")
@@ -140,7 +140,7 @@ def run(
 ) -> int:
     """Render SCRIPT as an animation or as pictures."""
     if at is not None and frames is not None:
-        raise click.UsageError("--at is one picture and --frames a range of them: give one of the two.")
+        raise click.UsageError("--at is one picture and --frames is a range: give only one of the two.")
     target = output_file(script, output, ".gif" if at is None else ".png")
     picture = Picture(
         frames=None if frames is None else frames.of,
@@ -179,8 +179,8 @@ def run(
 
 
 def _watch(console: Console, script: str, once: Callable[[], int], target: Path, open_it: bool) -> int:
-    """Call ``once``, which writes ``target``, at every change of the script or its pictures, until Ctrl-C; returns that
-    exit code. ``open_it``: the file is opened the first time it exists.
+    """Call ``once``, which writes ``target``, whenever the script or its pictures change, until Ctrl-C; returns that
+    exit code. ``open_it``: the file is opened when it first exists.
     """
     from movimentum.cli.watch import watch
     from movimentum.workflow.read import mentioned_files, read
@@ -192,11 +192,11 @@ def _watch(console: Console, script: str, once: Callable[[], int], target: Path,
         try:
             code = once()
             written |= code in (DONE, NO_SOLUTION)
-            # Opened once: most viewers follow the file by themselves, and a window a change would be a nuisance.
+            # Opened once: most viewers follow the file, and a new window for every change would be a nuisance.
             if waiting and code == DONE:
                 click.launch(str(target))
                 waiting = False
-        except Exception as error:  # a fault of ours must not end the watching either
+        except Exception as error:  # a bug in Movimentum must not end the watching either
             console.show_bug(error)
         console.say(f"watching {script}; Ctrl-C ends it")
         try:
@@ -208,6 +208,6 @@ def _watch(console: Console, script: str, once: Callable[[], int], target: Path,
         watch([Path(script)], again)
     except KeyboardInterrupt:
         if not written:
-            raise  # nothing was written, and that is said
-        console.say(f"\nno longer watching {script}; {target} is as it was written last")
+            raise  # nothing was written, and a message says so
+        console.say(f"\nno longer watching {script}; {target} is as it was last written")
     return INTERRUPTED

@@ -61,7 +61,7 @@ Examples:
     default=MAX_DIGITS,
     show_default=True,
     metavar="N",
-    help="Refuse more digits: three times as many take about nine times as long.",
+    help="Refuse more digits (three times as many take about nine times as long).",
 )
 @STRICT
 @ON_FAILURE
@@ -77,10 +77,10 @@ def solve(
     output: str,
     frames: FrameRange | None,
 ) -> int:
-    """Write where everything is: a table with one row a frame.
+    """Write where everything is: a table with one row for each frame.
 
-    Columns: frame, time, Thing.Anchor.x and .y of every anchor, Thing.angle of every thing (degrees, counting full
-    turns), every named variable. World coordinates in pixels, y up.
+    The columns are frame, time, Thing.Anchor.x and .y of every anchor, Thing.angle of every thing (degrees, counting
+    full turns), and every named variable. Coordinates are world coordinates in pixels, y up.
     """
     from movimentum.interop.tables import SUFFIXES
     from movimentum.workflow.tabulate import tabulate

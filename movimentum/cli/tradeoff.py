@@ -1,4 +1,4 @@
-"""`movimentum trade`: what accuracy costs and buys."""
+"""`movimentum trade`: what accuracy costs and gains."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ Examples:
     + EXIT_CODES
 )
 @SCRIPT
-@click.option("-o", "--output", metavar="PLOT", help="A plot of it: a .png or .svg file.")
+@click.option("-o", "--output", metavar="PLOT", help="A plot of the results: a .png or .svg file.")
 @click.option(
     "--format",
     "form",
     type=click.Choice(["text", "json"]),
     default="text",
     show_default=True,
-    help="For people, or for programs.",
+    help="Output for people, or for programs.",
 )
 @FPS
 @click.option(
     "--digits",
     type=click.IntRange(min=20, max=1000),
     metavar="N",
-    help="Digits of the truth that everything is compared with [default: 50].",
+    help="Digits of the reference for all comparisons [default: 50].",
 )
 @STRICT
 @LIMITS
@@ -56,10 +56,10 @@ def trade(
     output: str | None,
     form: str,
 ) -> int:
-    """Measure what accuracy costs and what it buys on SCRIPT.
+    """Measure what accuracy costs and gains on SCRIPT.
 
-    Every tier of --accuracy and every --quality: time, and the error against a truth of 50 digits, or of many times the
-    pixels.
+    For every tier of --accuracy and every --quality, it measures the time and the error, compared with a solution of 50
+    digits or with a picture of many times the pixels.
     """
     from movimentum.workflow.tradeoff import TradeReport
     from movimentum.workflow.tradeoff import trade as measured

@@ -14,9 +14,9 @@ def watch(
 ) -> None:
     """Call ``action``, then again after every change of ``files`` or of the files that it returned; never returns.
 
-    Files are looked at four times a second by modification time and size, which works on every file system (network
-    drives included) and costs nothing for the handful of files that a script has. A file that vanishes counts as a
-    change, as editors save by replacing. ``action`` deals with its own errors.
+    Files are checked four times a second by modification time and size. This works on every file system (including
+    network drives) and costs nothing for the few files of a script. A file that disappears counts as a change, because
+    editors save by replacing. ``action`` handles its own errors.
     """
     watched = set(files)
     while True:

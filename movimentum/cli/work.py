@@ -1,4 +1,4 @@
-"""What commands that work on a script do alike: name the output, run the work, say what came of it."""
+"""The common parts of commands that work on a script: name the output, run the work, report the outcome."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 def output_file(script: str, output: str | None, suffix: str) -> Path:
-    """The file to write: never the script itself (nor its pictures, which are known later)."""
+    """The file to write: never the script itself (nor its pictures, which are checked later)."""
     if output is None:
         if script == "-":
-            raise click.UsageError("a script from stdin has no name: say where to write with -o.")
+            raise click.UsageError("a script from stdin has no name: give an output with -o.")
         output = str(Path(script).with_suffix(suffix)) if Path(script).name else script
     target = Path(output)
     refuse_overwriting(target, () if script == "-" else (script,))
@@ -34,7 +34,7 @@ def output_or_stdout(script: str, output: str, suffix: str) -> Path | None:
 
 
 def carried_out(console: Console, script: str, work: Callable[[SourceText], Outcome]) -> tuple[int, Outcome | None]:
-    """The exit code and outcome of ``work`` on the script; what it has to say is shown with the script's lines."""
+    """The exit code and outcome of ``work`` on the script; its diagnostics are shown with the script's lines."""
     from movimentum.workflow.read import read
 
     source: SourceText | None = None

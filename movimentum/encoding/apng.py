@@ -1,6 +1,6 @@
-"""APNG: our own stream of chunks. Pillow compresses one box at a time; delays are exact fractions.
+"""APNG: our own stream of chunks. Pillow compresses one box at a time, and delays are exact fractions.
 
-A box replaces what was there (blend "source"), alpha included, so the same way serves opaque and transparent pictures.
+A box replaces what was there (blend "source"), including alpha. So opaque and transparent pictures are treated alike.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class ApngWriter:
         self._count_at = 0
 
     def begin(self) -> None:
-        """Header; the number of frames is put in at the end."""
+        """Header; the number of frames is filled in at the end."""
         self._stream.write(SIGNATURE)
         self._chunk(b"IHDR", struct.pack(">IIBBBBB", *self._size, 8, self._color_type, 0, 0, 0))
         self._count_at = self._stream.tell()

@@ -1,8 +1,8 @@
-"""GIF (89a), one frame at a time: a single palette, only the box that changed, delays whose sum is right.
+"""GIF (89a), one frame at a time: a single palette, only the box that changed, and delays with the right sum.
 
-Pillow's own animation writer keeps every frame in memory; here it compresses one frame, and we take its image block.
-Where the background is transparent, a frame is cleared before the next (disposal 2), for a GIF pixel cannot be
-made transparent again in another way; then a frame's box is all that it shows.
+Pillow's own animation writer keeps every frame in memory. Here it compresses one frame, and we take the image block
+from it. If the background is transparent, a frame is cleared before the next (disposal 2), because a GIF pixel cannot
+be made transparent again in any other way. Then a frame's box holds everything that it shows.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class GifCoder:
         self._mapper: Mapper | None = None
 
     def __reduce__(self) -> tuple[type[GifCoder], tuple[Palette]]:
-        return GifCoder, (self._palette,)  # the look-up table is made anew where it is needed
+        return GifCoder, (self._palette,)  # the look-up table is made again where it is needed
 
     def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
@@ -48,7 +48,7 @@ class GifCoder:
 
 
 def _shown(indices: NDArray[np.uint8]) -> Box:
-    """The box of what is not transparent (one pixel where all is)."""
+    """The box of what is not transparent (one pixel if everything is)."""
     rows, columns = np.flatnonzero(indices.any(axis=1)), np.flatnonzero(indices.any(axis=0))
     if not len(rows):
         return Box(0, 0, 1, 1)
@@ -56,7 +56,7 @@ def _shown(indices: NDArray[np.uint8]) -> Box:
 
 
 def image_block(indices: NDArray[np.uint8]) -> bytes:
-    """The compressed pixels (code size, sub-blocks, terminator) of a GIF that Pillow makes of (rows, columns)."""
+    """The compressed pixels (code size, sub-blocks, terminator) of a GIF that Pillow makes from (rows, columns)."""
     data = saved(Image.fromarray(indices), "GIF", optimize=False, interlace=0)
     at = 13 + (3 << (data[10] & 7) + 1 if data[10] & 0x80 else 0)
     while data[at] == 0x21:  # an extension: label, then sub-blocks up to an empty one
@@ -65,7 +65,7 @@ def image_block(indices: NDArray[np.uint8]) -> bytes:
             at += data[at] + 1
         at += 1
     if data[at] != 0x2C or data[at + 9] & 0xC0 or data[-1] != 0x3B:
-        raise AssertionError("Pillow wrote a GIF that is not understood")
+        raise AssertionError("Pillow wrote a GIF that cannot be read")
     return data[at + 10 : -1]
 
 

@@ -1,8 +1,8 @@
 """One palette for a whole animation, and pictures as indices into it.
 
-Where the sampled frames have few colours, they are all kept exactly. Else a variance-split palette (Wu 1991 in spirit:
-always split the group whose colours scatter most, across its principal axis) with a few rounds of k-means. Measured
-against other ways in docs/decisions. No dithering: it doubles the file and crawls.
+If the sampled frames have few colours, all are kept exactly. Otherwise the palette is split by variance (in the spirit
+of Wu 1991: always split the group whose colours scatter most, across its principal axis), with a few rounds of k-means.
+docs/decisions compares other ways. There is no dithering: it doubles the file and flickers.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _ROUNDS = 4
 
 @dataclass(frozen=True, slots=True)
 class Palette:
-    """Colour number k of ``colors`` (n, 3) uint8, n <= 255, has index k + 1. ``background`` keeps its exact place."""
+    """Colour number k of ``colors`` (n, 3) uint8, n <= 255, has index k + 1. ``background`` is kept exactly."""
 
     colors: NDArray[np.uint8]
     exact: bool
@@ -61,8 +61,8 @@ def choose_palette(samples: Sequence[Image.Image], background: tuple[int, int, i
 class Mapper:
     """Pictures -> indices of one palette.
 
-    The nearest colour of each colour is looked for when it first occurs. Distances are whole numbers that single
-    precision holds exactly, so the answer depends on nothing but the colour.
+    The nearest colour of each colour is searched when it first occurs. Distances are whole numbers that single
+    precision holds exactly, so the answer depends only on the colour.
     """
 
     def __init__(self, palette: Palette) -> None:
@@ -101,7 +101,7 @@ def _words(image: Image.Image) -> Keys:
 
 
 def _distinct(keys: Keys) -> Keys:
-    """What `numpy.unique` does, which imports a lot."""
+    """The same as `numpy.unique`, which imports a lot."""
     ordered = np.sort(keys)
     return ordered[np.concatenate([[True], ordered[1:] != ordered[:-1]])] if len(ordered) else ordered
 

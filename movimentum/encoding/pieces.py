@@ -1,7 +1,7 @@
-"""Animations as pieces: for each frame the box that changed, coded on its own.
+"""Animations as pieces: for each frame the box that changed, encoded separately.
 
-A `Coder` turns pictures into pieces, in any process; a `PieceWriter` puts pieces into a file, in order. So pictures
-never travel between processes, and no more than a few frames are in memory.
+A `Coder` turns pictures into pieces, in any process; a `PieceWriter` puts pieces into a file, in order. So pictures are
+never sent between processes, and only a few frames are in memory.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class FramePiece(NamedTuple):
 
 
 class Coder(Protocol):
-    """Codes one frame; a value, sent to other processes. It may keep tables that do not change what comes out."""
+    """Encodes one frame; a value that is sent to other processes. It may keep tables that do not change the result."""
 
     def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """``image`` after ``previous`` (None: as the first frame); None where nothing changed."""
@@ -56,7 +56,7 @@ class PieceWriter(Protocol):
 
 
 _NO_MEMORY = re.compile(r"out of memory|codec configuration error|encoding error [12]\b")
-"""How the encoders say it (zlib as a configuration that it cannot begin with; 1 and 2 are libwebp's numbers)."""
+"""How the encoders report a lack of memory (zlib as an invalid configuration; 1 and 2 are libwebp's numbers)."""
 
 
 def changed_box(image: Image.Image, previous: Image.Image | None) -> Box | None:
@@ -71,7 +71,7 @@ def changed_box(image: Image.Image, previous: Image.Image | None) -> Box | None:
 
 @dataclass(frozen=True, slots=True)
 class FrameClock:
-    """Frame times in whole ticks: frame k begins at tick round(k · ``ticks`` / ``fps``), so no error ever adds up."""
+    """Frame times in whole ticks: frame k begins at tick round(k · ``ticks`` / ``fps``), so errors never accumulate."""
 
     fps: Fraction
     ticks: int

@@ -17,7 +17,7 @@ SUFFIXES = (".svg", ".png")
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One thing measured; ``group`` gives its colour. What is not positive is drawn at the edge."""
+    """One thing measured; ``group`` gives its colour. Values that are not positive are drawn at the edge."""
 
     label: str
     x: float
@@ -77,7 +77,7 @@ def write_plot(panels: Sequence[Panel], path: Path, suffix: str) -> None:
 def write_curves(
     title: str, times: Sequence[float], curves: Sequence[tuple[str, Sequence[float]]], path: Path, suffix: str
 ) -> None:
-    """Write courses over time in one diagram: (name, values at ``times``); what is not finite is left out."""
+    """Write courses over time in one diagram: (name, values at ``times``); values that are not finite are left out."""
     finite = [v for _, values in curves for v in values if math.isfinite(v)] or [0.0]
     low, high = min(finite), max(finite)
     spare = 0.05 * (high - low) or 0.5
@@ -113,7 +113,7 @@ def write_curves(
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """Some five round numbers from ``low`` to ``high``."""
+    """About five round numbers from ``low`` to ``high``."""
     if not high > low:
         return [low]
     rough = (high - low) / 5
@@ -123,7 +123,7 @@ def _ticks(low: float, high: float) -> list[float]:
 
 
 def _span(values: Sequence[float]) -> tuple[int, int]:
-    """Powers of ten around what is positive."""
+    """Powers of ten around the positive values."""
     logs = [math.log10(value) for value in values if value > 0.0 and math.isfinite(value)] or [0.0]
     low, high = math.floor(min(logs) - 0.15), math.ceil(max(logs) + 0.15)
     return low, max(high, low + 1)

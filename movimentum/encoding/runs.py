@@ -1,13 +1,13 @@
-"""Drawing and coding in runs of frames, here or in other processes.
+"""Drawing and encoding in runs of frames, in this process or in others.
 
-A run is 30 frames and, before them, the frame that the first is compared with. Runs are the same whoever draws them,
-so the file is the same for any number of workers. A worker gets its runs one by one (with the points of traces that it
-has not seen) and sends back coded pieces; none is given far ahead of the file, so memory depends neither on the length
-nor on who is slow.
+A run is 30 frames and, before them, the frame with which the first is compared. Runs are the same whichever process
+draws them, so the file is the same for any number of workers. A worker gets its runs one by one (with the points of
+traces that it has not seen) and sends back encoded pieces. No run is given out far ahead of the file, so memory depends
+neither on the length nor on slow workers.
 
-Processes are forked on Linux, where that costs about 10 ms; elsewhere they are spawned, about 0.35 s (measured), for
-there a fork may meet threads of the system's libraries. A forked worker runs nothing but this file's loop and leaves
-by ``os._exit``, so locks that another thread held at the fork are never asked for.
+Processes are forked on Linux, which costs about 10 ms. Elsewhere they are spawned, which costs about 0.35 s (measured),
+because a fork may interfere there with threads of the system's libraries. A forked worker runs only the loop in this
+file and ends with ``os._exit``, so it never needs locks that another thread held at the fork.
 """
 
 from __future__ import annotations
@@ -68,10 +68,10 @@ def runs(source: PoseSource) -> Iterator[FrameRun]:
 
 
 def coded_runs(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Generator[Pieces, None, None]:
-    """For each run in order, one entry a frame: what it changes, None for nothing.
+    """For each run in order, one entry per frame: what it changes, None for nothing.
 
-    Where the system gives us fewer processes than ``workers``, those draw; where it gives none, this one does. Close
-    the generator (or let an exception through it) to end the workers.
+    If the system allows fewer processes than ``workers``, those draw. If it allows none, this process draws. Close the
+    generator (or let an exception through it) to end the workers.
     """
     if workers <= 1:
         return _coded_here(painter, coder, source)
@@ -79,10 +79,10 @@ def coded_runs(painter: Painter, coder: Coder, source: PoseSource, workers: int)
 
 
 def workers_that_pay(seconds_a_frame: float, frames: int, held: int = 0) -> int:
-    """How many processes make ``frames`` frames soonest, no more than there are processors for us.
+    """How many processes finish ``frames`` frames soonest, at most as many as there are available processors.
 
-    ``held``: the bytes that this process holds. A worker comes to hold about as much, but for what it shares; all
-    together stay within the memory that a command may take unless it is told otherwise.
+    ``held``: the bytes that this process holds. A worker will hold about as much, except for what it shares. All
+    together stay within the default memory limit of a command.
     """
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     work = seconds_a_frame * frames
@@ -123,7 +123,7 @@ def _code_run(session: PaintSession, coder: Coder, run: FrameRun) -> Pieces:
 def _work(pipe: Connection, others: Sequence[Connection], painter: Painter, coder: Coder) -> None:
     """A worker's life: a run comes in, its pieces go out; the end of the pipe is the end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
-    for other in others:  # held open here, they would hide the parent's end from its other workers
+    for other in others:  # if held open here, they would hide the parent's end from its other workers
         other.close()
     try:
         session = PaintSession(painter)
@@ -164,7 +164,7 @@ class _Crew:
         return self
 
     def _started(self, context: SpawnContext, painter: Painter, coder: Coder) -> bool:
-        """One worker more; False where there is no process, no file handle or no memory for it."""
+        """Start one more worker; False if there is no process, no file handle or no memory for it."""
         try:
             ours, theirs = context.Pipe()
         except OSError:
@@ -194,7 +194,7 @@ class _Crew:
 
 
 def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Generator[Pieces, None, None]:
-    from multiprocessing.connection import wait  # 5 ms that a short animation does not pay
+    from multiprocessing.connection import wait  # 5 ms that a short animation does not need
 
     waiting = runs(source)
     tail: list[Points] = []  # the points of traces of every run so far, for workers that did not draw it
@@ -208,7 +208,7 @@ def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers
         sent = [0] * workers  # how many runs' points each worker has
         idle = list(range(workers))
         while True:
-            # only to who waits for it: were both ends sending, neither would ever finish
+            # only to a worker that waits for it: if both ends were sending, neither would ever finish
             while idle and given - taken < 4 * workers and (run := next(waiting, None)) is not None:
                 worker = idle.pop(0)
                 if painter.traces:

@@ -15,7 +15,7 @@ _QUALITY = 95  # of 100; with colours at full resolution (subsampling 0), for dr
 
 
 class PngCoder:
-    """Frames -> whole files; a frame like the one before is not coded again."""
+    """Frames -> whole files; a frame like the one before is not encoded again."""
 
     def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
@@ -23,7 +23,7 @@ class PngCoder:
 
 
 class JpegCoder:
-    """Opaque frames -> whole files; a frame like the one before is not coded again."""
+    """Opaque frames -> whole files; a frame like the one before is not encoded again."""
 
     def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
@@ -42,7 +42,7 @@ def _piece(image: Image.Image, data: bytes) -> FramePiece:
 class SequenceWriter:
     """Numbered files in ``folder``: ``pattern`` holds one ``%d`` (or ``%04d``), filled with the frame's number.
 
-    ``numbers``: frame numbers by position; files are numbered as frames are counted from the animation's start.
+    ``numbers``: frame numbers by position; files have the frame numbers of the whole animation.
     """
 
     def __init__(self, folder: Path, pattern: str, numbers: list[int]) -> None:

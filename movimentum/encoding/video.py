@@ -1,6 +1,6 @@
 """MP4 (H.264) and WebM (VP9) through PyAV, which only the ``video`` extra installs.
 
-Frames are drawn in this process while the encoder's own threads compress: it is they that take the processors.
+Frames are drawn in this process while the encoder's own threads compress and use the other processors.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def write_video(
     """Write ``kind`` (``"mp4"`` or ``"webm"``) to ``path``; frame k is shown from exactly k / ``fps``.
 
     Odd sizes are padded by a row or column of ``ground``, which also lies under transparent pictures. ``step`` is
-    called after each frame. `UsageError` (``output/video``) where PyAV or its encoder is missing.
+    called after each frame. `UsageError` (``output/video``) if PyAV or its encoder is missing.
     """
     av = _library()
     width, height = size[0] + size[0] % 2, size[1] + size[1] % 2
@@ -36,7 +36,7 @@ def write_video(
     codec, options = ("libx264", {"crf": "18"}) if kind == "mp4" else ("libvpx-vp9", {"crf": "24", "b:v": "0"})
     if kind == "webm":
         options |= {"deadline": "good", "cpu-used": "5", "row-mt": "1"}
-    # bitexact: no random identifiers, no dates, so that equal pictures are equal files
+    # bitexact: no random identifiers, no dates, so that equal pictures give equal files
     muxing = {"fflags": "+bitexact"} | ({"movflags": "+faststart"} if kind == "mp4" else {})
     with av.open(str(path), "w", format=kind, options=muxing) as container:
         try:

@@ -1,4 +1,4 @@
-"""Animated WebP, lossless: our own stream of chunks, as Pillow's writer keeps a list of all frames.
+"""Animated WebP, lossless: our own stream of chunks, because Pillow's writer keeps a list of all frames.
 
 The container is RIFF (Google, "WebP Container Specification"): VP8X, ANIM, then one ANMF for each frame.
 """
@@ -60,7 +60,7 @@ class WebpWriter:
         self._loop = min(loop, 65535)
 
     def begin(self) -> None:
-        """Header; the length is put in at the end."""
+        """Header; the length is filled in at the end."""
         flags = 0x02 | (0x10 if self._alpha else 0)
         width, height = self._size
         extended = struct.pack("<I", flags) + _three(width - 1) + _three(height - 1)

@@ -1,12 +1,12 @@
-"""The way into this stage: a painter and poses become a file (or numbered files).
+"""The entry to this stage: a painter and poses become a file (or numbered files).
 
 ::
 
     painter = make_painter(scene, source, PictureOptions(...))  # movimentum.rendering.painter
     report = write_animation(painter, source, Path("out.gif"), fps=timeline.fps, loop=0, workers=None, progress=show)
 
-``source`` is a `Poses` of all frames, or anything that yields `Poses` in order and can be iterated more than once;
-wrap a generator in `movimentum.rendering.stream.Spool` (temporary file), then a million frames need not be in memory::
+``source`` is a `Poses` of all frames, or anything that yields `Poses` in order and can be iterated more than once. Wrap
+a generator in `movimentum.rendering.stream.Spool` (temporary file); then a million frames need not be in memory::
 
     with Spool(solve_in_chunks(...)) as source:
         painter = make_painter(scene, source, options)
@@ -46,9 +46,9 @@ from movimentum.terminal import typed
 SUFFIXES = (".gif", ".png", ".jpg", ".jpeg", ".apng", ".webp", ".mp4", ".webm")
 _STILLS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
 STILL_KINDS = frozenset(_STILLS.values())
-"""What `check_output` says of a file that holds one picture."""
+"""The kinds that `check_output` returns for a file with one picture."""
 _SAMPLES = 8  # frames that a palette is chosen from
-_WORTH_TIMING = 60  # frames: fewer are drawn here without asking
+_WORTH_TIMING = 60  # frames: fewer are drawn in this process without measuring
 
 Progress = Callable[[int, int], None]
 
@@ -56,7 +56,7 @@ Progress = Callable[[int, int], None]
 @dataclass(frozen=True, slots=True)
 class WriteReport:
     """What was written: ``files``, ``frames`` shown (a GIF faster than 50 a second has fewer than were given), the
-    picture's ``size`` (width, height) in pixels, the total ``duration`` in seconds as the file has it, the number of
+    picture's ``size`` (width, height) in pixels, the total ``duration`` in seconds as in the file, the number of
     ``workers`` that drew (1: this process), and ``diagnostics`` (warnings).
     """
 
@@ -72,7 +72,7 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
     """The kind of file that ``path`` asks for: ``"sequence"`` for numbered pictures, one of `STILL_KINDS` for a single
     one, else its suffix without the dot.
 
-    `UsageError`: ``output/format`` for a suffix that is not written here, ``output/pattern`` for a number pattern that
+    `UsageError`: ``output/format`` for a suffix that is not supported, ``output/pattern`` for a number pattern that
     cannot be filled, ``output/one-picture`` for more than one frame into one picture, ``output/opaque`` for a
     ``transparent`` background in a JPEG.
     """
@@ -113,11 +113,11 @@ def write_animation(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> WriteReport:
-    """Draw all frames of ``source`` and write them to ``path``, whose suffix says how (see `check_output`).
+    """Draw all frames of ``source`` and write them to ``path``, whose suffix gives the format (see `check_output`).
 
     Frame k (by position in ``source``) is shown from k / ``fps``. ``loop``: how often the animation is played, 0 for
-    ever (not in video). ``workers``: processes that draw; None: as many as pay. The bytes written do not depend on it.
-    ``progress`` is called with (frames done, frames in all) about every 30 frames.
+    ever (not in video). ``workers``: processes that draw; None: chosen automatically. The bytes written do not depend
+    on it. ``progress`` is called with (frames done, frames in all) about every 30 frames.
 
     The file appears whole or not at all, whatever goes wrong. `UsageError`: see `check_output`; a file that cannot be
     written or a full disk (``output/unwritable``); no frames (``output/no-frames``); a picture larger than the format
@@ -161,7 +161,7 @@ class _Job:
             self.progress(done, self.total)
 
     def choose_workers(self, coder: Coder, images: list[Image.Image] | None, seconds: float) -> int:
-        """As asked; else by the time that a frame takes: measured, for guessing it from sizes is no better."""
+        """As asked; otherwise by the measured time of a frame, because an estimate from sizes is no better."""
         if self.workers is not None:
             return max(1, self.workers)
         if self.total < _WORTH_TIMING:
@@ -270,7 +270,7 @@ def _write_video(job: _Job, path: Path, kind: str) -> WriteReport:
 
 
 def _write_pieces(job: _Job, writer: PieceWriter, coder: Coder, workers: int) -> None:
-    """All frames; those that change nothing make the one before them longer."""
+    """All frames; a frame that changes nothing makes the one before it longer."""
     writer.begin()
     shown: FramePiece | None = None
     since = done = 0
@@ -296,7 +296,9 @@ def _refuse_large_jpeg(painter: Painter, path: Path) -> None:
 def _refuse_larger(painter: Painter, limit: int, name: str) -> None:
     if max(painter.size) > limit:
         width, height = painter.size
-        raise _usage("limit/pixels", f"{width} x {height} pixels: {name} ends at {limit} each way", "--scale 0.5")
+        raise _usage(
+            "limit/pixels", f"{width} x {height} pixels: the limit of {name} is {limit} each way", "--scale 0.5"
+        )
 
 
 def _too_fast(fps: Fraction) -> Diagnostic:
@@ -304,7 +306,7 @@ def _too_fast(fps: Fraction) -> Diagnostic:
         "render/gif-rate",
         Severity.WARNING,
         f"GIF shows at most {gif.FASTEST} frames a second: {float(fps):g} are thinned out to {gif.FASTEST}",
-        notes=("browsers slow down what is faster to 10 a second",),
+        notes=("browsers slow faster animations down to 10 frames a second",),
         helps=(f"--fps {gif.FASTEST}", "-o out.webp"),
     )
 

@@ -1,6 +1,6 @@
 """Scalar expressions over unknowns and time: the language between scene, timeline and plan.
 
-`expr` has the nodes and their arithmetic, `operations` a record for each operation, `walk` goes through them.
+`expr` has the nodes and their arithmetic, `operations` a record for each operation, `walk` traverses them.
 """
 
 from __future__ import annotations

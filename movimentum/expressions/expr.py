@@ -38,8 +38,8 @@ from fractions import Fraction
 class Expr:
     """One node; build it with the functions of this package, which fold constants.
 
-    ``origin`` of a const is the operation that it was folded from, whose value is known to any number of digits where
-    the const's is rounded; it is no part of what the node is (equality, pickles).
+    ``origin`` of a const is the operation that it was folded from, whose value is known to any number of digits while
+    the const's is rounded; it does not belong to the identity of the node (equality, pickles).
     """
 
     __slots__ = ("_hash", "args", "depth", "op", "origin", "payload")
@@ -76,7 +76,7 @@ class Expr:
             return False
         other.args = (
             self.args
-        )  # one copy from here on: what shares its parts is compared in one pass and not in 2^depth
+        )  # one copy from here on: nodes that share parts are compared in one pass and not in 2^depth
         return True
 
     def __repr__(self) -> str:
@@ -88,7 +88,7 @@ class Expr:
 
     @property
     def value(self) -> float | None:
-        """The number of a ``const``, else None."""
+        """The number of a ``const``, otherwise None."""
         return self.payload if self.op == "const" and isinstance(self.payload, float) else None
 
     @property
@@ -116,7 +116,7 @@ def const(value: float) -> Expr:
 
 
 def ratio(value: Fraction) -> Expr:
-    """A rational number; where a float cannot hold it, its ``origin`` is the quotient that it stands for."""
+    """A rational number. If a float cannot hold it, its ``origin`` is the quotient that it stands for."""
     if max(abs(value.numerator), value.denominator) >= 2**53:
         return const(float(value))
     return div(const(float(value.numerator)), const(float(value.denominator)))
@@ -127,7 +127,7 @@ def _fold(value: float, op: str, *args: Expr) -> Expr:
 
 
 def symbol(name: Hashable) -> Expr:
-    """An unknown, or whatever the owner of ``name`` says it is."""
+    """An unknown, or whatever ``name`` means to its owner."""
     return Expr("symbol", (), name)
 
 

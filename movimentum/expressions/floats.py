@@ -1,4 +1,4 @@
-"""The functions of the language on floats; ValueError or ArithmeticError where they are undefined."""
+"""The functions of the language on floats; ValueError or ArithmeticError if they are undefined."""
 
 from __future__ import annotations
 
@@ -86,12 +86,12 @@ def atand(value: float) -> float:
 
 
 def le(e: float, b: float, v: float, w: float) -> float:
-    """v where e <= b, else w."""
+    """v if e <= b, otherwise w."""
     return v if e <= b else w
 
 
 def raised(a: float, exponent: float) -> float:
-    """a ** exponent; nan where that is no real number."""
+    """a ** exponent; nan if that is not a real number."""
     value: float | complex = a**exponent
     return math.nan if isinstance(value, complex) else value
 

@@ -1,7 +1,7 @@
-"""The operations of expressions: what each is called in a script, its value and its derivative, in one record.
+"""The operations of expressions: one record for each, with its name in a script, its value and its derivative.
 
-Other ways to evaluate (NumPy code, double-doubles, mpmath, SymPy) stand where they are needed; a test asks every one of
-them for every operation.
+Other ways to evaluate (NumPy code, double-doubles, mpmath, SymPy) are in the modules that need them; a test tries every
+one of them with every operation.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ Derivative = Callable[[Expr, Sequence[Expr]], Expr]
 class Operation:
     """An operation of ``arity`` arguments.
 
-    ``value`` takes them as floats, and the payload of a node that has one; it raises where it is undefined. Where a
-    function has a kink (abs, min, floor, ranges) the ``derivative`` is the one of the piece it is on. ``word`` is its
-    name in a script's function call; operations without are written otherwise.
+    ``value`` takes them as floats, and the payload of a node that has one; it raises if it is undefined. If a function
+    has a kink (abs, min, floor, ranges), the ``derivative`` is that of the current piece. ``word`` is its name in a
+    script's function call; operations without a name are written differently.
     """
 
     name: str
@@ -47,7 +47,7 @@ def power(a: Expr, exponent: float) -> Expr:
 
 
 def call(op: str, *args: Expr) -> Expr:
-    """A function of the table above, folded where all arguments are constant and the value is finite."""
+    """A function of the table above, folded if all arguments are constant and the value is finite."""
     node = Expr(op, args)
     if op in ("integral", "derivative"):
         raise ValueError(f"{op} has a constructor of its own")
@@ -60,7 +60,7 @@ def _folded(node: Expr) -> Expr:
 
 
 def evaluate_op(op: str, payload: Hashable, values: Sequence[float]) -> float:
-    """One operation on floats; nan where it is undefined or overflows."""
+    """One operation on floats; nan if it is undefined or overflows."""
     value = BY_NAME[op].value
     try:
         return float(value(*values) if payload is None else value(*values, payload))
@@ -126,6 +126,6 @@ OPERATIONS = (
     Operation("ease", 1, floats.ease, _ease_rate, "ease"),
     Operation("le", 4, floats.le, lambda node, d: call("le", node.args[0], node.args[1], d[2], d[3])),
 )
-"""All of them; `Expr` tells what leaves, integrals and derivatives are, which are none."""
+"""All of them; leaves, integrals and derivatives are not operations, see `Expr`."""
 
 BY_NAME = {operation.name: operation for operation in OPERATIONS}

@@ -1,4 +1,4 @@
-"""Going through expressions, and making others like them."""
+"""Traversing expressions, and making others from them."""
 
 from __future__ import annotations
 

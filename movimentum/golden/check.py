@@ -33,9 +33,8 @@ MOST = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GoldenResult:
-    """``diagnostics``: one error for what is no longer as recorded, none where all is well. ``pictures`` are those that
-    differ: (frame, expected, actual), an expected one is None where there was no such frame.
-    ``inputs``: the files read.
+    """``diagnostics``: one error for what is no longer as recorded, none if everything is. ``pictures`` are those that
+    differ: (frame, expected, actual); expected is None if there was no such frame. ``inputs``: the files read.
     """
 
     golden: Golden
@@ -50,7 +49,7 @@ class GoldenResult:
 
 
 def check(golden: Golden) -> GoldenResult:
-    """Solve and draw a script again; raises what solving it raises, and `ScriptError` where nothing was recorded."""
+    """Solve and draw a script again; raises what solving raises, and `ScriptError` if nothing was recorded."""
     recorded = _recorded(golden)
     made = rendition(golden.script)
     found = list(_numbers(golden, made, recorded))
@@ -104,9 +103,9 @@ class _Recorded:
 
 
 def _recorded(golden: Golden) -> _Recorded:
-    """What was recorded, without the table's rows; `ScriptError` where nothing was, or where it cannot be read.
+    """What was recorded, without the rows of the table; `ScriptError` if there is nothing, or if it cannot be read.
 
-    A folder may come from anywhere: of the table, no more is read later than our own would take.
+    A folder may come from anywhere, so no more of the table is read later than our own would take.
     """
     if not golden.exists:
         message = f"{golden.script.name} has no golden frames in {golden.folder}"
@@ -151,8 +150,8 @@ def _table(golden: Golden, header: list[str], rows: int) -> FloatArray:
 
 
 def _picture(path: Path, actual: Image.Image) -> Image.Image | tuple[int, int] | None:
-    """A recorded picture of the same size as ``actual``; the size of one of another size, which is not decoded; None
-    where there is none.
+    """A recorded picture of the same size as ``actual``; if the size is different, that size, and the picture is not
+    decoded; None if there is none.
     """
     try:
         with picture_file(str(path), ("PNG",)) as image:
@@ -162,7 +161,7 @@ def _picture(path: Path, actual: Image.Image) -> Image.Image | tuple[int, int] |
 
 
 def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[Diagnostic]:
-    """What is somewhere else than it was."""
+    """What is not where it was."""
     header, frames = recorded.header, recorded.manifest.frames
     motion = made.solution.motion
     count = motion.timeline.frame_count
@@ -182,7 +181,7 @@ def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[D
     poses = made.poses()
     table = _table(golden, header, len(poses.frames))
     if len(poses.frames) != len(table) or (table[:, 0] != poses.frames).any():
-        yield _error("golden/changed", "other frames were recorded than would be now")
+        yield _error("golden/changed", "the recorded frames are not those that would be recorded now")
         return
     place = {name: k for k, name in enumerate(header)}
     old = {name: table[:, place[name]] for name in names}

@@ -1,4 +1,4 @@
-"""What a recording says about itself: ``golden.json``, read as what it is, a file from anywhere."""
+"""The manifest of a recording, ``golden.json``, read with care, because it may come from anywhere."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ class Manifest:
 
 
 MANIFEST_BYTES = 1_000_000
-"""More is no manifest: a folder may come from anywhere."""
+"""A larger file is not a manifest: a folder may come from anywhere."""
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """The manifest in a folder, with every value checked; `OSError` or `ValueError` where it is none."""
+    """The manifest in a folder, with every value checked; `OSError` or `ValueError` if it is not valid."""
     data = read_limited(folder / "golden.json", MANIFEST_BYTES)
     try:
         about = json.loads(data.decode("utf-8"))
     except RecursionError as error:
         raise ValueError("golden.json is nested too deeply") from error
     if not isinstance(about, dict):
-        raise ValueError("golden.json is no object")
+        raise ValueError("golden.json is not an object")
     found = cast("dict[str, object]", about)
     if found.get("format") != FORMAT:
         raise ValueError(f"its format is {found.get('format')!r}, not {FORMAT}"[:200])
@@ -51,7 +51,7 @@ def read_manifest(folder: Path) -> Manifest:
 
 
 def _whole(value: object) -> bool:
-    """Whether a value is a number of frames, or of one."""
+    """Whether a value is a count of frames or the number of one."""
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 10**9
 
 

@@ -1,4 +1,4 @@
-"""What a person looks at when golden frames differ: expected, actual and difference, side by side in a page."""
+"""The page for a person when golden frames differ: expected, actual and difference, side by side in a page."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def write_report(outcome: GoldenResult) -> Path:
     """Write the page and its pictures; returns the page's path."""
     folder = report_folder(outcome)
     make_folder(folder)
-    for name in _own_pictures(folder):  # other files in this folder are somebody's own
+    for name in _own_pictures(folder):  # other files in this folder are not ours
         remove_own(folder / name, outcome.inputs)
     pictures_written: list[str] = []
     name = escape(visible(outcome.golden.script.name))
@@ -67,7 +67,7 @@ def write_report(outcome: GoldenResult) -> Path:
 
 
 def _own_pictures(folder: Path) -> list[str]:
-    """The pictures that an earlier page here wrote, by its manifest; a name that we do not give is none."""
+    """The pictures that an earlier page here wrote, by its manifest; a name that we do not give is left out."""
     try:
         names = json.loads(read_limited(folder / MANIFEST, MANIFEST_BYTES))
     except (OSError, ValueError, RecursionError):

@@ -1,8 +1,8 @@
-"""Whether a picture is the one that was recorded, or as near to it as another renderer's honest work is.
+"""Whether a picture is the one that was recorded, or as near to it as the correct result of another renderer.
 
-On the machine and with the Pillow that recorded it, pixels are the same but for rounding. Elsewhere a difference is
-judged after a Gaussian blur: of the measures that were tried on pictures of other renderers and on pictures with faults
-(shifts, turns, a bar left out), the largest difference after the blur alone tells them apart; RMS and structural
+On the machine and with the Pillow that recorded it, pixels are the same except for rounding. Elsewhere a difference is
+judged after a Gaussian blur. Several measures were tried on pictures of other renderers and on pictures with faults
+(shifts, turns, a missing bar). Only the largest difference after the blur distinguishes them; RMS and structural
 similarity do not.
 """
 
@@ -17,11 +17,12 @@ from PIL import Image, ImageFilter
 SIGMA = 1.5
 """Of the blur, in pixels."""
 BLURRED = 16.0
-"""Largest difference after the blur (of 255) that may be another renderer's: those measured came to 11, half a pixel's
-shift of a bar to 25."""
+"""Largest difference after the blur (of 255) that may come from another renderer: those measured differed by 11, a bar
+shifted by half a pixel by 25.
+"""
 ROUNDING = 1
 FEW = 1e-5
-"""Share of the pixels that may differ by more than `ROUNDING` where everything is as it was when recorded."""
+"""Share of the pixels that may differ by more than `ROUNDING` if the renderer is that of the recording."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +49,7 @@ def difference(expected: Image.Image, actual: Image.Image) -> Difference:
 
 
 def shown(expected: Image.Image, actual: Image.Image) -> Image.Image:
-    """The difference as a picture: white where they agree, the darker and redder the more they do not."""
+    """The difference as a picture: white where they agree, darker and redder the more they differ."""
     apart = np.abs(_pixels(expected) - _pixels(actual)).max(axis=2)
     strength = np.where(apart > ROUNDING, 80 + apart * 175 // 255, 0)
     red: NDArray[np.int64] = np.full((*apart.shape, 3), 255, dtype=np.int64)

@@ -1,6 +1,6 @@
 """The pytest plugin: with ``--movimentum-golden``, every script that has golden frames is a test.
 
-Without the option it does nothing, and costs nothing: what it needs is imported when there is a test to run.
+Without the option it does nothing and costs nothing: its imports happen when there is a test to run.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Differs(Exception):
-    """A script is no longer what was recorded."""
+    """A script no longer agrees with its recording."""
 
     def __init__(self, outcome: GoldenResult) -> None:
         self.outcome = outcome
@@ -85,5 +85,5 @@ class GoldenItem(pytest.Item):
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """Where it stands in a report."""
+        """Its place in a report."""
         return self.path, None, f"golden: {self.path.name}"

@@ -1,4 +1,4 @@
-"""Golden frames: what a script came to when somebody last looked at it and found it right.
+"""Golden frames: the results of a script when somebody last looked at them and found them right.
 
 Beside ``NAME.mov``, or in another folder, ``NAME.golden/`` holds ``poses.csv`` (a table as `solve` writes it), some
 frames as PNG, and ``golden.json``, which says what they were recorded with.
@@ -26,7 +26,7 @@ from movimentum.workflow.read import read, reads
 from movimentum.workflow.stages import Solution, arranged, solved, understand
 
 MOST_FRAMES = 2000
-"""Rows of a table; of a longer animation every second, third, … frame is kept."""
+"""Rows of a table; for a longer animation every second, third, … frame is kept."""
 MOST_PICTURES = 12
 
 
@@ -98,10 +98,10 @@ def rendition(script: Path) -> Rendition:
 
 
 def renderer() -> dict[str, str]:
-    """What draws here: where this is the same, pixels are.
+    """The renderer here: if it is the same, pixels are the same.
 
-    NumPy adds up in another order on processors with other vector instructions; that shows in a pose's last digits, and
-    so, here and there, in a pixel of a turned picture.
+    NumPy adds up in another order on processors with other vector instructions; that shows in the last digits of a
+    pose, and so in a few pixels of a turned picture.
     """
     import PIL
 
@@ -136,13 +136,13 @@ def record(golden: Golden) -> Rendition:
             "renderer": renderer(),
         }
         (folder / "golden.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8", newline="\n")
-    for name in old - new:  # only what the manifest named: other files in this folder are somebody's own
+    for name in old - new:  # only what the manifest named: other files in this folder are not ours
         remove_own(golden.folder / name, inputs)
     return made
 
 
 def _recorded_pictures(golden: Golden) -> tuple[int, ...]:
-    """The frames that an older recording here says it has pictures of; none where it cannot be read."""
+    """The frames of which an older recording here has pictures; none if it cannot be read."""
     try:
         return read_manifest(golden.folder).pictures
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Values at frames as statements of a script: straight pieces between as few frames as give all of them."""
+"""Values at frames as statements of a script: straight pieces between as few frames as possible."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from movimentum.syntax.printer import float_text
 FloatArray = NDArray[np.float64]
 
 SAME = 2e-13
-"""Of the largest value and 1: by how much a statement may be off at a frame."""
+"""Of the largest value and 1: the allowed error of a statement at a frame."""
 PIECES = 100
-"""So many pieces one statement has at most; the next goes on in a step of its own."""
+"""The largest number of pieces in one statement; further pieces follow in another step."""
 
 
 def course(values: FloatArray, fps: Fraction) -> list[tuple[int, str]]:
     """Expressions of ``.t`` for ``values`` (F,) at frames, each with the frame of the step in which to state it.
 
-    Between frames the values go on straight. (Whoever wrote them down knew more; we do not.)
+    Between frames the values are interpolated linearly, because the list says nothing about them.
     """
     tolerance = SAME * (1.0 + float(np.max(np.abs(values))))
     corners = _corners(values, tolerance)
@@ -45,7 +45,7 @@ def _pairs(corners: list[int]) -> list[tuple[int, int]]:
 
 
 def _corners(values: FloatArray, tolerance: float) -> list[int]:
-    """The frames between which all values are on straight lines: from each corner as far as a line goes."""
+    """The frames between which all values are on straight lines: each line goes as far as possible."""
     found = [0]
     while found[-1] < len(values) - 1:
         first = found[-1]

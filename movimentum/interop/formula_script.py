@@ -28,15 +28,15 @@ from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
 FloatArray = NDArray[np.float64]
 
 TURN = 60
-"""Degrees that an angle which nothing gives grows in a time unit."""
+"""Degrees by which a free angle grows in a time unit."""
 
 
 def formula_script(formulas: Formulas, title: str) -> tuple[str, tuple[Diagnostic, ...]]:
-    """A script whose things are where the formulas say: a length that is constant is a bar, which keeps it; a point on
-    no bar is a disc. What has a value for each frame is driven so that it has them; an angle that nothing gives is an
-    input, and turns once round. And a warning, where a formula has no point at a later frame.
+    """A script whose things are where the formulas say. A constant length is a bar, which keeps it. A point on no bar
+    is a disc. A name with a value for each frame is driven with these values. An angle that nothing gives is an input,
+    and turns once round. There is a warning if a formula has no point at a later frame.
 
-    Raises `ScriptError` for other things that nothing gives, for lists of different lengths, and where a formula has no
+    Raises `ScriptError` for other names that nothing gives, for lists of different lengths, and if a formula has no
     point at the first frame.
     """
     refuse_disorder(formulas)
@@ -61,7 +61,7 @@ def formula_script(formulas: Formulas, title: str) -> tuple[str, tuple[Diagnosti
 
 @dataclass(frozen=True, slots=True)
 class _Number:
-    """A length or an angle: as the script says it, and at the first frame."""
+    """A length or an angle: its text in the script, and its value at the first frame."""
 
     text: str
     first: float
@@ -94,7 +94,7 @@ class _Writer:
     lines: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
 
     def __post_init__(self) -> None:
-        """Anchors are called as their points are, unless a thing has something else of that name."""
+        """Anchors have the names of their points, unless the language uses that name for something else."""
         used = {*THING_MEMBERS, *VECTOR_MEMBERS}
         for point in self.drawn:
             self.anchors[point] = script_name(point, "P", used.__contains__)
@@ -130,7 +130,7 @@ class _Writer:
         return f"{body.name} : {'.bar' if len(body.points) > 1 else '.disc(3)'}  {anchors};"
 
     def _drawn_lines(self) -> list[str]:
-        """Lines where two points belong together and no bar is between them."""
+        """Lines between two points that belong together without a bar."""
         return [f"{self._name(f'{a}_{b}', 'L')} : .line  {self._at(a)}  {self._at(b)};" for a, b in self.lines]
 
     # --- what is given ----------------------------------------------------------------------------------
@@ -144,7 +144,7 @@ class _Writer:
         return variable
 
     def give(self, name: str, kind: str, value: FloatArray) -> None:
-        """A known value; what has one for each frame is driven."""
+        """A known value; a value for each frame becomes a drive."""
         if kind == "P" and value.ndim == 1:
             self.still.add(name)
         elif kind == "P":
@@ -198,7 +198,7 @@ class _Writer:
         self.statements[-1] += f" is on {body.name}"
 
     def _known(self, point: str) -> str | None:
-        """A point as the script can say it; None where nothing has it yet."""
+        """A point in the script's terms; None if no body has it yet."""
         if point in self.homes:
             return f"{self.homes[point][0].name}.{self.anchors[point]}"
         return self._literal(point) if point in self.still else None
@@ -213,13 +213,13 @@ class _Writer:
         return f"[{float_text(x)}, {float_text(y)}]"
 
     def _shared(self, a: str, b: str) -> _Body | None:
-        """The body that two points are both on."""
+        """The body that has both points."""
         return next((body for body in self.homes.get(a, ()) if b in body.points), None)
 
     # --- formulas ---------------------------------------------------------------------------------------
 
     def state(self, formula: Formula) -> None:
-        """What a formula says."""
+        """The statements of a formula."""
         self.statements.append(f"// {formula}")
         words = formula.arguments
         match formula.function:
@@ -263,7 +263,7 @@ class _Writer:
             self._join(body, target)
         elif rigid and (body is not None or {a, b} <= self.still):
             self._turn(self.bar(a, target), angle, formula.inverse, body)
-        else:  # what it is counted from is no thing that has an angle
+        else:  # the direction it is counted from is not a thing with an angle
             base = f"({self._at(b)} - {self._at(a)})"
             turned = f"{base}.r({_signed(angle, formula.inverse)})*({length.text}/{base}.l)"
             self.disc(target, f"{self._at(a)} + {turned}")
@@ -306,7 +306,7 @@ class _Writer:
         self.statements += [
             f"{line} = ({self._at(b)} - {self._at(a)}).r({angle.text});",
             f"{self._at(formula.target)} = {self._at(a)} + {line}*_;",
-            # the point of the two with the smaller x (with the larger, where it is the inverse)
+            # the point of the two with the smaller x (with the larger x, for the inverse)
             f"(({tx} - {bx})*{line}.x + ({ty} - {by})*{line}.y)*{line}.x {'>=' if formula.inverse else '<='} 0;",
         ]
 

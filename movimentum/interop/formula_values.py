@@ -1,4 +1,4 @@
-"""What a file of formulas gives and what it leaves open: inputs, the number of frames, the first pose."""
+"""The known and the open values of a file of formulas: inputs, the number of frames, the first pose."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from movimentum.interop.formulas import FPS, Formulas, evaluate, literal
 FloatArray = NDArray[np.float64]
 
 USUAL_FPS = Fraction(24)
-_STARTS = range(0, 360, 15)  # degrees at which an angle that nothing gives is tried to begin
+_STARTS = range(0, 360, 15)  # degrees of the trial values for the beginning of a free angle
 
 
 def refuse_disorder(formulas: Formulas) -> None:
@@ -30,7 +30,7 @@ def refuse_disorder(formulas: Formulas) -> None:
             if kind == "P" and word in later:
                 code, message = "formula/unknown", f"{formula}: nothing before it gives the point `{word}`"
             elif kind != "P" and word in points:
-                code, message = "formula/kind", f"{formula}: `{word}` is a point, and no number"
+                code, message = "formula/kind", f"{formula}: `{word}` is a point, not a number"
             else:
                 continue
             raise ScriptError([Diagnostic(code, Severity.ERROR, message, formula.span)])
@@ -38,7 +38,7 @@ def refuse_disorder(formulas: Formulas) -> None:
 
 
 def kinds_of(formulas: Formulas) -> dict[str, str]:
-    """Every name that is no formula's target: P, L or a, as it is used; what nothing uses as its value looks."""
+    """Every name that is not the target of a formula, with its kind P, L or a: by its use, or else by its value."""
     targets = {formula.target for formula in formulas.formulas}
     found: dict[str, str] = {}
     for formula in formulas.formulas:
@@ -52,7 +52,7 @@ def kinds_of(formulas: Formulas) -> dict[str, str]:
 
 
 def inputs_of(formulas: Formulas) -> list[str]:
-    """The angles that nothing gives; `ScriptError` with everything else that nothing gives."""
+    """The angles that nothing gives; `ScriptError` with all other names that nothing gives."""
     kinds = kinds_of(formulas)
     missing = {name: kind for name, kind in kinds.items() if name not in formulas.values}
     if not formulas.formulas and "P" not in kinds.values():
@@ -72,7 +72,7 @@ def inputs_of(formulas: Formulas) -> list[str]:
 
 
 def frame_count(formulas: Formulas) -> int:
-    """How many values there are of what has a value for each frame; 1 where nothing has."""
+    """The number of values of names with a value for each frame; 1 if there are none."""
     counts: dict[str, int] = {}
     for name, kind in kinds_of(formulas).items():
         value = formulas.values.get(name)
@@ -88,7 +88,7 @@ def frame_count(formulas: Formulas) -> int:
 
 
 def frame_rate(formulas: Formulas) -> Fraction:
-    """Frames in a time unit: what the file says, taken for the simple fraction that it is near to."""
+    """Frames in a time unit: the number in the file as the simple fraction nearest to it."""
     value = formulas.values.get(FPS)
     if value is None or FPS in kinds_of(formulas) or value.ndim or not 1e-6 < float(value) < 1e6:
         return USUAL_FPS
@@ -97,7 +97,7 @@ def frame_rate(formulas: Formulas) -> Fraction:
 
 
 def first_pose(formulas: Formulas, inputs: Sequence[str]) -> tuple[int, dict[str, FloatArray]]:
-    """Every point (2,) at the first frame, and where the ``inputs`` begin: at an angle that has one."""
+    """Every point (2,) at the first frame, and the angles where the ``inputs`` begin."""
     values = dict(formulas.values)
     for name, kind in kinds_of(formulas).items():
         if name in values and values[name].ndim > (1 if kind == "P" else 0):

@@ -13,9 +13,9 @@ gives, which later formulas may use. Angles are in degrees, counter-clockwise.
 ``PPP[A, B, C](T)``                A, B, T, C are the corners of a parallelogram
 =================================  =====================================================================
 
-A last argument ``T`` (true) takes the inverse: the negative angle, the right side, the other point of the line.
-The functions are those of Pyslvs (Chang, https://github.com/KmolYuan/pyslvs, tinycadlib). Lines ``name = value`` give
-what is known, ``#`` begins a comment.
+A last argument ``T`` (true) selects the inverse: the negative angle, the right side, the other point of the line. The
+functions are those of Pyslvs (Chang, https://github.com/KmolYuan/pyslvs, tinycadlib). Lines ``name = value`` give known
+values, ``#`` begins a comment.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ SHAPES = {
 }
 """What each function takes: points (P), lengths (L) and angles (a). PLAP is also written without its last point."""
 FPS = "fps"
-"""The name of the value that says how many frames there are in a time unit."""
+"""The name of the value for the number of frames in a time unit."""
 TOUCHING = 1e-12
-"""Relative amount by which two circles may fail to meet and are taken to touch."""
+"""Relative gap up to which two circles count as touching."""
 
 
 @dataclass(frozen=True, slots=True)
 class Formula:
-    """``function[arguments](target)``; ``inverse`` takes the other solution."""
+    """``function[arguments](target)``; ``inverse`` selects the other solution."""
 
     function: str
     arguments: tuple[str, ...]
@@ -76,7 +76,7 @@ class Formula:
 class Formulas:
     """Formulas in the order in which to evaluate them; ``values``: numbers or arrays (F,), points (2,) or (F, 2).
 
-    ``spans``: where a file gives the values.
+    ``spans``: the places of the values in a file.
     """
 
     formulas: tuple[Formula, ...]
@@ -92,8 +92,8 @@ _LINE_END = re.compile(r"[\r\n]")
 
 
 def read_formulas(source: SourceText) -> Formulas:
-    """Formulas parted by ``;`` or lines; raises `ScriptError` for what is neither a formula nor a known value, and for
-    what is given twice.
+    """Formulas separated by ``;`` or line ends; raises `ScriptError` for text that is neither a formula nor a known
+    value, and for a name that is given twice.
     """
     text = without_comments(source.text)
     pieces: list[tuple[str, Span]] = []
@@ -109,7 +109,7 @@ def read_formulas(source: SourceText) -> Formulas:
     for words, span in pieces:
         known, formula = _KNOWN.match(words), _FORMULA.match(words)
         if known is None and formula is None:
-            raise _error("formula/syntax", "this is no formula", span, "PLLP[P1, L1, L2, P2](P3)")
+            raise _error("formula/syntax", "this is not a formula", span, "PLLP[P1, L1, L2, P2](P3)")
         if formula is not None:
             _once(formula[3], targets, span)
             found.append(formula)
@@ -123,12 +123,12 @@ def read_formulas(source: SourceText) -> Formulas:
 
 
 def without_comments(text: str) -> str:
-    """The text with its comments blanked out: what is left stands where it stood."""
+    """The text with its comments blanked out; the rest keeps its place."""
     parts: list[str] = []
     place, closed = 0, True
     while (begin := text.find("#", place)) >= 0:
         end = text.find("#]", begin + 2) if closed and text.startswith("#[", begin) else begin
-        if end < 0:  # then no later one ends either, and is not looked for again
+        if end < 0:  # then no later one ends either, so it is not searched again
             closed, end = False, begin
         line_end = _LINE_END.search(text, end)
         end = len(text) if line_end is None else line_end.start()
@@ -146,7 +146,7 @@ def _once(name: str, spans: dict[str, Span], span: Span) -> None:
 
 
 def _formula(match: re.Match[str], span: Span, points: Container[str]) -> Formula:
-    """``points``: the names of all that the file gives, among which `T` may be a point and no word."""
+    """``points``: all names that the file gives; if `T` is among them, it is a point and not the word for true."""
     function = match[1].upper()
     if function not in SHAPES:
         raise _error("formula/function", f"there is no function `{match[1]}`", span, f"one of {', '.join(SHAPES)}")
@@ -167,14 +167,16 @@ def _value(text: str, span: Span) -> FloatArray:
     try:
         value = np.array(json.loads(text.replace("(", "[").replace(")", "]")), dtype=np.float64)
     except (ValueError, TypeError, OverflowError, RecursionError):
-        raise _error("formula/value", "this is no number, point or list of them", span, "P0 = [60, 20]") from None
+        raise _error(
+            "formula/value", "this is not a number, a point or a list of them", span, "P0 = [60, 20]"
+        ) from None
     if value.ndim > 2 or not (np.abs(value) < 1e150).all():
-        raise _error("formula/value", "this is no number, point or list of them", span, "P0 = [60, 20]")
+        raise _error("formula/value", "this is not a number, a point or a list of them", span, "P0 = [60, 20]")
     return value
 
 
 def formulas_text(formulas: Formulas, comments: Iterable[str] = ()) -> str:
-    """The formulas, then what is known; numbers read back exactly."""
+    """The formulas, then the known values; numbers read back exactly."""
     lines = [f"# {comment}" for comment in comments]
     lines += [f"{formula};" for formula in formulas.formulas]
     lines += [f"{name} = {json.dumps(value.tolist())}" for name, value in formulas.values.items()]
@@ -189,10 +191,10 @@ def _error(code: str, message: str, span: Span | None, *helps: str) -> ScriptErr
 
 
 def evaluate(formulas: Formulas, inputs: Mapping[str, ArrayLike] | None = None) -> dict[str, FloatArray]:
-    """Every point, (2,) or (F, 2), for the known values and ``inputs`` (which go before): one or F of each.
+    """Every point, (2,) or (F, 2), for the known values and ``inputs`` (which take precedence): one or F of each.
 
-    Raises `ScriptError` for a name that nothing gives, for lists that are not of one length, and for a formula that has
-    no point at one of the inputs.
+    Raises `ScriptError` for a name that nothing gives, for lists of different lengths, and for a formula that has no
+    point at one of the inputs.
     """
     values = formulas.values | {name: np.asarray(value, dtype=np.float64) for name, value in (inputs or {}).items()}
     points: dict[str, FloatArray] = {}
@@ -235,14 +237,14 @@ def _argument(
             "formula/unknown", f"{formula}: nothing gives the {kind} `{word}`", formula.span, f"`{word} = …` gives it"
         )
     if letter == "P" and (found.ndim == 0 or found.shape[-1] != 2):
-        raise _error("formula/kind", f"{formula}: `{word}` is no point", formula.span, f"{word} = [60, 20]")
+        raise _error("formula/kind", f"{formula}: `{word}` is not a point", formula.span, f"{word} = [60, 20]")
     if letter != "P" and (found.ndim > 1 or word in points):
-        raise _error("formula/kind", f"{formula}: `{word}` is a point, and no number", formula.span, f"{word} = 60")
+        raise _error("formula/kind", f"{formula}: `{word}` is a point, not a number", formula.span, f"{word} = 60")
     return found
 
 
 def literal(word: str) -> FloatArray | None:
-    """The number that a length or an angle is written as, if it is one."""
+    """The number of a length or an angle, if it is written as one."""
     try:
         value = float(word) if word.isascii() and "_" not in word else math.nan
     except ValueError:
@@ -251,7 +253,7 @@ def literal(word: str) -> FloatArray | None:
 
 
 def _refuse_other_counts(formula: Formula, arguments: Sequence[FloatArray]) -> None:
-    """All that has a value for each input has as many of them."""
+    """Check that all lists have the same number of values."""
     counts = {
         word: len(value)
         for word, letter, value in zip(formula.arguments, formula.shape, arguments, strict=True)
@@ -259,7 +261,7 @@ def _refuse_other_counts(formula: Formula, arguments: Sequence[FloatArray]) -> N
     }
     if len(set(counts.values())) > 1:
         told = ", ".join(f"`{word}` has {count}" for word, count in counts.items())
-        raise _error("formula/counts", f"{formula}: not as many values of each: {told}", formula.span)
+        raise _error("formula/counts", f"{formula}: different numbers of values: {told}", formula.span)
 
 
 def _unreachable(formula: Formula, faults: Sequence[_Fault]) -> ScriptError:
@@ -284,7 +286,7 @@ class _Fault:
 
 
 _Result = tuple[FloatArray, tuple[_Fault, ...]]
-"""The point (…, 2), and where it is none; of two faults at one place the first is told."""
+"""The point (…, 2), and where it is none; of two faults at one place, the first is reported."""
 
 
 def _polar(length: FloatArray, degrees: FloatArray) -> FloatArray:
@@ -293,7 +295,9 @@ def _polar(length: FloatArray, degrees: FloatArray) -> FloatArray:
 
 
 def _together(d: FloatArray, *arms: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """The length (F,) of ``d``, and where it is nothing beside the lengths of ``arms`` and what is added to them."""
+    """The length (F,) of ``d``, and where it is negligible compared with the lengths of ``arms`` and what is added to
+    them.
+    """
     far = np.hypot(d[..., 0], d[..., 1])
     return np.asarray(far), np.atleast_1d(far <= TOUCHING * sum(np.abs(arm) for arm in arms))
 
@@ -316,7 +320,7 @@ def _pllp(inverse: bool, a: FloatArray, first: FloatArray, second: FloatArray, b
     d = b - a
     far, together = _together(d, first, second)
     along = ((first - second) * (first + second) / far + far) / 2.0
-    # (first - along)(first + along), from the sides, so that nothing cancels where the circles touch
+    # (first - along)(first + along), from the sides, so that nothing cancels if the circles touch
     across = (first + second + far) * (first + second - far) * (far + first - second) * (far - first + second)
     high = np.sqrt(np.maximum(across, 0.0)) / (2.0 * far) * (-1.0 if inverse else 1.0)
     ux, uy = d[..., 0] / far, d[..., 1] / far

@@ -11,8 +11,8 @@ from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Rela
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """``anchors`` that are at the same place all the time, in order of definition; ``fixed`` where, if that is given by
-    two numbers.
+    """``anchors`` that are at the same place all the time, in order of definition; ``fixed``: that place, if two
+    numbers give it.
     """
 
     number: int
@@ -21,7 +21,7 @@ class Joint:
 
     @property
     def first(self) -> AnchorRef:
-        """The anchor that stands for all."""
+        """The anchor that represents all."""
         return self.anchors[0]
 
     def told(self, scene: Scene) -> str:

@@ -19,10 +19,10 @@ def linkage_of(
     scene: Scene, active: Sequence[Constraint], poses: Poses
 ) -> tuple[Linkage, tuple[str, ...], tuple[Diagnostic, ...]]:
     """The linkage that ``active`` constraints make, in the pose of the first of ``poses``; what each vertex is called
-    in the script; and a warning for each constraint that the format has no words for.
+    in the script; and a warning for each constraint that the format cannot express.
 
     A thing with more than two anchors becomes rods from its first anchor to the others, and the angles between them.
-    Raises `ScriptError` where no joint is left.
+    Raises `ScriptError` if no joint is left.
     """
     joints = scene_joints(scene, active)
     if not joints:
@@ -68,7 +68,7 @@ def linkage_of(
 
 
 def _is_joint(constraint: Constraint, of_anchor: dict[AnchorRef, int]) -> bool:
-    """Whether a constraint is told by the joints: a coincidence, a fixed point, or a point that is anywhere."""
+    """Whether the joints already express a constraint: a coincidence, a fixed point, or a point that is anywhere."""
     if constraint.anchor not in of_anchor:
         return False
     x, y = constraint.right
@@ -86,10 +86,10 @@ def _is_joint(constraint: Constraint, of_anchor: dict[AnchorRef, int]) -> bool:
 def _corner(
     constraint: Constraint, of_anchor: dict[AnchorRef, int], joints: Sequence[Joint]
 ) -> tuple[int, int, int] | None:
-    """The vertices (i, j, k) whose angle a constraint fixes, or None where it says something else.
+    """The vertices (i, j, k) whose angle a constraint fixes, or None if it says something else.
 
-    What an expression of three points is, is seen by its values: it is the angle at one of them if it has that angle's
-    value wherever they are.
+    An expression of three points is recognized by its values: it is the angle at one of them if it has the value of
+    that angle wherever the points are.
     """
     for angle, fixed in ((constraint.left, constraint.right), (constraint.right, constraint.left)):
         if len(angle) != 1 or fixed[0].value is None:

@@ -1,9 +1,10 @@
-"""The file format of the rigidity simulator "linkages", and such a file as a script.
+"""The file format of the rigidity simulator "linkages", and its translation into a script.
 
-Lines. One that starts with ``v``, ``e``, ``f`` or ``a`` opens a section (the rest of it is ignored); then a line holds,
-by section, two floats (a vertex), two indices (a rod between two vertices), one index (a fixed vertex) or three indices
-``i j k`` (the angle at vertex i, from j to k, is fixed). Indices count from 0; sections may come again, in any order.
-Lengths and angles are what the coordinates imply. Anything else is left out, with a warning.
+A file consists of lines. One that starts with ``v``, ``e``, ``f`` or ``a`` opens a section (the rest of it is ignored).
+Each line after it holds, by section, two floats (a vertex), two indices (a rod between two vertices), one index (a
+fixed vertex) or three indices ``i j k`` (the angle at vertex i, from j to k, is fixed). Indices count from 0. Sections
+may be repeated, in any order. Lengths and angles follow from the coordinates. Anything else is left out, with a
+warning.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ _SHAPE = {"v": "two numbers", "e": "two vertex numbers", "f": "one vertex number
 
 
 def read_linkage(source: SourceText) -> tuple[Linkage, tuple[Diagnostic, ...]]:
-    """The linkage of a file, and a warning for each line that was left out; `ScriptError` where no vertex is left."""
+    """The linkage of a file, and a warning for each line that was left out; `ScriptError` if no vertex is left."""
     found: list[Diagnostic] = []
     lines: dict[str, list[tuple[tuple[float, ...], Span]]] = {kind: [] for kind in _NUMBERS}
     section: str | None = None
@@ -74,7 +75,12 @@ def read_linkage(source: SourceText) -> tuple[Linkage, tuple[Diagnostic, ...]]:
         if section is None:
             found.append(_left_out("import/line", "this line belongs to no section", span, "begin a section with v"))
         elif numbers is None:
-            found.append(_left_out("import/line", f"this line is no {_KIND[section]}", span, _SHAPE[section]))
+            article = "an" if section == "a" else "a"
+            found.append(
+                _left_out(
+                    "import/line", f"this line does not describe {article} {_KIND[section]}", span, _SHAPE[section]
+                )
+            )
         else:
             lines[section].append((numbers, span))
     linkage = _linked(lines, found)
@@ -96,7 +102,7 @@ def _numbers(section: str, words: list[str]) -> tuple[float, ...] | None:
 
 
 def _linked(lines: dict[str, list[tuple[tuple[float, ...], Span]]], found: list[Diagnostic]) -> Linkage:
-    """What the lines of all sections say together; what makes no sense is left out, and told."""
+    """The linkage from the lines of all sections; what makes no sense is left out and reported."""
     vertices = tuple((x, y) for (x, y), _ in lines["v"])
     taken: dict[tuple[str, tuple[int, ...], frozenset[int]], Span] = {}
 
@@ -115,7 +121,9 @@ def _linked(lines: dict[str, list[tuple[tuple[float, ...], Span]]], found: list[
                 found.append(_left_out("import/degenerate", f"this {name} is between vertices at the same place", span))
             elif (key := (kind, indices[: len(indices) % 2], frozenset(indices))) in taken:
                 first = (Label(taken[key], "here"),)
-                found.append(replace(_left_out("import/duplicate", f"this {name} has been there", span), labels=first))
+                found.append(
+                    replace(_left_out("import/duplicate", f"this {name} is already there", span), labels=first)
+                )
             else:
                 taken[key] = span
                 result.append(indices)
@@ -146,7 +154,7 @@ def linkage_text(linkage: Linkage) -> str:
 
 def linkage_script(linkage: Linkage, title: str) -> str:
     """A script that states the linkage: rods as bars whose anchors are named after their vertices, joints as
-    coincidences, fixed vertices, angles, and that the rest is free. It draws itself as it stands; nothing drives it.
+    coincidences, fixed vertices, angles, and that the rest is free. It is drawn as it is, and nothing drives it.
     """
     counts = (
         _counted(len(linkage.vertices), "vertex", "vertices"),
@@ -199,7 +207,7 @@ def linkage_script(linkage: Linkage, title: str) -> str:
 
 
 def _side(rod_of: dict[frozenset[int], str], end_of: dict[int, str], start: int, end: int) -> str:
-    """The vector from one vertex to another: along their rod, where they have one."""
+    """The vector from one vertex to another: along their rod, if they have one."""
     rod = rod_of.get(frozenset((start, end)))
     if rod is not None:
         return f"{rod}.V{end} - {rod}.V{start}"

@@ -1,9 +1,9 @@
-"""Pyslvs' mechanism expressions, and such a mechanism as a script.
+"""Pyslvs' mechanism expressions, and their translation into a script.
 
 ``M[J[R, color[Green], P[0.0, 0.0], L[ground, link_1]], J[RP, A[30], P[…], L[…]], …]``: joints with their type, place
-and the links that they connect (and a colour, which is not taken over). R is a pin through all its links; P and RP are
-a slot in the first link, at A degrees as drawn, in which the other links slide (P) or slide and turn (RP). ``ground``
-is the frame. Comments: ``# …`` to the end of the line, ``#[ … #]``.
+and the links that they connect (and a colour, which is ignored). R is a pin through all its links. P and RP are a slot
+in the first link, at A degrees as drawn, in which the other links slide (P) or slide and turn (RP). ``ground`` is the
+frame. Comments: ``# …`` to the end of the line, ``#[ … #]``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from movimentum.syntax.printer import float_text
 
 GROUND = "ground"
 TURN = 60
-"""Degrees that a driven link turns in a time unit."""
+"""Degrees by which a driven link turns in a time unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class _Token:
 
 
 class _Reader:
-    """Reads tokens one after the other, and says what it had expected."""
+    """Reads tokens one after the other, and reports what it expected."""
 
     def __init__(self, source: SourceText) -> None:
         self.tokens = list(_tokens(source))
@@ -65,7 +65,7 @@ class _Reader:
         if token.kind != kind and token.text not in wanted:
             what = " or ".join(f"`{word}`" for word in wanted) if wanted else f"a {kind}"
             told = f"`{token.text}`" if token.text else "the end"
-            raise _error("mechanism/syntax", f"here is {told} where {what} should be", token.span)
+            raise _error("mechanism/syntax", f"found {told} where {what} should be", token.span)
         self.place += 1
         return token
 
@@ -88,7 +88,7 @@ def _tokens(source: SourceText) -> Iterator[_Token]:
     while place < len(source.text):
         match = _TOKEN.match(source.text, place)
         if match is None:
-            raise _error("mechanism/syntax", f"`{source.text[place]}` means nothing here", Span(place, place + 1))
+            raise _error("mechanism/syntax", f"`{source.text[place]}` has no meaning here", Span(place, place + 1))
         if match.lastgroup != "skip":
             yield _Token(str(match.lastgroup), match[0], Span(place, match.end()))
         place = match.end()
@@ -96,7 +96,7 @@ def _tokens(source: SourceText) -> Iterator[_Token]:
 
 
 def read_mechanism(source: SourceText) -> tuple[MechanismJoint, ...]:
-    """The joints of a mechanism expression; raises `ScriptError` with the place of what is wrong."""
+    """The joints of a mechanism expression; raises `ScriptError` with the place of the error."""
     reader = _Reader(source)
     reader.bracket("M")
     joints: list[MechanismJoint] = []
@@ -169,11 +169,11 @@ def _error(code: str, message: str, span: Span | None, *helps: str) -> ScriptErr
 
 
 def mechanism_script(joints: Sequence[MechanismJoint], drives: Iterable[tuple[int, int]], title: str) -> str:
-    """A script that states the mechanism: links as bars, whose anchors are named after their joints, and what the
-    joints say; each of ``drives`` (base, driven) turns the driven joint about the base, one turn from where it is
+    """A script that states the mechanism: links as bars, whose anchors are named after their joints, and the equations
+    of the joints; each of ``drives`` (base, driven) turns the driven joint about the base, one turn from where it is
     drawn. (A slider that is its own base is moved along its slot.)
 
-    Raises `UsageError` for a drive that is none.
+    Raises `UsageError` for a drive that is not possible.
     """
     names = _link_names(joints)
     drives = list(drives)
@@ -232,7 +232,7 @@ def _driven_link(joints: Sequence[MechanismJoint], pair: tuple[int, int]) -> str
             raise _usage(f"--drive {base},{driven}: joints are numbered 0 to {len(joints) - 1}")
     if base == driven:
         if joints[base].kind == "R":
-            raise _usage(f"--drive {base},{driven}: joint {base} is no slider, and cannot be its own base")
+            raise _usage(f"--drive {base},{driven}: joint {base} is not a slider and cannot be its own base")
         return joints[base].links[0]
     common = [link for link in joints[base].links if link in joints[driven].links]
     if GROUND in common:
@@ -271,12 +271,14 @@ def _definition(joints: Sequence[MechanismJoint], link: str, name: str) -> str:
 
 
 def _has_direction(joint: MechanismJoint, link: str) -> bool:
-    """Whether the direction of a joint's slot is marked on ``link``: on the slot's, and on what must not turn in it."""
+    """Whether the direction of a joint's slot is marked on ``link``: on the slot's link, and on links that must not
+    turn in it.
+    """
     return link == joint.links[0] or (joint.kind == "P" and joint.links[0] != GROUND)
 
 
 def _statements(n: int, joint: MechanismJoint, names: dict[str, str], pushed: bool) -> list[str]:
-    """What a joint says about its links."""
+    """The equations of a joint about its links."""
     lines: list[str] = []
     if joint.kind == "R":
         bodies = [link for link in joint.links if link != GROUND]
@@ -311,7 +313,7 @@ def _statements(n: int, joint: MechanismJoint, names: dict[str, str], pushed: bo
 
 
 def _free_links(joints: Sequence[MechanismJoint], names: dict[str, str], stated: Iterable[str]) -> list[str]:
-    """For each link that no statement mentions one that says that it can be anywhere, and not that it is a backdrop."""
+    """For each link that no statement mentions, a statement that it may be anywhere, so that it is not a backdrop."""
     mentioned = set(re.findall(r"\w+(?=\.)", "\n".join(stated)))
     first = {link: n for n, joint in reversed([*enumerate(joints)]) for link in joint.links}
     return [
@@ -326,7 +328,7 @@ def _spoken(joint: MechanismJoint) -> str:
 
 
 def _size(joints: Sequence[MechanismJoint]) -> float:
-    """The mechanism's extent as drawn; 1 where it has none."""
+    """The mechanism's extent as drawn; 1 if it has none."""
     return max(max(j.place[k] for j in joints) - min(j.place[k] for j in joints) for k in (0, 1)) or 1.0
 
 

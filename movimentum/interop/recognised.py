@@ -1,4 +1,4 @@
-"""Which format a text is in, by what it says."""
+"""The format of a text, judged by its content."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ _SECTION = re.compile(r"(?:^|[\r\n])[ \t]*[vefa]")
 
 
 def kind_of(source: SourceText) -> FileKind:
-    """The format of a text; raises `ScriptError` where it is in none that is known.
+    """The format of a text; raises `ScriptError` if it has no known format.
 
     A mechanism begins with ``M[``; formulas have a function with brackets, or begin with a value; a linkage has a line
-    that opens a section. Comments (``#``) count for nothing.
+    that opens a section. Comments (``#``) are ignored.
     """
     text = without_comments(source.text)
     if _MECHANISM.match(text):
@@ -45,12 +45,12 @@ def kind_of(source: SourceText) -> FileKind:
     if _SECTION.search(text):
         return FileKind.LINKAGE
     helps = (
-        "a linkage file: `v`, and below it two numbers a line",
+        "a linkage file: `v`, and below it two numbers on each line",
         "M[J[R, P[0, 0], L[ground, link_1]]]",
         "PLLP[P1, L1, L2, P2](P3)",
     )
     if text.strip():
-        message = "this is neither a linkage file nor a mechanism expression nor triangular formulas"
+        message = "this is neither a linkage file, nor a mechanism expression, nor triangular formulas"
     else:
         message = (
             f"there is nothing in {source.path} but comments" if source.text.strip() else f"{source.path} is empty"

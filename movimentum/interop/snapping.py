@@ -1,7 +1,7 @@
-"""Repairing a linkage whose coordinates were rounded: lengths made equal, angles whole, coordinates to fit them.
+"""Repairing a linkage whose coordinates were rounded: lengths become equal, angles whole, and coordinates fit them.
 
-Rounded coordinates contradict one another by as much as they were rounded, where a linkage says more than it needs to
-(every rhombus of a tiling does): such a linkage can be drawn, and cannot move.
+If a linkage says more than it needs to (as every rhombus of a tiling does), rounded coordinates contradict each other
+by the amount of the rounding. Such a linkage can be drawn but cannot move.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from movimentum.interop.linkages import Linkage, turn
 FloatArray = NDArray[np.float64]
 
 NEARLY = 1e-4
-"""Lengths that differ by less, relative to their size, are meant to be equal."""
+"""Lengths that differ by less, relative to their size, are taken as equal."""
 NEARLY_WHOLE = 0.5
-"""Degrees by which an angle may be off the multiple that it is meant to be."""
+"""Degrees by which an angle may differ from the multiple that it should be."""
 REPAIRED = 1e-12
 RANK_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
 class Snapped:
-    """The repaired linkage: its ``degrees`` are whole multiples where they could be. ``moved``: how far the farthest
-    vertex was moved; ``diagnostics``: what could not be done.
+    """The repaired linkage: its ``degrees`` are whole multiples where possible. ``moved``: how far the farthest vertex
+    was moved; ``diagnostics``: what could not be done.
     """
 
     linkage: Linkage
@@ -52,9 +52,9 @@ def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
                 Diagnostic(
                     "import/angle",
                     Severity.WARNING,
-                    f"the angle {corner[0]} {corner[1]} {corner[2]} is {is_now:.6g} degrees, no multiple of {angle:g}:"
-                    " left as it is",
-                    helps=(f"--snap-angle {_divisor(is_now):g} has it as a multiple",),
+                    f"the angle {corner[0]} {corner[1]} {corner[2]} is {is_now:.6g} degrees, which is not a multiple of"
+                    f" {angle:g}: left as it is",
+                    helps=(f"--snap-angle {_divisor(is_now):g} makes it a multiple",),
                 )
             )
             whole = is_now
@@ -66,7 +66,7 @@ def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
             Diagnostic(
                 "import/unrepaired",
                 Severity.WARNING,
-                f"equal lengths and whole angles contradict each other by {off:.2g}: this is as near as it gets",
+                f"equal lengths and whole angles contradict each other by {off:.2g}: this is as near as possible",
                 helps=("leave out --snap, or give another --snap-angle",),
             )
         )
@@ -121,7 +121,7 @@ def _divisor(degrees: float) -> float:
 def _fitted(
     linkage: Linkage, vertices: FloatArray, lengths: FloatArray, radians: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Coordinates (V, 2) that have the ``lengths`` and the angles, and how far they are off (pixels)."""
+    """Coordinates (V, 2) that have the ``lengths`` and the angles, and their remaining error (pixels)."""
     rods = np.array(linkage.rods, dtype=np.intp).reshape(-1, 2)
     corners = np.array(linkage.angles, dtype=np.intp).reshape(-1, 3)
     free = np.setdiff1d(np.arange(len(vertices)), linkage.fixed)
@@ -145,10 +145,10 @@ def _fitted(
 def rows_of(
     p: FloatArray, rods: NDArray[np.intp], corners: NDArray[np.intp], lengths: FloatArray, radians: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """What rods and angles are off (in pixels), (M,), and the derivatives by all coordinates, (M, 2 V).
+    """The errors of rods and angles (in pixels), (M,), and their derivatives by all coordinates, (M, 2 V).
 
-    An angle's row is the sine of what it is off, times the mean length of its sides: it keeps its rank at 0 and 180
-    degrees, where that of a cosine vanishes.
+    An angle's row is the sine of its error, times the mean length of its sides: it keeps its rank at 0 and 180 degrees,
+    where that of a cosine vanishes.
     """
     count = len(rods)
     residual = np.zeros(count + len(corners))
@@ -178,5 +178,5 @@ def rows_of(
 
 
 def _least_norm(jacobian: FloatArray, residual: FloatArray) -> FloatArray:
-    """The smallest step with jacobian @ step = residual, as well as that can be."""
+    """The smallest step with jacobian @ step = residual, as nearly as possible."""
     return np.asarray(np.linalg.lstsq(jacobian, residual, rcond=RANK_TOLERANCE)[0], dtype=np.float64)

@@ -1,15 +1,15 @@
-"""Poses as tables: one row a frame, as CSV, JSON or NPZ, written in chunks.
+"""Poses as tables: one row per frame, as CSV, JSON or NPZ, written in chunks.
 
 Columns, in this order: ``frame`` (from 0), ``time``, ``Thing.Anchor.x`` and ``.y`` of every anchor of every thing in
 order of definition (a ``.line`` has none of its own), ``Thing.angle`` (degrees, continuous) of every thing that has a
-pose, and every named variable (a vector ``v`` as ``v.x``, ``v.y``) that ever has a value; where it has none, the value
-that it had last, or else the first that it will have. World coordinates, pixels, y up. A number is
-written in the shortest form that reads back exactly. A frame that is left out (``--on-failure skip``) has no row.
-With ``--accuracy exact`` numbers have the digits asked for; in JSON they are strings then, because most readers would
-round them to a float. NPZ holds float64 all the same.
+pose, and every named variable (a vector ``v`` as ``v.x``, ``v.y``) that ever has a value; while it has none, its last
+value, or before that its first one. World coordinates, pixels, y up. A number is written in the shortest form that
+reads back exactly. A frame that is left out (``--on-failure skip``) has no row. With ``--accuracy exact`` numbers have
+the digits asked for; in JSON they are strings then, because most readers would round them to a float. NPZ always holds
+float64.
 
-JSON is one object, ``{"columns": [name, …], "rows": [[value, …], …]}``, a row a line; NPZ holds one array per column
-under the column's name.
+JSON is one object, ``{"columns": [name, …], "rows": [[value, …], …]}``, one row on each line; NPZ holds one array per
+column under the column's name.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def columns(scene: Scene, without: Container[str] = ()) -> tuple[Column, ...]:
 
 
 def write_csv(scene: Scene, chunks: Iterable[Poses], stream: TextIO, without: Container[str] = ()) -> int:
-    """Write a header line and one line a frame; returns the number of rows."""
+    """Write a header line and one line per frame; returns the number of rows."""
     chosen = columns(scene, without)
     stream.write(",".join(["frame", *(column.name for column in chosen)]) + "\n")
     rows = 0
@@ -90,7 +90,7 @@ def write_csv(scene: Scene, chunks: Iterable[Poses], stream: TextIO, without: Co
 
 
 def write_json(scene: Scene, chunks: Iterable[Poses], stream: TextIO, without: Container[str] = ()) -> int:
-    """Write one object, a row a line; returns the number of rows."""
+    """Write one object, one row on each line; returns the number of rows."""
     chosen = columns(scene, without)
     stream.write(f'{{"columns": {json.dumps(["frame", *(column.name for column in chosen)])},\n "rows": [')
     rows = 0

@@ -1,4 +1,4 @@
-"""The plan of a scene as Pyslvs' triangular formulas, where all of its blocks are triangles."""
+"""The plan of a scene as Pyslvs' triangular formulas, if all of its blocks are triangles."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ FloatArray = NDArray[np.float64]
 
 STILL = 1e-13
 SAME = 1e-12
-"""Relative to the scene's size: what is constant, and what formulas must reproduce."""
+"""Relative to the scene's size: the tolerance for constants, and for the points that formulas must reproduce."""
 
 
 @dataclass(frozen=True, slots=True)
 class Triangles:
-    """``formulas`` with all that is known (an angle or a point that time drives has a value for each frame);
-    ``names``: of each joint of the scene, what the formulas call it and the script does. ``error``: the farthest that a
-    formula is from where the scene has the point, in pixels.
+    """``formulas`` with all known values (an angle or a point that time drives has a value for each frame); ``names``:
+    the name of each joint in the formulas and in the script. ``error``: the largest distance of a formula's point from
+    the scene's point, in pixels.
     """
 
     formulas: Formulas
@@ -43,7 +43,8 @@ class Triangles:
 def triangles_of(motion: PathMotion) -> Triangles:
     """The formulas that give the scene's joints at all of its frames.
 
-    Raises `ScriptError` where a block is no triangle, steps change what holds, or a triangle turns over on its way.
+    Raises `ScriptError` if a block is not a triangle, if steps change the constraints, or if a triangle turns over on
+    its way.
     """
     timeline = motion.timeline
     plan = _only_plan(motion)
@@ -69,7 +70,7 @@ def _only_plan(motion: PathMotion) -> Plan:
             names = listed([f"`{scene.things[t].name}`" for t in sorted(n for n in numbers if n is not None)])
             spans = [scene.constraints()[c].span for e in block.equations
                      if (c := plans[0].system.equations[e].constraint) is not None]  # fmt: skip
-            why = "can still move" if block.free else "must be solved for together, and not triangle by triangle"
+            why = "can still move" if block.free else "must be solved together, not triangle by triangle"
             raise _refused(scene, "export/not-triangular", f"{names or 'variables'} {why}", spans[0] if spans else None)
     return plans[0]
 
@@ -107,7 +108,7 @@ class _TriangleBuilder:
     measured: set[int] = field(default_factory=set[int])
 
     def __post_init__(self) -> None:
-        """Where all joints are in all frames, and which are on which body."""
+        """The places of all joints in all frames, and the joints of each body."""
         self.joints = scene_joints(self.scene, self.plan.system.segment.active)
         for joint in self.joints:
             anchor = self.scene.things[joint.first.thing].anchors[joint.first.anchor]
@@ -332,7 +333,7 @@ def _lengths(vectors: FloatArray) -> FloatArray:
 
 
 def _straight(path: FloatArray, size: float) -> Sequence[FloatArray] | None:
-    """The ends of the straight line that ``path`` (F, 2) is on; None where it is not straight, or a point."""
+    """The ends of the straight line that ``path`` (F, 2) is on; None if it is not straight, or is a point."""
     first = path[int(np.argmax(np.hypot(*(path - path[0]).T)))]
     last = path[int(np.argmax(np.hypot(*(path - first).T)))]
     line = last - first

@@ -1,6 +1,6 @@
 """Output files that appear whole or not at all: written beside, then renamed; never over what was read.
 
-And foreign files that are read with a limit, whatever they are.
+It also reads foreign files with a limit, whatever they are.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from movimentum.errors import UsageError
 from movimentum.output import parts
 from movimentum.terminal import typed
 
-# What a write can fail with that has nothing to do with us; any other OSError in a stage is a bug and stays one.
+# The errors of a write that are not our fault; any other OSError in a stage is a bug and stays one.
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 
 
@@ -29,11 +29,11 @@ def unwritable(path: Path | str, reason: str, *helps: str) -> UsageError:
 
 @contextmanager
 def whole_file(path: Path) -> Generator[Path, None, None]:
-    """A temporary path beside ``path`` (same suffix, already created and empty), renamed to it in the end.
+    """A temporary path beside ``path`` (same suffix, already created and empty), renamed to it at the end.
 
     Whatever goes wrong in between, an interrupt included, leaves neither a new nor a changed file. A device or a pipe
-    (``/dev/null``) is written directly, for a rename would replace it. Raises `UsageError` where the file cannot be
-    created, before any work is done, and where the disk is full.
+    (``/dev/null``) is written directly, because a rename would replace it. Raises `UsageError` if the file cannot be
+    created, before any work is done, and if the disk is full.
     """
     target = _target(path)
     if target.exists() and not target.is_file():
@@ -51,9 +51,9 @@ def whole_file(path: Path) -> Generator[Path, None, None]:
 
 @contextmanager
 def whole_folder(pattern: Path, inputs: Iterable[str | Path] = ()) -> Generator[Path, None, None]:
-    """A temporary folder beside ``pattern``; in the end the files written into it move to ``pattern``'s folder.
+    """A temporary folder beside ``pattern``; at the end the files written into it move to ``pattern``'s folder.
 
-    Raises `UsageError` where one of them would be written over one of ``inputs``; then none moves.
+    Raises `UsageError` if one of them would overwrite one of ``inputs``; then none moves.
     """
     target = _target(pattern)
     part = _begun(pattern, target, folder=True)
@@ -70,7 +70,7 @@ def whole_folder(pattern: Path, inputs: Iterable[str | Path] = ()) -> Generator[
 
 
 def refuse_unwritable(path: Path) -> None:
-    """Raise `UsageError` now where `whole_file` or `whole_folder` would later, after the work."""
+    """Raise `UsageError` now if `whole_file` or `whole_folder` would raise it later, after the work."""
     target = _target(path)
     if target.exists() and not target.is_file():
         return
@@ -78,10 +78,10 @@ def refuse_unwritable(path: Path) -> None:
 
 
 def refuse_overwriting(path: Path, inputs: Iterable[str | Path], numbers: range = range(0)) -> None:
-    """Raise `UsageError` where writing ``path`` would change one of the files that are read, ``inputs``.
+    """Raise `UsageError` if writing ``path`` would change one of the ``inputs``, the files that are read.
 
-    Files are compared, not names: another spelling, a link and a hard link count. A ``path`` with a ``%d`` stands for
-    its files with ``numbers``. Inputs that do not exist are left out.
+    Files are compared, not names, so a different spelling, a link or a hard link makes no difference. A ``path`` with a
+    ``%d`` means its files with ``numbers``. Inputs that do not exist are left out.
     """
     read = {identity: name for name in inputs if (identity := _identity(name)) is not None}
     for output in _outputs(path, numbers) if read else ():
@@ -91,7 +91,7 @@ def refuse_overwriting(path: Path, inputs: Iterable[str | Path], numbers: range 
 
 
 def _identity(path: str | Path) -> tuple[int, int] | None:
-    """What tells a regular file from all others; None where there is none."""
+    """The identity of a regular file; None if there is none."""
     try:
         status = os.stat(path)
     except (OSError, ValueError):
@@ -126,7 +126,7 @@ def _overwriting(path: Path, output: Path, found: str | Path) -> UsageError:
             Diagnostic(
                 "usage/overwrites-input",
                 Severity.ERROR,
-                f"{output} is read by this command{same}: nothing that is read is written over",
+                f"{output} is read by this command{same}: input files are never overwritten",
                 helps=(f"-o {typed(free)}",),
             )
         ]
@@ -134,7 +134,7 @@ def _overwriting(path: Path, output: Path, found: str | Path) -> UsageError:
 
 
 def make_folder(folder: Path) -> None:
-    """The folder, with those above it; `UsageError` where it cannot be made."""
+    """The folder, with those above it; `UsageError` if it cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
@@ -142,7 +142,9 @@ def make_folder(folder: Path) -> None:
 
 
 def remove_own(path: Path, inputs: Iterable[str | Path] = ()) -> None:
-    """Remove a file that we wrote earlier, if it is still there; never one of ``inputs``, nor what is no file."""
+    """Remove a file that we wrote earlier, if it is still there; never one of ``inputs``, nor anything that is not a
+    file.
+    """
     try:
         refuse_overwriting(path, inputs)
         if stat.S_ISREG(os.lstat(path).st_mode):
@@ -159,7 +161,7 @@ def read_limited(path: Path, limit: int, *, lines: int | None = None) -> bytes:
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     with open(handle, "rb") as stream:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
-            raise OSError(errno.EINVAL, "it is no regular file", str(path))
+            raise OSError(errno.EINVAL, "it is not a regular file", str(path))
         data = stream.read(limit + 1) if lines is None else b"".join(stream.readline(limit + 1) for _ in range(lines))
     if len(data) > limit:
         raise OSError(errno.EFBIG, f"it is larger than {limit:,} bytes", str(path))
@@ -167,7 +169,7 @@ def read_limited(path: Path, limit: int, *, lines: int | None = None) -> bytes:
 
 
 def _target(path: Path) -> Path:
-    """Where the bytes end up: links are followed, so that a rename does not replace the link."""
+    """The file that receives the bytes: links are followed, so that a rename does not replace the link."""
     try:
         target = Path(os.path.realpath(path))
         folder, home = target.is_dir(), target.parent.is_dir()
@@ -181,7 +183,7 @@ def _target(path: Path) -> Path:
 
 
 def _begun(path: Path, target: Path, *, folder: bool = False) -> Path:
-    """The part that will become ``target``; `UsageError` where it cannot be created."""
+    """The part that will become ``target``; `UsageError` if it cannot be created."""
     try:
         return parts.begin(target, folder=folder)
     except OSError as problem:

@@ -1,7 +1,7 @@
-"""Half-written files and folders: they lie beside their target under a name of their own until they are whole.
+"""Half-written files and folders: they are beside their target, under a different name, until they are whole.
 
-What is begun is locked by its process, so a part that nobody holds is a dead process's (``kill -9``, a power cut) and
-is removed by whoever writes next to it. A lock is known on one machine only; the name says on which.
+A part is locked by its process. So a part without a lock belongs to a dead process (``kill -9``, a power cut), and the
+next process that writes beside it removes it. A lock is known only on one machine; the name says on which.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ except ImportError:  # no such locks on this system: nothing is removed that a d
     fcntl = None
 
 _PARTS: dict[str, int | None] = {}
-"""What is being written at this moment in this process, and the handle that holds its lock."""
+"""The parts that this process is writing, and the handles that hold their locks."""
 
 
 def beside(target: Path) -> Path:
@@ -28,7 +28,7 @@ def beside(target: Path) -> Path:
 
 
 def begin(target: Path, *, folder: bool = False) -> Path:
-    """Create an empty file (or folder) beside ``target``, locked; `OSError` where that is refused."""
+    """Create an empty file (or folder) beside ``target``, locked; `OSError` if that is refused."""
     sweep(target.parent)
     while True:
         part = beside(target)
@@ -44,16 +44,16 @@ def begin(target: Path, *, folder: bool = False) -> Path:
         except BaseException:
             discard(str(part))
             raise
-        discard(str(part))  # somebody swept before it was locked
+        discard(str(part))  # another process removed it before it was locked
 
 
 def has_parts() -> bool:
-    """Whether something half-written is left: by two signals in a row, or where memory did not reach for a removal."""
+    """Whether something half-written is left, after two signals in a row or for lack of memory to remove it."""
     return bool(_PARTS)
 
 
 def discard(*parts: str) -> None:
-    """Remove half-written files and folders, all there are if none is named."""
+    """Remove half-written files and folders; all of them if none is named."""
     for part in parts or tuple(_PARTS):
         _remove(part)
         handle = _PARTS.pop(part, None)
@@ -63,7 +63,7 @@ def discard(*parts: str) -> None:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the parts in ``folder`` that processes of this machine began and did not live to end."""
+    """Remove the parts in ``folder`` that processes of this machine began and did not finish."""
     if fcntl is None:
         return
     ours = re.compile(rf"\..*\.{_machine()}\.[0-9a-f]{{8}}\.part.*", re.DOTALL)
@@ -78,7 +78,7 @@ def sweep(folder: Path) -> None:
 
 
 def _lock(path: Path | str) -> int | None:
-    """A handle that holds the lock of a file or folder; None where another process has it, or there are no locks."""
+    """A handle that holds the lock of a file or folder; None if another process has it, or if there are no locks."""
     if fcntl is None:
         return None
     try:

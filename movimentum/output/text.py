@@ -13,9 +13,7 @@ from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole
 
 
 def standard_output() -> TextIO:
-    """Standard output for the text of a file, which is UTF-8 wherever it goes but to a terminal; `UsageError` where it
-    is closed.
-    """
+    """Standard output for the text of a file, which is UTF-8 except on a terminal; `UsageError` if it is closed."""
     stream = sys.stdout
     if stream is None:  # pyright: ignore[reportUnnecessaryComparison]
         raise usage_error("output/unwritable", "there is no standard output to write to")
@@ -29,7 +27,7 @@ def standard_output() -> TextIO:
 
 
 def write_text(text: str, target: Path | None, inputs: Iterable[str]) -> None:
-    """Write a whole text file, which is none of ``inputs``, or to stdout."""
+    """Write a whole text file, which is not one of ``inputs``, or to stdout."""
     if target is None:
         standard_output().write(text)
         return

@@ -1,4 +1,4 @@
-"""The picture while it is being drawn: opaque RGB, or straight RGBA where the background is transparent."""
+"""The picture while it is being drawn: opaque RGB, or straight RGBA if the background is transparent."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Color = tuple[int, int, int]
 
 
 class Canvas:
-    """Draws onto ``image`` in place; ``draft`` takes the fast, jagged way."""
+    """Draws onto ``image`` in place; ``draft`` draws fast and jagged."""
 
     __slots__ = ("draft", "image", "size")
 
@@ -30,12 +30,12 @@ class Canvas:
         return _jagged_stroke(points, width, self.size) if self.draft else stroke(points, width, self.size)
 
     def fill(self, coverage: Coverage | None, color: Color, opacity: float = 1.0) -> None:
-        """Lay ``color`` over the canvas wherever ``coverage`` says, as opaque as ``opacity`` (0 to 1)."""
+        """Lay ``color`` over the canvas by ``coverage``, as opaque as ``opacity`` (0 to 1)."""
         if coverage is not None and opacity > 0.0:
             self._mask(Image.fromarray(coverage.values), coverage.left, coverage.top, color, opacity)
 
     def picture(self, sprite: Sprite, to_canvas: Affine, opacity: float, color: Color) -> None:
-        """Lay a transformed sprite over the canvas: a mere coverage (mode L) in ``color``, a picture tinted with it."""
+        """Lay a transformed sprite over the canvas: a coverage (mode L) in ``color``, or a picture tinted with it."""
         if opacity <= 0.0:
             return
         resample = Image.Resampling.NEAREST if self.draft else Image.Resampling.BILINEAR

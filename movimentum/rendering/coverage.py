@@ -1,7 +1,7 @@
 """How much of each pixel a shape covers, from the distance to its outline, in NumPy.
 
 All coordinates are continuous image coordinates (see `geometry`). A result is a `Coverage`: uint8, 0 to 255, with the
-canvas position of its upper-left pixel; None where the shape misses the canvas.
+canvas position of its upper-left pixel. It is None if the shape misses the canvas.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Point: TypeAlias = tuple[float, float]
 Floats: TypeAlias = NDArray[np.float32]
 
-FARTHEST = 1e9  # pixels: farther points are drawn as if they were there, wider lines as if they were so wide
+FARTHEST = 1e9  # pixels: farther points are drawn as if they were there, wider lines as if they had this width
 _WIDEST = 1e6
 _BAND = 48  # pixels along a stroke that are computed at a time: a diagonal's box is nearly empty
 
@@ -31,13 +31,13 @@ class Coverage(NamedTuple):
 
 
 def bounded(points: Sequence[Point]) -> list[Point]:
-    """The points, none farther than `FARTHEST`, so that nothing overflows that is computed from them."""
+    """The points, none farther than `FARTHEST`, so that nothing computed from them overflows."""
     far = FARTHEST
     return [(min(max(x, -far), far), min(max(y, -far), far)) for x, y in points]
 
 
 def stroke(points: Sequence[Point], width: float, size: tuple[int, int]) -> Coverage | None:
-    """A polyline of ``width`` with round caps and joins; where it overlaps itself it is still one coverage.
+    """A polyline of ``width`` with round caps and joins; where it overlaps itself, it is still one coverage.
 
     Exact across a straight piece: a pixel's coverage is the part of its unit interval within the line, also
     for lines thinner than a pixel.
@@ -102,7 +102,7 @@ def polygon(corners: Sequence[Point], size: tuple[int, int]) -> Coverage | None:
 
 
 def union(parts: Sequence[Coverage | None]) -> Coverage | None:
-    """One coverage of several: the largest of each pixel."""
+    """One coverage from several: the largest value of each pixel."""
     present = [part for part in parts if part is not None]
     if len(present) < 2:
         return present[0] if present else None
@@ -137,7 +137,7 @@ def _box(points: Sequence[Point], reach: float, size: tuple[int, int]) -> tuple[
 def clipped(p: Point, q: Point, window: tuple[float, float, float, float]) -> tuple[Point, Point] | None:
     """The part of a segment inside a window (Liang and Barsky 1984); its new ends lie too far out to be seen.
 
-    So coordinates stay small enough for single precision however far a thing reaches.
+    So coordinates stay small enough for single precision, however far a thing reaches.
     """
     x0, y0, x1, y1 = window
     if x0 <= p[0] <= x1 and y0 <= p[1] <= y1 and x0 <= q[0] <= x1 and y0 <= q[1] <= y1:
@@ -187,7 +187,7 @@ def _capsule(values: NDArray[np.uint8], p: Point, q: Point, radius: float, share
         x = np.arange(left, right, dtype=np.float32) + np.float32(0.5 - px)
         y = np.arange(top, bottom, dtype=np.float32)[:, None] + np.float32(0.5 - py)
         distance = x * np.float32(uy) - y * np.float32(ux)
-        # how far the band's corners are along the segment: within it, the distance to the line is all there is
+        # how far the band's corners are along the segment: within it, only the distance to the line counts
         along = [
             (cx - px) * ux + (cy - py) * uy for cx in (left + 0.5, right - 0.5) for cy in (top + 0.5, bottom - 0.5)
         ]

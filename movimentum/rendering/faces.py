@@ -1,7 +1,7 @@
-"""Fonts for texts: Pillow's own, DejaVu Sans, which ships with us, and what the system has.
+"""Fonts for texts: Pillow's own, DejaVu Sans, which is included, and those of the system.
 
-Pillow's has Latin letters only. A text that it has all of is drawn with it; else with the first face that has all of
-it; else each character with the first that has it.
+Pillow's font has only Latin letters. A text is drawn with it if it has all the letters; otherwise with the first face
+that has all of them; otherwise each character with the first face that has it.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ SYSTEM = (
     "Symbola.ttf", "NotoSansDevanagari-Regular.ttf", "NotoSansThai-Regular.ttf", "Nirmala.ttf", "leelawui.ttf",
     "NotoEmoji-Regular.ttf", "unifont.ttf", "unifont.otf",
 )  # fmt: skip
-"""Files that systems commonly have, looked for by name where the two others will not do."""
+"""Files that systems commonly have, searched by name if the two others are not enough."""
 PROBE = 24.0
-"""The size at which it is seen what a face has."""
+"""The size used to find out which characters a face has."""
 NOWHERE = ("\U0010ffff", "\ufff0", "\u0378")
-"""Characters that no font has: what a face draws for them it draws for all that it lacks."""
+"""Characters that no font has: a face draws the same sign for them as for all characters that it lacks."""
 REPLACEMENT = "\ufffd"
 
 
@@ -43,11 +43,11 @@ class Face:
     name: str
 
     def at(self, size: float) -> Any:
-        """The font at a size in pixels; OSError where the system does not have it."""
+        """The font at a size in pixels; OSError if the system does not have it."""
         return _opened(self.name, size)
 
     def has(self, character: str) -> bool:
-        """Whether the face draws a character, and not its sign for what it lacks."""
+        """Whether the face draws a character, and not its sign for missing characters."""
         return _has(self.name, character)
 
 
@@ -83,7 +83,7 @@ def _drawn(name: str, character: str) -> tuple[tuple[int, int], bytes]:
 @cache
 def _has(name: str, character: str) -> bool:
     if character.isspace() or unicodedata.category(character) in ("Cf", "Mn", "Me"):
-        return True  # nothing of their own is to be seen
+        return True  # they are invisible by themselves
     try:
         return _drawn(name, character) not in _lacking(name)
     except OSError:
@@ -91,20 +91,22 @@ def _has(name: str, character: str) -> bool:
 
 
 def faces() -> Iterator[Face]:
-    """All faces, the first choice first; the system's are opened when they are asked."""
+    """All faces, the first choice first; the system's are opened when they are needed."""
     yield Face("")
     yield Face(SHIPPED)
     yield from map(Face, SYSTEM)
 
 
 def normal(text: str) -> str:
-    """A text with letters and accents put together where there is one character for both."""
+    """A text with letters and accents combined if there is one character for both."""
     return unicodedata.normalize("NFC", text)
 
 
 @cache
 def runs(text: str) -> tuple[tuple[Face, str], ...]:
-    """A text (see `normal`) cut into pieces, each with the face to draw it with; what no face has is replaced."""
+    """A text (see `normal`) cut into pieces, each with the face to draw it with; characters that no face has are
+    replaced.
+    """
     for face in faces():
         if all(face.has(character) for character in text):
             return ((face, text),)
@@ -122,7 +124,7 @@ def runs(text: str) -> tuple[tuple[Face, str], ...]:
 
 @cache
 def face_of(character: str) -> Face | None:
-    """The first face but Pillow's own (which looks different) that has a character; None where there is none."""
+    """The first face but Pillow's own (which looks different) that has a character; None if there is none."""
     return next((face for face in faces() if face.name and face.has(character)), None)
 
 

@@ -1,6 +1,6 @@
-"""Image files: what is refused before it costs anything, and pictures as straight 8-bit RGBA.
+"""Image files: refused early if they are too large or unreadable, otherwise read as straight 8-bit RGBA.
 
-Only a few formats are read: others bring interpreters (EPS starts Ghostscript) and decoders that hardly anybody tests.
+Only a few formats are read. Others bring interpreters (EPS starts Ghostscript) and decoders that are hardly tested.
 Only the first picture of an animated file is used. A camera's orientation tag is obeyed.
 """
 
@@ -23,7 +23,7 @@ from movimentum.rendering.options import MAX_SPRITE_BYTES, MAX_SPRITE_PIXELS
 from movimentum.source import Span
 
 FORMATS = ("PNG", "GIF", "JPEG", "WEBP", "BMP", "TIFF")
-"""What a picture may be, as Pillow calls it; told by its content, not by its name."""
+"""The formats that a picture may have, with Pillow's names; judged by its content, not by its file name."""
 
 _WIDTH, _HEIGHT, _ORIENTATION = 0x0100, 0x0101, 0x0112
 _TURNS = {
@@ -56,7 +56,7 @@ def image_size(path: str, span: Span | None = None) -> tuple[int, int] | Diagnos
 
 
 def load_rgba(path: str, span: Span | None = None) -> Image.Image:
-    """The first picture of a file as straight 8-bit RGBA; `ScriptError` as `image_size` tells it."""
+    """The first picture of a file as straight 8-bit RGBA; `ScriptError` with the diagnostics of `image_size`."""
     with _upright(path, span) as image:
         rgba = Image.new("RGBA", image.size)
         for top, strip in _strips(image, 1):
@@ -78,8 +78,8 @@ class Loaded:
 def load_premultiplied(path: str, magnification: float = 1.0, span: Span | None = None) -> Loaded:
     """The first picture of a file, to be drawn ``magnification`` times as large; `ScriptError` as for `image_size`.
 
-    Most of a large reduction is a plain mean, as good as a better filter and much faster; so it is done here, strip by
-    strip: besides the decoder's own copy there is never more in memory than what is drawn needs.
+    Most of a large reduction is a plain mean, which is as good as a better filter and much faster. It is done here,
+    strip by strip: besides the decoder's own copy, memory never holds more than the drawing needs.
     """
     with _upright(path, span) as image:
         width, height = image.size
@@ -117,7 +117,7 @@ def _upright(path: str, span: Span | None) -> Generator[Image.Image, None, None]
 
 
 def _orientation(image: Image.Image) -> int:
-    """The camera's orientation, 1 to 8, without loading pixels (a PNG may carry it behind them: then it is 1)."""
+    """The camera's orientation, 1 to 8, without loading pixels (a PNG may store it after them: then it is 1)."""
     if image.format == "TIFF" or (image.format == "PNG" and "exif" not in image.info):
         return 1  # Pillow turns a TIFF itself
     try:
@@ -159,19 +159,20 @@ def _as_rgba(image: Image.Image, peak: float) -> Image.Image:
 def picture_file(
     path: str, formats: tuple[str, ...] = FORMATS, *, span: Span | None = None
 ) -> Generator[Image.Image, None, None]:
-    """The one way in which image files are opened: the header read and within the limits, the pixels not yet.
+    """The only way in which image files are opened: the header is read and within the limits, the pixels are not read
+    yet.
 
     Every failure inside is a `ScriptError`.
     """
     try:
         status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):  # a folder, a pipe that would never end, a device
-            what = "a folder" if os.path.isdir(path) else "no regular file"
-            raise _error("asset/unreadable", f"`{path}` is {what}, not an image", span)
+            what = "a folder, not an image" if os.path.isdir(path) else "not a regular file"
+            raise _error("asset/unreadable", f"`{path}` is {what}", span)
         if status.st_size > MAX_SPRITE_BYTES:  # some decoders read a whole file before they look at it
             raise _too_large(path, f"{status.st_size:,} bytes", span)
         with warnings.catch_warnings():
-            # Pillow warns about pictures above a limit of its own; ours is below it and says more
+            # Pillow warns about pictures above a limit of its own; ours is lower and says more
             warnings.simplefilter("ignore")
             with Image.open(path, formats=formats) as image:
                 width, height = image.size
@@ -185,7 +186,7 @@ def picture_file(
     except (FileNotFoundError, NotADirectoryError) as error:
         raise _error("asset/missing", f"there is no file `{path}`", span) from error
     except UnidentifiedImageError as error:
-        raise _error("asset/unreadable", f"`{path}` is no image in a format that is read", span, _CONVERT) from error
+        raise _error("asset/unreadable", f"`{path}` is not an image in a supported format", span, _CONVERT) from error
     except MemoryError as error:
         raise _too_large(path, "more than fits into memory", span) from error
     except Exception as error:  # decoders of broken files raise nearly anything

@@ -1,6 +1,6 @@
-"""What a picture is made of: one item for each thing that is drawn, in one vocabulary.
+"""The parts of a picture: one item for each thing that is drawn, with a common interface.
 
-An item says what its picture depends on (`state`), where it can be (`bounds`), and draws one frame of itself.
+An item reports what its picture depends on (`state`) and where it can be (`bounds`), and draws itself in one frame.
 Items are values: they are sent to other processes.
 """
 
@@ -160,7 +160,7 @@ class LineItem:
     width: float
 
     def state(self, poses: Poses) -> Floats:
-        """World points, visibility of the things it hangs on, colour."""
+        """World points, visibility of the things that it is attached to, colour."""
         return np.concatenate([self._points(poses).reshape(len(poses.frames), -1), *self._shown(poses)], axis=1)
 
     def bounds(self, poses: Poses) -> Floats:
@@ -169,7 +169,7 @@ class LineItem:
         return boxes(self._points(poses), shown, self.width / 2.0)
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
-        """Draw frame ``i``, if all that it hangs on has appeared."""
+        """Draw frame ``i``, if all things that it is attached to have appeared."""
         opacity, color = self.paint.at(poses, i)
         if opacity > 0.0 and all(poses.visible[thing, i] for thing, _ in self.through):
             points = [(to_image @ _pose(poses, thing, i)).apply(*local) for thing, local in self.through]

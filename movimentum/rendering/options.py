@@ -1,4 +1,4 @@
-"""How a picture is to look: what a user chooses on the command line."""
+"""How a picture should look: the choices on the command line."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Quality(StrEnum):
 
 
 class Show(StrEnum):
-    """What can be written over a picture."""
+    """What can be drawn over a picture."""
 
     NAMES = "names"
     ANCHORS = "anchors"
@@ -50,10 +50,10 @@ class FreeMark:
 
 @dataclass(frozen=True, slots=True)
 class PictureOptions:
-    """``scale``: output pixels per world pixel. ``background`` None: the script's, else white.
+    """``scale``: output pixels per world pixel. ``background`` None: the script's, otherwise white.
 
-    ``traces``: anchors whose path up to now is drawn. ``free`` is drawn where ``show`` has ``free``.
-    ``max_pixels``: more of them on a canvas are refused (``limit/pixels``).
+    ``traces``: anchors whose path up to now is drawn. ``free`` is drawn where ``show`` has ``free``. ``max_pixels``: a
+    larger canvas is refused (``limit/pixels``).
     """
 
     quality: Quality = Quality.STANDARD

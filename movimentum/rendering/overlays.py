@@ -1,4 +1,4 @@
-"""What is written over a picture on request: names, anchors, free motions, and the paths of anchors."""
+"""What is drawn over a picture on request: names, anchors, free motions, and the paths of anchors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from movimentum.solver.poses import Poses
 Floats = NDArray[np.float64]
 
 LONGEST, SHORTEST = 36.0, 3.0
-"""World pixels: the arrow of the fastest anchor, and what is too short to be seen as one."""
+"""World pixels: the arrow of the fastest anchor, and the length below which an arrow is too short to be seen."""
 ARROW_WIDTH = 2.5
 
 
@@ -91,7 +91,7 @@ class FreeArrow:
         return np.stack([tail, tail + along], axis=1)
 
     def bounds(self, poses: Poses) -> Floats:
-        """The box about the arrow with its head: it may be all that there is to see."""
+        """The box about the arrow with its head: it may be the only thing that is visible."""
         return boxes(self._ends(poses), self._drawn(poses), arrow_head(ARROW_WIDTH)[1])
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
@@ -123,7 +123,7 @@ class Trace:
 
 class TraceLayer:
     """One trace as far as it has been drawn. Segments only ever add, one at a time, so the picture of a frame is the
-    same whatever came in one run (pixels keep the largest coverage, which depends on no order).
+    same however the frames were divided into runs (pixels keep the largest coverage, whatever the order).
     """
 
     def __init__(self, trace: Trace, size: tuple[int, int]) -> None:
@@ -138,7 +138,7 @@ class TraceLayer:
         return self.trace.points(poses)
 
     def feed(self, points: Floats, to_image: Affine) -> None:
-        """Go on along ``points`` (M, 3) as `Trace.points` gives them."""
+        """Continue along ``points`` (M, 3) as `Trace.points` gives them."""
         width = self.trace.width * to_image.a
         for x, y, shown in points.tolist():
             if not shown:

@@ -59,7 +59,7 @@ class Painter:
 
     @property
     def mode(self) -> str:
-        """``"RGB"``, or ``"RGBA"`` (straight alpha) where the background is transparent."""
+        """``"RGB"``, or ``"RGBA"`` (straight alpha) if the background is transparent."""
         return "RGBA" if self.transparent else "RGB"
 
     def frame(self, poses: Poses, i: int) -> Image.Image:
@@ -68,12 +68,12 @@ class Painter:
         return next(PaintSession(self).frames(poses.select(slice(i, i + 1)), past))
 
     def trace_points(self, poses: Poses) -> tuple[Floats, ...]:
-        """For every trace, what `PaintSession.frames` must be told of frames that the session did not draw."""
+        """For every trace, the points that `PaintSession.frames` needs from frames that the session did not draw."""
         return tuple(trace.points(poses) for trace in self.traces)
 
 
 class PaintSession:
-    """Draws runs of frames in order; remembers the traces so far, nothing else."""
+    """Draws runs of frames in order; remembers only the traces so far."""
 
     def __init__(self, painter: Painter) -> None:
         self.painter = painter
@@ -87,9 +87,9 @@ class PaintSession:
 
     def frames(self, poses: Poses, past: Sequence[Floats] = ()) -> Iterator[Image.Image]:
         """The pictures of all frames of ``poses``; ``past`` are the trace points of frames in between that this session
-        did not draw. Pictures are not to be changed: the same object comes again where nothing moved.
+        did not draw. Pictures must not be changed: the same object is returned again if nothing moved.
 
-        What stands still through the run and has nothing moving below it is drawn once.
+        A layer that stands still through the run, with nothing moving below it, is drawn once.
         """
         painter = self.painter
         for layer, points in zip(self._traces, past, strict=False):
@@ -122,7 +122,7 @@ class PaintSession:
         return Image.new("RGB", self._size, self.painter.background)
 
     def _at_rest(self, layers: Sequence[Item | TraceLayer], poses: Poses) -> tuple[int, NDArray[np.bool_]]:
-        """How many layers from the back stand still all through, and (F - 1,) whether a frame is as the one before."""
+        """How many layers from the back stand still in all frames, and (F - 1,) whether a frame equals the last."""
         same = np.ones(max(0, len(poses.frames) - 1), dtype=bool)
         still = 0
         for number, layer in enumerate(layers):
@@ -137,13 +137,13 @@ class PaintSession:
 def make_painter(
     scene: Scene, source: PoseSource, options: PictureOptions | None = None, *, before: PoseSource = ()
 ) -> Painter:
-    """Everything ready to draw ``scene``; looks at ``source`` only where the canvas must fit what is drawn.
+    """Everything ready to draw ``scene``; reads ``source`` only if the canvas must fit the drawing.
 
-    For the canvas to be the same whichever frames are drawn, ``source`` has all frames of the animation; for traces to
-    be, ``before`` has those before the first one that is drawn.
+    ``source`` has all frames of the animation, so that the canvas is the same whichever frames are drawn. ``before``
+    has the frames before the first one that is drawn, so that traces are the same.
 
     `ScriptError`: sprites that are missing, unreadable or too large (all of them), a canvas over the limit;
-    `UsageError`: a scale that is no positive number.
+    `UsageError`: a scale that is not a positive number.
     """
     options = options or PictureOptions()
     _ = np.eye(2) @ np.eye(
@@ -208,7 +208,7 @@ def _view(scene: Scene, options: PictureOptions, supersample: int, box: tuple[fl
 
 
 def _fitted(items: Sequence[Item], traces: Sequence[Trace], source: PoseSource) -> tuple[float, float, float, float]:
-    """(left, bottom, right, top), whole numbers: all that is drawn in any frame, and a margin of 5 %, at least 8."""
+    """(left, bottom, right, top), whole numbers: everything drawn in any frame, and a margin of 5 %, at least 8."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for chunk in chunks(source):
         for item in items:
@@ -251,7 +251,7 @@ def _items(scene: Scene, magnification: float) -> list[Item]:
 
 
 def _refuse_too_much(scene: Scene, magnification: float) -> None:
-    """`ScriptError` where the pictures of a scene would not fit into memory, before any is decoded."""
+    """`ScriptError` if the pictures of a scene would not fit into memory, before any is decoded."""
     sizes = {
         (thing.image, thing.scale): thing.image_size[0]
         * thing.image_size[1]

@@ -16,7 +16,7 @@ GAP = 8
 
 
 def write_thumbnails(scene: Scene, poses: Poses, path: Path) -> None:
-    """Write the frames of ``poses`` as one PNG, row by row, as many in a row as make the sheet about square."""
+    """Write the frames of ``poses`` as one PNG, row by row, with rows that make the sheet about square."""
     from PIL import Image, ImageDraw, ImageFont
 
     painter = _whole(scene, poses)

@@ -1,8 +1,8 @@
-"""Sprites: pictures made ready once, so that a frame costs one small affine transform.
+"""Sprites: pictures prepared once, so that a frame costs one small affine transform.
 
-Measured ways and their faults are in docs/decisions; in short: premultiplied (no halos), averaged once where it is
-made smaller (no aliasing), a clear rim (no staircase edges), bilinear with the sub-pixel offset in the matrix
-(no hopping), and only the pixels that the turned outline can reach.
+docs/decisions compares measured methods and their faults. In short: premultiplied (no halos), averaged once if it is
+made smaller (no aliasing), a clear rim (no staircase edges), bilinear with the sub-pixel offset in the matrix (no
+jumping), and only the pixels that the turned outline can reach.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ class Sprite:
     ) -> tuple[Image.Image, int, int] | None:
         """The picture under ``to_canvas`` (its pixels -> canvas) with the canvas position of its upper-left corner.
 
-        None where nothing of it falls on a canvas of ``size``.
+        None if nothing of it is on a canvas of ``size``.
         """
         if not all(abs(value) < FARTHEST for value in to_canvas):
-            return None  # nowhere near, or too large to be told from a single colour
+            return None  # nowhere near, or too large to be distinguished from a single colour
         corners = self.outline @ np.array([[to_canvas.a, to_canvas.d], [to_canvas.b, to_canvas.e]])
         low, high = corners.min(axis=0), corners.max(axis=0)
         left = max(0, math.floor(low[0] + to_canvas.c))
@@ -69,7 +69,7 @@ class Sprite:
 
 
 def prepare(loaded: Loaded, pixel: float, magnification: float) -> Sprite | None:
-    """A sprite of a picture whose lower-left corner is at the local origin; None if all of it is clear.
+    """A sprite of a picture whose lower-left corner is at the local origin; None if all of it is transparent.
 
     ``pixel``: local units per pixel of the picture's file. ``magnification``: canvas pixels per pixel of the file, with
     which it was loaded; below 1 the picture is averaged (Lanczos) to about that size, once.
@@ -93,9 +93,9 @@ def prepare(loaded: Loaded, pixel: float, magnification: float) -> Sprite | None
 def _averaged(loaded: Loaded, width: int, height: int) -> Image.Image:
     """A premultiplied picture made smaller by Lanczos' filter.
 
-    The filter overshoots beside edges. In 8 bits alpha would be cut off at 255 and the colours not: a bright rim just
-    inside every edge. So it is done in floating point, one band at a time, and colour follows alpha down. A large
-    picture is done in strips, each with the rows beside it that the filter reaches.
+    The filter overshoots at edges. In 8 bits, alpha would be cut off at 255 and the colours would not, which leaves a
+    bright rim just inside every edge. So it is done in floating point, one band at a time, and colour is limited
+    together with alpha. A large picture is done in strips, each with the rows beside it that the filter reaches.
     """
     image, factor = loaded.image, loaded.factor
     wide, high = loaded.size[0] / factor, loaded.size[1] / factor
@@ -128,7 +128,9 @@ def _resized(image: Image.Image, size: tuple[int, int], box: tuple[float, float,
 
 
 MOST_ROWS = 4096
-"""Of a picture whose outline is looked at row by row; of a higher one, so many bands of rows are."""
+"""The largest height of a picture whose outline is found row by row; a higher one is divided into this many bands of
+rows.
+"""
 
 
 def outline_of(alpha: NDArray[np.uint8]) -> NDArray[np.float64]:

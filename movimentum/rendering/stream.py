@@ -1,9 +1,9 @@
 """Poses of many frames, in order: all in memory, or chunk by chunk.
 
 A `PoseSource` is a `Poses` or anything that can be iterated *more than once* and yields `Poses` in order (a list, an
-object with ``__iter__``, a `Spool`). Rendering looks at it several times: to fit the canvas, to choose the palette,
-to draw. What can be iterated only once (a generator) goes through a `Spool`, which keeps the chunks in a temporary
-file; memory then holds one chunk, however long the animation.
+object with ``__iter__``, a `Spool`). Rendering reads it several times: to fit the canvas, to choose the palette, to
+draw. A source that can be iterated only once (a generator) goes through a `Spool`, which keeps the chunks in a
+temporary file. Memory then holds one chunk, however long the animation is.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ PoseSource: TypeAlias = Poses | Iterable[Poses]
 
 
 class Spool:
-    """Chunks of poses in a temporary file, which vanishes with `close` (or at the end of a ``with``)."""
+    """Chunks of poses in a temporary file, which is removed by `close` (or at the end of a ``with``)."""
 
     def __init__(self, chunks: Iterable[Poses]) -> None:
         import pickle
@@ -48,7 +48,7 @@ class Spool:
             yield chunk
 
     def close(self) -> None:
-        """Give the disk space back."""
+        """Free the disk space."""
         self._file.close()
 
     def __enter__(self) -> Spool:
@@ -61,7 +61,7 @@ class Spool:
 
 
 def chunks(source: PoseSource) -> Iterator[Poses]:
-    """The poses of ``source`` from its beginning; `TypeError` for what can be iterated only once."""
+    """The poses of ``source`` from its beginning; `TypeError` for a source that can be iterated only once."""
     if isinstance(source, Poses):
         yield source
         return

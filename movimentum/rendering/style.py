@@ -1,4 +1,6 @@
-"""How things look where their definition does not say: colours 0 to 255; widths and radii are in `scene.looks`."""
+"""The default look of things whose definition does not state it: colours 0 to 255; widths and radii are in
+`scene.looks`.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +13,17 @@ ACCENT: Color = (200, 30, 90)
 PAPER: Color = (255, 255, 255)
 UNTINTED: Color = (255, 255, 255)
 MOTIONS: tuple[Color, ...] = (ACCENT, (0, 114, 178), (0, 140, 90), (213, 94, 0), (120, 60, 180), (150, 120, 0))
-"""Of the free motions, in turn; told apart by most colour-blind people (after Okabe & Ito)."""
+"""Colours of the free motions, in turn; most colour-blind people can distinguish them (after Okabe & Ito)."""
 
 TRACE_WIDTH = 1.6
 NOTE_HEIGHT = 12.0  # of the font of names over the picture
 
 
 def color_of(thing: Thing) -> Color:
-    """What a thing is drawn in, and its traces; of a sprite, only its traces."""
+    """The colour of a thing and its traces; for a sprite, only of its traces."""
     return INK if thing.color is None else thing.color
 
 
 def paint_of(thing: Thing) -> Color:
-    """What a thing is drawn in; a sprite's tint."""
+    """The colour of a thing; for a sprite, its tint."""
     return UNTINTED if thing.shape is Shape.SPRITE else color_of(thing)

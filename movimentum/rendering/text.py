@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFilter  # slow: this module is imported where there is text
+from PIL import Image, ImageDraw, ImageFilter  # slow: this module is imported only if there is text
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
@@ -59,13 +59,13 @@ def _laid_out(text: str, pixels: float) -> list[tuple[float, str, Any]]:
 
 
 def halo(sprite: Sprite) -> Sprite:
-    """The same text, a pixel fatter on every side: laid under it, it keeps it readable on any ground."""
+    """The same text, a pixel wider on every side: under the text, it keeps it readable on any background."""
     mask = sprite.image.filter(ImageFilter.MaxFilter(3))
     return Sprite(mask, sprite.to_local, outline_of(np.asarray(mask)))
 
 
 def lettering(things: Iterable[Thing]) -> Iterator[Diagnostic]:
-    """A warning for each label with characters that no font at hand has."""
+    """A warning for each label with characters that no available font has."""
     for thing in things:
         if thing.hidden or not (lacking := missing(thing.text or "")):
             continue
@@ -76,7 +76,7 @@ def lettering(things: Iterable[Thing]) -> Iterator[Diagnostic]:
             f"no font has {named}{' and more' if len(lacking) > 8 else ''} of the label `{thing.name}`;"
             f" `{REPLACEMENT}` is drawn instead",
             thing.span,
-            helps=("install a font that has it (Noto Sans has nearly everything), or write it otherwise",),
+            helps=("install a font that has it (Noto Sans has nearly everything), or write it differently",),
         )
 
 

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from movimentum.repl.session import Session, refused
 
 Answer = tuple[Session, str]
-"""The session afterwards, and what to say."""
+"""The session afterwards, and the answer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """``usage`` shows its arguments, ``help`` is a line about it; ``run`` gets what follows the name."""
+    """``usage`` shows its arguments, ``help`` is a line about it; ``run`` gets the text after the name."""
 
     name: str
     usage: str
@@ -35,16 +35,16 @@ def table(columns: Sequence[Sequence[str]], *, right: frozenset[int] = frozenset
 
 
 def split_output(argument: str, suffixes: Sequence[str]) -> tuple[str, str | None]:
-    """What stands before ``-o FILE``, and FILE."""
+    """The text before ``-o FILE``, and FILE."""
     found = re.fullmatch(r"(.*?)(?:^|\s)-o\s+(\S+)\s*", argument, re.DOTALL)
     if found is None:
         return argument.strip(), None
     if not found[2].lower().endswith(tuple(suffixes)):
-        raise refused("file", f"`{found[2]}` is no {' or '.join(suffixes)}", f"-o plot{suffixes[0]}")
+        raise refused("file", f"`{found[2]}` is not a {' or '.join(suffixes)} file", f"-o plot{suffixes[0]}")
     return found[1].strip(), found[2]
 
 
 def plain(argument: str, command: str) -> None:
-    """Refuse an argument where none is taken."""
+    """Refuse an argument for a command that takes none."""
     if argument.strip():
         raise refused("argument", f"`{command}` takes no argument, found `{argument.strip()}`")

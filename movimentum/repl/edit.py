@@ -1,4 +1,4 @@
-"""Commands that change the script: statements tried out, taken back, and kept."""
+"""Commands that change the script: statements are tried out, undone and kept."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _QUOTED = re.compile(r"`([^`]*;)`")
 
 
 def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
-    """Diagnostics as text; statements that they suggest are numbered for `apply`."""
+    """Diagnostics as text; the statements that they suggest are numbered for `apply`."""
     found = tuple(diagnostics)
     suggestions = [text for item in found for help_ in item.helps for text in _QUOTED.findall(help_)]
     text = render_text(found, session.work.source).rstrip("\n")
@@ -34,11 +34,11 @@ def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
 
 
 def check(session: Session, argument: str) -> Answer:
-    """``check``: everything that there is to say about the script as it is now."""
+    """``check``: all messages about the script as it is now."""
     plain(argument, "check")
     diagnostics = session.work.diagnostics
     if not diagnostics:
-        return replace(session, suggestions=()), "nothing to complain about"
+        return replace(session, suggestions=()), "there are no messages"
     return told(session, diagnostics)
 
 
@@ -47,11 +47,11 @@ def conflicts(session: Session, argument: str) -> Answer:
     plain(argument, "conflicts")
     codes = ("constraint/conflict", "solve/unreachable", "solve/not-converged", "constraint/redundant", "claim/broken")
     found = [d for d in session.work.diagnostics if d.code in codes or d.severity is Severity.ERROR]
-    return told(session, found) if found else (session, "nothing contradicts, nothing is stated twice")
+    return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 
 
 def _changed(session: Session, text: str) -> Answer:
-    """The session with another text, and what that did."""
+    """The session with another text, and the effect of the change."""
     after = session.edited(text)
     serious = [d for d in after.work.diagnostics if d.severity is not Severity.NOTE]
     said = f"now {_summary(after)}"
@@ -70,9 +70,9 @@ def _summary(session: Session) -> str:
 
 
 def try_statement(session: Session, text: str, commands: Iterable[str] = ()) -> Answer:
-    """A statement typed at the prompt: it takes effect at this step, under the key convention, at once.
+    """A statement typed at the prompt: it takes effect at once, at this step, under the key convention.
 
-    ``commands`` are what can be typed otherwise, for "did you mean".
+    ``commands`` are the other things that can be typed, for "did you mean".
     """
     word, _, rest = text.partition(" ")
     near = near_commands(word, commands)
@@ -83,12 +83,12 @@ def try_statement(session: Session, text: str, commands: Iterable[str] = ()) -> 
         found = [replace(item, helps=(*item.helps, *helps)) if near else item for item in error.diagnostics[:1]]
         raise Refused(found, SourceText("<prompt>", text)) from error
     if statement is None:
-        raise refused("unknown-command", f"`{word}` is no command, and `{text}` is no statement", *helps)
+        raise refused("unknown-command", f"`{word}` is not a command, and `{text}` is not a statement", *helps)
     return _stated(session, text)
 
 
 def near_commands(word: str, commands: Iterable[str]) -> list[str]:
-    """The commands that a word is probably meant to be: those that it begins, else the nearest by spelling."""
+    """The commands that a word is probably meant to be: those that begin with it, otherwise the nearest by spelling."""
     names = list(commands)
     begun = [name for name in names if name.startswith(word.lower()) and name != word]
     if begun and len(word) > 0:
@@ -113,7 +113,7 @@ def _stated(session: Session, text: str) -> Answer:
 
 
 def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
-    """What is wrong with what was typed, shown where it was typed."""
+    """The errors in the typed text, shown at their place in it."""
     offset = trial.find(text.strip().removesuffix(";").rstrip())
     shifted: list[Diagnostic] = []
     for item in after.work.diagnostics:
@@ -125,7 +125,7 @@ def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
 
 
 def drop(session: Session, argument: str) -> Answer:
-    """``drop KEY``: end what is stated under it; what this step itself states is taken out of it."""
+    """``drop KEY``: end what is stated under it; statements of this step itself are removed from it."""
     wanted = argument.strip().removesuffix(";").strip()
     if not wanted:
         raise refused("argument", "`drop` needs a key, the left-hand side of a statement", "constraints")
@@ -150,7 +150,7 @@ def drop(session: Session, argument: str) -> Answer:
     text = session.text
     for item in sorted(own, key=lambda c: -c.span.start):
         text = without(text, item)
-    if not own or _stated_before(session, found[0]):  # else an earlier step's would be in force again
+    if not own or _stated_before(session, found[0]):  # otherwise an earlier step's would be in force again
         text = stated(text, work.scene, session.step, f"{found[0].key} {found[0].relation} _", ())
     return _changed(session, text)
 
@@ -165,10 +165,10 @@ def _stated_before(session: Session, item: Constraint) -> bool:
 
 
 def apply(session: Session, argument: str) -> Answer:
-    """``apply N``: put in what was suggested."""
+    """``apply N``: put in a suggestion."""
     count = len(session.suggestions)
     if not count:
-        raise refused("nothing-suggested", "nothing is suggested; `check` and `solutions` do", "check")
+        raise refused("nothing-suggested", "there are no suggestions; `check` and `solutions` make some", "check")
     text = argument.strip()
     if not text.isdecimal() or len(text) > 9 or not 1 <= int(text) <= count:
         raise refused("argument", f"suggestions go from 1 to {count}", "apply 1")
@@ -188,7 +188,7 @@ def undo(session: Session, argument: str) -> Answer:
 
 
 def redo(session: Session, argument: str) -> Answer:
-    """``redo``: what was undone, again."""
+    """``redo``: undo the last undo."""
     plain(argument, "redo")
     after = session.redone()
     return after, f"now {_summary(after)}"
@@ -222,10 +222,10 @@ def write(session: Session, argument: str) -> Answer:
 
 
 COMMANDS = (
-    Command("check", "check", "everything that there is to say, with numbered suggestions", check),
+    Command("check", "check", "all messages, with numbered suggestions", check),
     Command("conflicts", "conflicts", "what contradicts, has no solution, or is stated twice", conflicts),
     Command("drop", "drop KEY", "end what is stated under a key from this step on", drop),
-    Command("apply", "apply N", "put in what was suggested under that number", apply),
+    Command("apply", "apply N", "put in the suggestion with that number", apply),
     Command("undo", "undo", "take back the last change", undo),
     Command("redo", "redo", "take back the last undo", redo),
     Command("diff", "diff", "the changes, against the file", diff),

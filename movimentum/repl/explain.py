@@ -1,4 +1,4 @@
-"""Commands that ask how the scene is solved, and what else could be."""
+"""Commands about how the scene is solved, and about its alternatives."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from movimentum.solver.segment_motion import Dead
 from movimentum.text import counted, number, time_text
 
 PATIENCE_S, LEAST_S = 1.4, 0.5
-"""What finding a formula may take, all in all (who asks waits two seconds), and what it gets at least."""
+"""The time for finding a formula in all (the user waits two seconds), and the least time that it gets."""
 
 
 def why(session: Session, argument: str) -> Answer:
@@ -90,7 +90,7 @@ def _name(argument: str, example: str) -> str:
 
 
 def free(session: Session, argument: str) -> Answer:
-    """``free``: each free motion in words, and what would stop it; ``free --matrix``: the matrix that says so."""
+    """``free``: each free motion in words, and what would stop it; ``free --matrix``: the matrix behind it."""
     word, _, name = argument.strip().partition(" ")
     if word == "--matrix":
         return session, _matrices(session, name.strip())
@@ -115,7 +115,7 @@ def free(session: Session, argument: str) -> Answer:
 
 
 def _matrices(session: Session, name: str) -> str:
-    """The matrix of every connected part, or of that with the thing or variable ``name``."""
+    """The matrix of every connected part, or of the part with the thing or variable ``name``."""
     from movimentum.analysis.interactive.matrix import part_matrices
     from movimentum.repl.matrix import matrix_text, units_text
 
@@ -171,11 +171,11 @@ def drag(session: Session, argument: str) -> Answer:
     if found.outcome is DragResult.FIXED:
         return (
             session,
-            f"`{left}` is determined, and cannot be dragged; it is {off} from there (`why {left}` tells more)",
+            f"`{left}` is determined, and cannot be dragged; it is {off} from there (`why {left}` says more)",
         )
     words = {
         DragResult.REACHED: f"`{left}` gets there",
-        DragResult.BLOCKED: f"`{left}` comes no nearer than {off}: what is stated holds it back",
+        DragResult.BLOCKED: f"`{left}` comes no nearer than {off}: the statements hold it back",
         DragResult.SINGULAR: f"`{left}` is stuck {off} from there: in this pose no velocity brings it nearer",
     }
     lines = [words[found.outcome], *_displaced(session, found.moments)]
@@ -223,7 +223,7 @@ def solutions(session: Session, argument: str) -> Answer:
     suggestions: list[str] = []
     for part in found:
         names = ", ".join(f"`{scene.things[t].name}`" for t in part.things)
-        more = "" if part.complete else ", found by looking: there may be more"
+        more = "" if part.complete else ", found by a search: there may be more"
         lines.append(f"{counted(len(part.solutions), 'solution')} for {names or 'what is not drawn'}{more}")
         for n, solution in enumerate(part.solutions, 1):
             mark = "->" if solution.current else "  "
@@ -249,7 +249,7 @@ def _piece(session: Session) -> tuple[Piece, float]:
 
 
 def branch(session: Session, argument: str) -> Answer:
-    """``branch``: how sure the choice of every solution was, over the whole animation."""
+    """``branch``: how safe the choice of every solution was, over the whole animation."""
     plain(argument, "branch")
     from movimentum.analysis.interactive.branches import branches
 
@@ -273,15 +273,15 @@ def branch(session: Session, argument: str) -> Answer:
 
 COMMANDS = (
     Command("why", "why NAME", "the constraints that determine a thing, an anchor or a variable, in their order", why),
-    Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what stands in the way", formula),
+    Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what prevents one", formula),
     Command(
         "free",
         "free [--matrix [NAME]]",
-        "what can still move, and what would stop it; or the matrix that says so",
+        "what can still move, and what would stop it; or the matrix behind it",
         free,
     ),
     Command("wiggle", "wiggle FILE.gif", "each free motion there and back, one after the other", wiggle),
-    Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull at it at this moment, and see what comes along", drag),
+    Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull at it at this moment, and see what moves with it", drag),
     Command("solutions", "solutions [-o FILE.png]", "every solution at this moment, and what selects it", solutions),
     Command("branch", "branch", "how close the solver's choices were over the whole animation", branch),
 )

@@ -1,4 +1,4 @@
-"""Expressions and conditions typed at the prompt: understood as the script's own, read off its motion."""
+"""Expressions and conditions typed at the prompt: read like those of the script, and evaluated on its motion."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ def lowered(session: Session, text: str) -> tuple[Expr, ...]:
     """An expression as it is understood in the step that the moment belongs to: one `Expr`, or two for a vector."""
     statement = _parsed(f"{text} = 0;", text)
     if any(isinstance(node, Blank) for node in postorder(statement.left)):
-        raise refused("expression", "a `_` is any value, so there is none to show")
+        raise refused("expression", "`_` is any value, so there is none to show")
     return _claimed(session, text, statement.left).left
 
 
 def reading(session: Session, text: str) -> Reading:
-    """What an expression comes to; nan where it has no value."""
+    """The value of an expression; nan if it has none."""
     from movimentum.analysis.evaluate import reader
 
     known = session.work.readings.get((session.step, text))
@@ -73,8 +73,9 @@ def reading(session: Session, text: str) -> Reading:
 
 
 def _solved_for(session: Session, text: str) -> Reading:
-    """An expression that cannot just be read off the motion (a derivative, an integral, a `_`): the script is solved
-    once more, with a variable that is that expression. Without a clock or an integral it is so from the first step on.
+    """An expression that cannot be evaluated on the motion alone (a derivative, an integral, a `_`): the script is
+    solved again, with a variable that equals the expression. Without a clock or an integral it is so from the first
+    step on.
     """
     statement = _parsed(f"{text} = 0;", text)
     scene = session.work.scene
@@ -111,8 +112,8 @@ def _names(scene: Scene) -> set[str]:
 
 
 def condition(session: Session, text: str) -> Callable[[Poses], NDArray[np.bool_]]:
-    """A condition such as ``Rod.B.x < 300``: whether it holds in poses (F,). An equality holds where a billionth of the
-    scene's size does not matter.
+    """A condition such as ``Rod.B.x < 300``: whether it holds in poses (F,). An equality holds to within a billionth of
+    the scene's size.
     """
     whole = f"{text.strip().removesuffix(';')};"
     statement = _parsed(whole, text)
@@ -137,7 +138,7 @@ def _parsed(whole: str, text: str) -> Statement:
     except ScriptError as error:
         raise Refused(error.diagnostics, SourceText("<prompt>", text.rstrip())) from error
     if statement is None:
-        raise refused("expression", f"`{text.strip()}` is no single expression or condition")
+        raise refused("expression", f"`{text.strip()}` is not a single expression or condition")
     return statement
 
 

@@ -1,4 +1,4 @@
-"""Commands that look at the moment, or at all of the motion."""
+"""Commands that show the moment, or the whole motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COLUMNS, ROWS = 64, 12
 
 
 def shown_values(session: Session, texts: Sequence[str]) -> str:
-    """``EXPR = value``, a line each; where there is none, why."""
+    """``EXPR = value``, one on each line; if there is no value, the reason."""
     poses = session.poses()
     return "\n".join(_shown(session, text, reading(session, text).values(poses)[0].tolist()) for text in texts)
 
@@ -46,7 +46,7 @@ def _named(session: Session, text: str) -> list[str]:
 
 
 def _lack(session: Session, name: str) -> str | None:
-    """Why a variable has no value now; None where it has one."""
+    """Why a variable has no value now; None if it has one."""
     mask = session.poses().missing.get(name)
     if mask is None or not mask[0]:
         return None
@@ -87,14 +87,14 @@ def show(session: Session, argument: str) -> Answer:
 
 
 def constraints(session: Session, argument: str) -> Answer:
-    """``constraints [KEY]``: what holds now, from where, until when, and how well."""
+    """``constraints [KEY]``: what holds now, since when, until when, and how well."""
     rows = _constraint_rows(session, argument)
     head = ["constraint", "line", "since", "until", "off by"]
     return session, table([head, *([row[0], *row[1:5]] for row in rows)], right=frozenset({1}))
 
 
 def residuals(session: Session, argument: str) -> Answer:
-    """``residuals``: the same, the worst first."""
+    """``residuals``: the same, with the worst first."""
     plain(argument, "residuals")
     rows = sorted(_constraint_rows(session, ""), key=lambda row: -float(row[5]))
     return session, table([["off by", "line", "constraint"], *([row[4], row[1], row[0]] for row in rows)])
@@ -142,7 +142,7 @@ def _constraint_rows(session: Session, key: str) -> list[list[str]]:
 
 
 def plan(session: Session, argument: str) -> Answer:
-    """``plan``: what is solved for, in which order, and by what."""
+    """``plan``: what is solved for, in which order, and by which kernel."""
     plain(argument, "plan")
     the_plan = session.stretch.plan
     names = [unknown.name for unknown in the_plan.system.unknowns]
@@ -196,10 +196,10 @@ def plot(session: Session, argument: str) -> Answer:
 
 
 def _drawn(times: FloatArray, values: FloatArray) -> str:
-    """A curve in Braille: two by four dots a character."""
+    """A curve in Braille: two by four dots per character."""
     good = np.isfinite(values)
     if not good.any():
-        return "no value anywhere"
+        return "no value at any time"
     low, high = float(values[good].min()), float(values[good].max())
     span = high - low or 1.0
     fine: FloatArray = np.linspace(float(times[0]), float(times[-1]), 8 * COLUMNS) if len(times) > 1 else times
@@ -227,7 +227,7 @@ def picture(session: Session, argument: str) -> Answer:
     """``picture [FILE]``: this moment with names, anchors and free motions drawn in."""
     name = argument.strip().removeprefix("-o").strip() or f"{Path(session.file).stem or 'moment'}.png"
     if not name.lower().endswith(".png"):
-        raise refused("file", f"`{name}` is no .png", f"picture {Path(name).stem}.png")
+        raise refused("file", f"`{name}` is not a .png file", f"picture {Path(name).stem}.png")
     from movimentum.workflow.choices import Picture
 
     show_all = Picture(at=session.time, show=frozenset({"names", "anchors", "free"}), workers=1)
@@ -241,10 +241,10 @@ COMMANDS = (
     Command(
         "constraints",
         "constraints [KEY]",
-        "what is in force, since when, until when, and how well it is met",
+        "what is in force, since when, until when, and how well it is satisfied",
         constraints,
     ),
-    Command("residuals", "residuals", "the same, the worst first", residuals),
+    Command("residuals", "residuals", "the same, with the worst first", residuals),
     Command("plan", "plan", "the blocks in which this step is solved, and their kernels", plan),
     Command("plot", "plot EXPR [-o FILE]", "its course over the animation, here or as .svg or .png", plot),
     Command("picture", "picture [FILE]", "this moment as a .png, with names, anchors and free motions", picture),

@@ -1,4 +1,4 @@
-"""Matrices for a terminal: named rows and columns, in as many tables side by side as the width needs."""
+"""Matrices for a terminal: named rows and columns, in as many tables as the width requires."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from movimentum.text import counted, listed, number
 FloatArray = NDArray[np.float64]
 
 MOST = 24
-"""Rows and columns of the largest matrix that is shown; of a larger one, how many entries of a motion are."""
+"""Rows and columns of the largest matrix that is shown; for a larger one, the number of entries of a motion that are
+shown.
+"""
 WIDTH = 100
 """Characters of a line."""
 NAME = 44
 """Characters of a row's name."""
 VALUES = 12
-"""Singular values that are all shown; of more, the largest and the smallest."""
+"""Up to this many singular values are all shown; of more, only the largest and the smallest."""
 
 
 def matrix_text(session: Session, part: PartMatrix) -> str:
@@ -35,7 +37,7 @@ def matrix_text(session: Session, part: PartMatrix) -> str:
     if m == 0:
         lines.append("no equation says anything about it")
     elif m > MOST or n > MOST:
-        lines.append(f"{m} x {n}: too large to be shown; {MOST} x {MOST} is the largest that is")
+        lines.append(f"{m} x {n}: too large to show; the limit is {MOST} x {MOST}")
     else:
         names = [_row_name(session, row) for row in part.rows]
         lines += _panels(names, part.columns, part.jacobian)
@@ -47,9 +49,9 @@ def matrix_text(session: Session, part: PartMatrix) -> str:
 
 
 def units_text(session: Session) -> str:
-    """In what units all matrices of a scene are."""
+    """The units of all matrices of a scene."""
     size = number(session.stretch.plan.size)
-    return f"rows have length 1; lengths count in sizes of the scene ({size} px), angles in 57 degrees"
+    return f"rows have length 1; lengths in units of the scene's size ({size} px), angles in units of 57 degrees"
 
 
 def _panels(names: Sequence[str], columns: Sequence[str], values: FloatArray) -> Iterator[str]:
@@ -96,7 +98,7 @@ def _singular(values: FloatArray) -> str:
 
 
 def _null_space(part: PartMatrix) -> Iterator[str]:
-    """The motions as columns; of many or long ones the largest entries."""
+    """The motions as columns; for many or long ones only the largest entries."""
     null = part.null
     if null.shape[1] <= 8 and len(part.columns) <= MOST:
         moving = np.any(null != 0.0, axis=1)

@@ -24,7 +24,7 @@ def where(session: Session) -> str:
     line = session.work.source.position(step.span.start).line
     lines = [f"t = {time_text(float(session.time))} ({frame}), in step @{time_text(float(step.time))} (line {line})"]
     if not session.poses().solved[0]:
-        lines.append("there is no solution here; the last good pose is shown (`conflicts` tells why)")
+        lines.append("there is no solution here; the last good pose is shown (`conflicts` says why)")
     if session.watches:
         lines.append(shown_values(session, session.watches))
     return "\n".join(lines)
@@ -42,7 +42,7 @@ def at(session: Session, argument: str) -> Answer:
         return session, where(session)
     time = rational(argument, exponents=True)
     if time is None:
-        raise refused("time", f"`{argument.strip()}` is no time", "at 1.5", "at 4/3")
+        raise refused("time", f"`{argument.strip()}` is not a time", "at 1.5", "at 4/3")
     if not timeline.start <= time <= timeline.end:
         first, last = time_text(float(timeline.start)), time_text(float(timeline.end))
         raise refused("time", f"time {argument.strip()} is outside the animation, from {first} to {last}", f"at {last}")
@@ -50,11 +50,11 @@ def at(session: Session, argument: str) -> Answer:
 
 
 def frame(session: Session, argument: str) -> Answer:
-    """``frame N``; from the end where it is negative."""
+    """``frame N``; counted from the end if it is negative."""
     timeline = session.work.timeline
     count = timeline.frame_count
     if not re.fullmatch(r"\s*-?\d{1,9}\s*", argument):
-        raise refused("frame", f"`{argument.strip()}` is no frame number", "frame 0", f"frame {count - 1}")
+        raise refused("frame", f"`{argument.strip()}` is not a frame number", "frame 0", f"frame {count - 1}")
     number = int(argument)
     if not -count <= number < count:
         raise refused("frame", f"there is no frame {number}: they go from 0 to {count - 1}", f"frame {count - 1}")
@@ -62,7 +62,7 @@ def frame(session: Session, argument: str) -> Answer:
 
 
 def following(session: Session, argument: str) -> Answer:
-    """``next``: one frame on."""
+    """``next``: one frame forward."""
     plain(argument, "next")
     timeline = session.work.timeline
     if session.frame + 1 >= timeline.frame_count:
@@ -81,7 +81,7 @@ def back(session: Session, argument: str) -> Answer:
 
 
 def steps(session: Session, argument: str) -> Answer:
-    """``steps``: all of them, the one looked at marked."""
+    """``steps``: all steps, with the current one marked."""
     plain(argument, "steps")
     work = session.work
     rows: list[list[str]] = []
@@ -100,10 +100,10 @@ def steps(session: Session, argument: str) -> Answer:
 
 
 def run_until(session: Session, argument: str) -> Answer:
-    """``run until CONDITION``: on to the first frame in which it holds."""
+    """``run until CONDITION``: go on to the first frame in which it holds."""
     words = argument.split(None, 1)
     if len(words) != 2 or words[0] != "until":
-        raise refused("argument", "`run` goes on until something holds", "run until Rod.B.x < 300")
+        raise refused("argument", "`run` continues until a condition holds", "run until Rod.B.x < 300")
     holds = condition(session, words[1])
     work = session.work
     count = work.timeline.frame_count
@@ -112,11 +112,11 @@ def run_until(session: Session, argument: str) -> Answer:
         places = (holds(poses) & poses.solved).nonzero()[0]
         if len(places):
             return _moved(session, work.timeline.frame_time(int(poses.frames[places[0]])))
-    raise refused("never", f"`{words[1]}` holds in no frame after this one", "frame 0")
+    raise refused("never", f"`{words[1]}` does not hold in any later frame", "frame 0")
 
 
 def watch(session: Session, argument: str) -> Answer:
-    """``watch EXPR``: show it after every move; without an expression: none any more."""
+    """``watch EXPR``: show it after every move; without an expression: stop watching."""
     text = argument.strip()
     if not text:
         return replace(session, watches=()), "nothing is watched any more"
@@ -128,9 +128,11 @@ def watch(session: Session, argument: str) -> Answer:
 COMMANDS = (
     Command("at", "at T", "go to a time: `at 1.5`, `at 4/3`", at),
     Command("frame", "frame N", "go to a frame, from 0; -1 is the last", frame),
-    Command("next", "next", "one frame on", following),
+    Command("next", "next", "one frame forward", following),
     Command("back", "back", "one frame back", back),
     Command("steps", "steps", "the steps, with their lines", steps),
-    Command("run", "run until CONDITION", "on to the first frame where it holds: `run until Rod.B.x < 300`", run_until),
+    Command(
+        "run", "run until CONDITION", "go on to the first frame where it holds: `run until Rod.B.x < 300`", run_until
+    ),
     Command("watch", "watch [EXPR]", "show an expression after every move; alone: stop watching", watch),
 )

@@ -40,7 +40,7 @@ def keys(session: Session) -> list[str]:
 
 
 class SessionCompleter(Completer):
-    """Commands at the beginning of a line, what can be named behind them, keys where a key is wanted."""
+    """Commands at the beginning of a line, names after them, and keys where a key is expected."""
 
     def __init__(self, session: Callable[[], Session], commands: Sequence[str]) -> None:
         self._session = session
@@ -71,7 +71,7 @@ def make_prompt(session: Callable[[], Session], commands: Sequence[str]) -> Prom
 
     def message() -> str:
         moment = time_text(float(session().time))
-        return f"t={moment}> " if session().work.moves else "(mend) "
+        return f"t={moment}> " if session().work.moves else "(errors) "
 
     return PromptSession(
         message,
@@ -83,7 +83,7 @@ def make_prompt(session: Callable[[], Session], commands: Sequence[str]) -> Prom
 
 
 def _colours() -> Lexer | None:
-    """The colours of scripts, where Pygments is installed."""
+    """The colours of scripts, if Pygments is installed."""
     try:
         from prompt_toolkit.lexers import PygmentsLexer
 

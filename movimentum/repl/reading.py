@@ -1,4 +1,4 @@
-"""What an expression typed at the prompt comes to."""
+"""The value of an expression typed at the prompt."""
 
 from __future__ import annotations
 

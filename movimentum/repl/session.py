@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Refused(Exception):
-    """What was typed cannot be done; ``diagnostics`` are about ``source`` (None: about no text)."""
+    """The typed command cannot be done; ``diagnostics`` are about ``source`` (None: about no text)."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic], source: SourceText | None = None) -> None:
         self.diagnostics = tuple(diagnostics)
@@ -37,18 +37,18 @@ class Refused(Exception):
 
 
 def refused(code: str, message: str, *helps: str) -> Refused:
-    """A `Refused` of one message."""
+    """A `Refused` with one message."""
     return Refused([Diagnostic(f"repl/{code}", Severity.ERROR, message, helps=helps)])
 
 
 class Work:
-    """A script, understood and solved as far as it can be; each part when it is first asked for."""
+    """A script, read and solved as far as possible; each part when it is first needed."""
 
     def __init__(self, source: SourceText, choices: Choices) -> None:
         self.source = source
         self.choices = choices
         self.readings: dict[tuple[int, str], Reading] = {}
-        """Expressions that were asked for, by step and text."""
+        """Expressions already used, by step and text."""
 
     @cached_property
     def _understood(self) -> tuple[Scene | None, Timeline | None, tuple[Diagnostic, ...]]:
@@ -90,7 +90,7 @@ class Work:
 
     @property
     def motion(self) -> PathMotion:
-        """The motion, as far as there is one; `Refused` where the script is at fault."""
+        """The motion, as far as there is one; `Refused` if the script is at fault."""
         solved = self._solved
         if isinstance(solved, MovimentumError):
             raise Refused(solved.diagnostics, self.source)
@@ -98,7 +98,7 @@ class Work:
 
     @cached_property
     def examination(self) -> Examination:
-        """What there is to say about the motion; `Refused` where there is none."""
+        """The diagnostics of the motion; `Refused` if there is none."""
         from movimentum.analysis.examine import examine
 
         return examine(self.motion)
@@ -137,14 +137,14 @@ class Session:
         return self.work.source.text
 
     def refuse_overwriting(self, name: str, *, script: bool = True) -> Path:
-        """The file ``name`` as an output; `UsageError` where it is one of the script's pictures, or the script."""
+        """The file ``name`` as an output; `UsageError` if it is one of the script's pictures or the script."""
         read = reads(self.work.source, self.work.scene if self.work.moves else None)
         refuse_overwriting(Path(name), read if script else read[1:])
         return Path(name)
 
     @property
     def stretch(self) -> Stretch:
-        """The part of the motion that the moment lies in."""
+        """The part of the motion that contains the moment."""
         return self.work.motion.stretches[self.work.timeline.segment_at(self.time)]
 
     @property
@@ -192,7 +192,7 @@ class Session:
 
 
 def opened(path: str, choices: Choices) -> Session:
-    """A session with the script at ``path``; `UsageError` or `ScriptError` where it cannot be read as text."""
+    """A session with the script at ``path``; `UsageError` or `ScriptError` if it cannot be read as text."""
     source = read(path)
     session = Session(source.path, source.text, Work(source, choices))
     try:

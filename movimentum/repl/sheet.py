@@ -38,14 +38,14 @@ def poses_of(session: Session, moments: Sequence[Snapshot]) -> Poses:
 
 
 def write_sheet(session: Session, moments: Sequence[Snapshot], path: Path) -> None:
-    """A PNG of the scene in each of ``moments``, as many in a row as make the sheet about square."""
+    """A PNG of the scene in each of ``moments``, with rows that make the sheet about square."""
     from movimentum.rendering.sheet import write_thumbnails
 
     write_thumbnails(session.work.scene, poses_of(session, moments), path)
 
 
 def write_film(session: Session, moments: Sequence[Snapshot], path: Path) -> None:
-    """The scene in one of ``moments`` after the other, as an animation in the format that the suffix names."""
+    """The scene in each of ``moments``, one after the other, as an animation in the format that the suffix names."""
     from movimentum.encoding.write import write_animation
     from movimentum.rendering.painter import make_painter
 

@@ -1,6 +1,4 @@
-"""The debugger's loop: a line in, an answer out. Nothing typed ends it but `quit` and the end of the input; Ctrl-C ends
-a command.
-"""
+"""The debugger's loop: a line in, an answer out. Only `quit` and the end of the input end it; Ctrl-C ends a command."""
 
 from __future__ import annotations
 
@@ -32,7 +30,7 @@ _RELATION = re.compile(r"\s*[=<>~]|\.")
 
 
 def answer(session: Session, line: str) -> Answer:
-    """What a line does: a command, or a statement to try. `Refused` where it cannot be done."""
+    """Carry out a line: a command, or a statement to try. `Refused` if it cannot be done."""
     text = line.strip()
     if not text:
         return session, ""
@@ -49,7 +47,7 @@ def answer(session: Session, line: str) -> Answer:
 
 
 def _words() -> list[str]:
-    """Everything that may stand at the beginning of a line."""
+    """Everything that may begin a line."""
     return [*COMMANDS, "help", "quit", "exit"]
 
 
@@ -60,9 +58,9 @@ def _help(name: str) -> str:
             raise _unknown(name)
         return f"{command.usage}\n  {command.help}"
     rows = [[command.usage, command.help] for command in COMMANDS.values()]
-    rows.append(["STATEMENT;", "try it: it takes effect at this step, under the key convention, at once"])
-    rows.append(["help [COMMAND], COMMAND?", "this, or about one command"])
-    rows.append(["quit", "end (so does the end of the input); in a terminal, it asks where changes are not saved"])
+    rows.append(["STATEMENT;", "try it: it takes effect at once, at this step, under the key convention"])
+    rows.append(["help [COMMAND], COMMAND?", "this list, or help for one command"])
+    rows.append(["quit", "end (so does the end of the input); in a terminal, it asks if changes are not saved"])
     return table(rows)
 
 
@@ -77,7 +75,7 @@ def say(text: str) -> None:
 
 
 def _put(text: str) -> None:
-    """What is fit to be shown."""
+    """The text made safe to show."""
     if not text or sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]
         return
     encoding = sys.stdout.encoding or "ascii"  # perhaps a terminal without Braille
@@ -86,7 +84,7 @@ def _put(text: str) -> None:
 
 
 def complain(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> None:
-    """What cannot be done, in the form that all diagnostics have."""
+    """A refusal, in the form of all diagnostics."""
     shown = source or SourceText("<prompt>", "")
     _put(render_text(diagnostics, shown, color=wants_color(sys.stdout)).rstrip("\n"))
 
@@ -103,14 +101,14 @@ def step(session: Session, line: str) -> tuple[Session, bool]:
         complain(error.diagnostics, session.work.source)
         return session, False
     except (OSError, RecursionError, ArithmeticError, NotImplementedError, MemoryError) as error:
-        message = f"that could not be done: {str(error) or type(error).__name__}"
+        message = f"this could not be done: {str(error) or type(error).__name__}"
         complain([Diagnostic("repl/failed", Severity.ERROR, message)], None)
         return session, False
     return session, True
 
 
 def greet(session: Session) -> Session:
-    """What is wrong with the script, if anything, and where the session begins."""
+    """The errors of the script, if any, and where the session begins."""
     diagnostics = [d for d in session.work.diagnostics if d.severity is not Severity.NOTE]
     if diagnostics:
         session, text = edit.told(session, diagnostics)
@@ -118,18 +116,18 @@ def greet(session: Session) -> Session:
     try:
         say(navigate.where(session))
     except Refused:
-        say("the script has to be mended before there is a motion to look at; `help` lists the commands")
+        say("the script has errors, so there is no motion to look at; `help` lists the commands")
     return session
 
 
 def split(commands: str) -> list[str]:
-    """``-c 'COMMAND; …'``: the commands, parted by ``;`` or a line end outside of quotes."""
+    """``-c 'COMMAND; …'``: the commands, separated by ``;`` or a line end outside quotes."""
     return [part for part in re.findall(r"(?:[^;'\r\n]|'[^']*'?)+", commands) if part.strip()]
 
 
 def interact(session: Session, commands: str | None) -> int:
     """Run ``commands``, or lines from standard input until it ends; returns 0, or 1 if any line of ``commands`` (or of
-    an input that is no terminal) could not be done.
+    an input that is not a terminal) could not be done.
     """
     typed = commands is None and is_terminal(sys.stdin)
     lines: Iterator[str]
@@ -145,7 +143,7 @@ def interact(session: Session, commands: str | None) -> int:
         try:
             session, done = step(session, line)
         except KeyboardInterrupt:
-            if commands is not None:  # who runs one line of commands means all of them
+            if commands is not None:  # commands given together end together
                 raise
             done = False
             complain([INTERRUPTED], None)
@@ -156,7 +154,7 @@ def interact(session: Session, commands: str | None) -> int:
 
 
 def _piped() -> Iterator[str]:
-    """The lines of standard input, if there is one; bytes that are no text are shown as escapes. `UsageError` where it
+    """The lines of standard input, if there is one; bytes that are not text are shown as escapes. `UsageError` if it
     cannot be read.
     """
     stream = sys.stdin
@@ -182,7 +180,7 @@ def _typed(session: Session) -> int:
     message = prompt.message
 
     def typed(question: str | None = None) -> str | None:
-        """What is typed; None for the end of the input, nothing for Ctrl-C."""
+        """The typed line; None for the end of the input, empty for Ctrl-C."""
         try:
             with patch_stdout():
                 return str(prompt.prompt() if question is None else prompt.prompt(question))
@@ -196,10 +194,10 @@ def _typed(session: Session) -> int:
         if line is None or line.strip().rstrip(";") in QUIT:
             if current[0].text == current[0].original:
                 return 0
-            reply = typed("there are unsaved changes, which `write` would save; quit all the same? [y/N] ")
+            reply = typed("there are unsaved changes, which `write` would save; quit anyway? [y/N] ")
             if reply is None or reply.strip().lower() in ("y", "yes", *QUIT):
                 return 0
-            prompt.message = message  # a question asked in between stays otherwise
+            prompt.message = message  # otherwise a question asked in between stays
             continue
         try:
             current[0], _ = step(current[0], line)

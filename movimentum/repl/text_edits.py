@@ -1,4 +1,4 @@
-"""Changing a script's text and nothing else in it: comments and layout of what is not touched stay as they are."""
+"""Changing one statement in a script's text: comments and the layout of everything else stay as they are."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _END = re.compile(r"\s*;")
 
 
 def statement_of(text: str) -> Statement | None:
-    """The statement that ``text`` is, its spans in ``text``; None where it is none. A missing ``;`` is forgiven.
+    """``text`` as a statement, with its spans in ``text``; None if it is not one. A missing ``;`` is accepted.
 
-    `ScriptError` for text that looks like one and is misspelled.
+    `ScriptError` for text that looks like one but is misspelled.
     """
     if not re.search(r"[=<>~]", text):
         return None
@@ -26,9 +26,7 @@ def statement_of(text: str) -> Statement | None:
 
 
 def stated(text: str, scene: Scene, step: int, statement: str, replaced: tuple[Constraint | Ending, ...]) -> str:
-    """``text`` with ``statement`` at the end of step number ``step``, in place of what the step said in
-    ``replaced``.
-    """
+    """``text`` with ``statement`` at the end of step ``step``, replacing what the step states in ``replaced``."""
     line = statement.strip().removesuffix(";").rstrip() + ";"
     if replaced:
         first, *others = sorted(replaced, key=lambda item: item.span.start)
@@ -42,7 +40,7 @@ def stated(text: str, scene: Scene, step: int, statement: str, replaced: tuple[C
 
 
 def without(text: str, item: Constraint | Ending) -> str:
-    """``text`` without a statement, and without its line if nothing else stands there."""
+    """``text`` without a statement, and without its line if nothing else is there."""
     return _cut(text, item.span)
 
 
@@ -59,7 +57,7 @@ def _cut(text: str, span: Span) -> str:
         elif stop < len(text):
             stop += 1
         return text[:line_start] + text[stop:]
-    if rest is not None and not rest[1]:  # nothing stands behind it on its line
+    if rest is not None and not rest[1]:  # nothing follows it on its line
         return text[:start].rstrip(" \t") + text[stop:]
     while stop < len(text) and text[stop] in " \t" and text[start - 1 : start] in ("", " ", "\t", "\n"):
         stop += 1
@@ -67,7 +65,7 @@ def _cut(text: str, span: Span) -> str:
 
 
 def _end_of_step(text: str, scene: Scene, step: int) -> tuple[int, str]:
-    """Behind the last statement of a step (and the comment on its line), and how its lines are indented."""
+    """The offset after the last statement of a step (and the comment on its line), and the indentation of its lines."""
     items = parse(SourceText("<script>", text)).items
     header = scene.steps[step].span
     last = header

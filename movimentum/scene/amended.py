@@ -10,15 +10,15 @@ from movimentum.syntax.tree import Item, ScriptTree, Statement, StepHeader
 
 
 class Amender:
-    """Makes scenes of one script that differ in a step; reads the script once."""
+    """Makes scenes of one script that differ in one step; reads the script once."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._items: tuple[Item, ...] | None = None
 
     def amended(self, step: int, text: str) -> Scene:
-        """The scene with the statements ``text`` at the end of step number ``step``; `ScriptError` where they are at
-        fault. What spans of theirs refer to is not in the script.
+        """The scene with the statements ``text`` at the end of step number ``step``; `ScriptError` if they are wrong.
+        Their spans do not refer to the script.
         """
         if self._items is None:
             self._items = parse(self.scene.source).items

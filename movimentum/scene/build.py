@@ -53,7 +53,7 @@ from movimentum.syntax.tree import (
 def build(script: ScriptTree, source: SourceText, image_size: ImageSize, *, max_pixels: int = MAX_PIXELS) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
-    ``image_size`` tells an image's (width, height) by its path, which is the one in the script joined to the script's
+    ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
     folder. Raises ScriptError with all errors of the script (and its warnings) at once.
     """
     findings = Findings()
@@ -100,7 +100,7 @@ def _folder(source: SourceText) -> str:
 
 
 def _steps(script: ScriptTree, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[Draft]]:
-    """Step times and spans, and the statements whose names are known."""
+    """Step times and spans, and the statements whose names are all known."""
     times: list[Fraction] = []
     spans: list[Span] = []
     drafts: list[Draft] = []
@@ -118,10 +118,10 @@ def _steps(script: ScriptTree, table: ThingTable, findings: Findings) -> tuple[l
     if early is not None and spans:
         findings.error(
             "timeline/before-first-step",
-            "this statement stands before the first step",
+            "this statement comes before the first step",
             early.span,
             labels=(Label(spans[0], "the first step begins here"),),
-            helps=("write `@0` in front of it",),
+            helps=("write `@0` before it",),
         )
     return times, spans, drafts
 
@@ -135,7 +135,7 @@ def _time(header: StepHeader, times: list[Fraction], spans: list[Span], findings
     if before is not None and time < before:
         findings.error(
             "timeline/order",
-            f"this step is at {_shown(time)}, before the one that precedes it",
+            f"this step is at {_shown(time)}, earlier than the previous step",
             header.span,
             labels=(Label(spans[-1], f"at {_shown(before)}"),),
             helps=("write the steps in the order of their times",),
@@ -153,7 +153,7 @@ def _report_no_step(script: ScriptTree, findings: Findings) -> None:
         "timeline/no-step",
         "the script has no step, so there is no moment to show",
         first.span if first else None,
-        helps=("write `@0` in front of the statements",) if first else ("add a step: `@0` shows the things as drawn",),
+        helps=("write `@0` before the statements",) if first else ("add a step: `@0` shows the things as drawn",),
     )
 
 
@@ -169,7 +169,7 @@ def _draft(statement: Statement | ClaimStatement, step: int, table: ThingTable, 
 
 
 def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, list[Draft]]:
-    """The kinds of all expressions, and the statements without mistakes in them."""
+    """The kinds of all expressions, and the statements without errors."""
     inference = Inference(findings)
     sound: list[Draft] = []
     for draft in drafts:
@@ -218,11 +218,11 @@ def _statements(
 
 
 def _speed(statement: Statement, findings: Findings) -> float | None:
-    """How fast a wish may be followed; None where nothing says so."""
+    """How fast a wish may be followed; None if nothing limits it."""
     if statement.speed is None:
         return None
     if statement.comparison is not Comparison.WISH:
-        message = "only a wish is followed at a speed"
+        message = "only a wish can have a speed"
         findings.error("kind/mismatch", message, statement.speed.span, helps=("a wish is stated with `~`",))
         return None
     value = exact(statement.speed, "a wish's speed", findings)
@@ -269,14 +269,14 @@ def _warn_nothing_to_end(
     others = [item.value for item in Relation if (key, item) in stated]
     helps: tuple[str, ...] = ()
     if others:
-        helps = (f"what is stated is ended by `{key} {others[0]} _;`",)
+        helps = (f"`{key} {others[0]} _;` ends what is stated",)
     else:
         guess = findings.nearest(key, (name for name, other in stated if other is relation))
         if guess:
             helps = (f"did you mean `{guess} {relation} _;`?",)
     findings.warning(
         "timeline/nothing-to-end",
-        f"nothing is stated under `{key} {relation}` that could end here",
+        f"nothing is stated under `{key} {relation}`, so nothing can end here",
         statement.span,
         helps=helps,
     )

@@ -1,4 +1,4 @@
-"""Claims: what should come out, read like constraints and kept apart from them."""
+"""Claims: expected results, read like constraints and kept apart from them."""
 
 from __future__ import annotations
 
@@ -64,17 +64,17 @@ def _claim(
             word = {"integral": ".i", "derivative": ".d"}[node.op]
             findings.error(
                 "claim/not-a-reading",
-                f"a claim reads what comes out, and `{word}(…)` has to be solved for",
+                f"a claim reads results, but `{word}(…)` has to be solved for",
                 claim.span,
-                helps=(f"state `v = {word}(…);` and claim about `v`",),
+                helps=(f"state `v = {word}(…);` and make a claim about `v`",),
             )
             return
         if _is_blank(node):
             findings.error(
                 "claim/not-a-reading",
-                "`_` in a claim can only stand for a whole side or a component of one: nothing solves for it",
+                "`_` in a claim can only be a whole side or a component of one: nothing solves for it",
                 claim.span,
-                helps=("write `[_, 100]` for a point of which only the height is claimed",),
+                helps=("write `[_, 100]` to claim only the height of a point",),
             )
             return
     yield Claim(
@@ -105,7 +105,7 @@ def _tolerance(claim: tree.ClaimStatement, findings: Findings) -> Fraction | Non
 
 
 def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findings: Findings) -> None:
-    """Complain about variables that only claims mention: nothing gives them a value."""
+    """Report variables that only claims mention: nothing gives them a value."""
     known = {name for draft in stated if draft.right is not None for name, _ in _variables(draft)}
     told: set[str] = set()
     for draft in claimed:

@@ -1,4 +1,4 @@
-"""Names without a dot that elsewhere are clocks and constants."""
+"""Names without a dot that look like clocks and constants."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import re
 from functools import cache
 
 INK = (40, 40, 50)
-"""What a thing is drawn in whose definition names no colour."""
+"""The colour of a thing whose definition names no colour."""
 
 _NAMES = """
 aliceblue f0f8ff antiquewhite faebd7 aqua 00ffff aquamarine 7fffd4 azure f0ffff beige f5f5dc bisque ffe4c4 black

@@ -22,7 +22,7 @@ _MAX_FPS = 10**9
 
 
 def build_config(configs: list[ConfigStatement], max_pixels: int, findings: Findings) -> model.Config:
-    """The configuration; what is wrong in it is reported and replaced by its default."""
+    """The configuration; a wrong value is reported and replaced by its default."""
     if not configs:
         return model.Config(DEFAULT_FPS)
     first, *more = configs
@@ -69,7 +69,7 @@ def _size(
     for argument, what in ((width, "the width"), (height, "the height")):
         value = exact(argument, what, findings)
         if value is not None and (value.denominator != 1 or value <= 0):
-            findings.error("kind/out-of-range", f"{what} is a whole number of pixels, from 1 up", argument.span)
+            findings.error("kind/out-of-range", f"{what} must be a whole number of pixels, 1 or more", argument.span)
             value = None
         if value is not None:
             found.append(int(value))

@@ -34,9 +34,9 @@ MAX_BITS = 1000
 
 
 def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | None:
-    """The exact value of numbers joined by ``+ - * /``; None after an error, which calls it ``what``."""
+    """The exact value of numbers joined by ``+ - * /``; None after an error, whose message calls it ``what``."""
     if isinstance(root, Text):
-        findings.error("kind/mismatch", f"{what} is a number, not a text", root.span)
+        findings.error("kind/mismatch", f"{what} must be a number, not a text", root.span)
         return None
     values: dict[int, Fraction] = {}
     for node in postorder(root):
@@ -91,9 +91,9 @@ def constant(root: Expression | Text, what: str, findings: Findings) -> float | 
 
 
 def constant_expression(root: Expression | Text, what: str, findings: Findings) -> Expr | None:
-    """The same as a constant that knows how it was computed."""
+    """The same, as a constant that knows how it was computed."""
     if isinstance(root, Text):
-        findings.error("kind/mismatch", f"{what} is a number, not a text", root.span)
+        findings.error("kind/mismatch", f"{what} must be a number, not a text", root.span)
         return None
     nodes = list(postorder(root))
     for node in nodes:
@@ -103,14 +103,14 @@ def constant_expression(root: Expression | Text, what: str, findings: Findings) 
                 "kind/not-constant",
                 f"{what} must be a constant",
                 place,
-                helps=("a thing is drawn once and for all; what changes is stated in steps",),
+                helps=("a thing is drawn only once; steps state what changes",),
             )
             return None
     errors = findings.errors
     inference = Inference(findings)
     meanings: Meanings = {}
     inference.expression(nodes, meanings)
-    inference.require(root, Kind.SCALAR, f"{what} is a scalar")
+    inference.require(root, Kind.SCALAR, f"{what} must be a scalar")
     inference.finish()
     if findings.errors != errors:
         return None

@@ -1,4 +1,4 @@
-"""Statements and claims on their way into the scene: names resolved, kinds and values not yet."""
+"""Statements and claims before they enter the scene: names are resolved, kinds and values are not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics gathered while a scene is built, so that a script's faults are told all at once."""
+"""Diagnostics gathered while a scene is built, so that all errors of a script are reported at once."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Findings:
         self.errors += item.severity is Severity.ERROR
 
     def nearest(self, name: str, candidates: Iterable[str]) -> str | None:
-        """The candidate that ``name`` may have been meant for; none once there are more diagnostics than are shown, for
-        every one costs a look at all candidates.
+        """The candidate that ``name`` probably means. None once there are more diagnostics than are shown, because each
+        one costs a comparison with all candidates.
         """
         return nearest(name, candidates) if len(self.items) < MAX_MESSAGES else None
 

@@ -36,7 +36,7 @@ class Kind(StrEnum):
 
 
 class Cell:
-    """The kind of one expression, possibly shared with others, and the place where it became known."""
+    """The kind of one expression, possibly shared with others, and the place that determined it."""
 
     __slots__ = ("evidence", "kind", "parent")
 
@@ -46,7 +46,7 @@ class Cell:
         self.evidence = evidence
 
     def root(self) -> Cell:
-        """The cell that stands for all that are known to be of one kind with this one."""
+        """The cell that represents all cells known to have the same kind as this one."""
         cell = self
         while cell.parent is not None:
             if cell.parent.parent is not None:
@@ -72,7 +72,7 @@ class Inference:
         self._products: list[Multiplication] = []
 
     def kind(self, node: Expression) -> Kind:
-        """The kind of a node; what nothing decides is a scalar."""
+        """The kind of a node; a scalar if nothing decides it."""
         return self._cells[id(node)].root().kind or Kind.SCALAR
 
     def variable_kind(self, name: str) -> Kind:
@@ -94,7 +94,7 @@ class Inference:
             self._findings.error("kind/mismatch", because, node.span, _is(cell.kind), labels=self._reasons(node, cell))
 
     def equate(self, first: Expression, second: Expression, because: str) -> None:
-        """Both must be of one kind; ``because`` says why, as a whole sentence."""
+        """Both must be of the same kind; ``because`` says why, as a whole sentence."""
         a, b = self._cells[id(first)].root(), self._cells[id(second)].root()
         if a is b:
             return
@@ -110,7 +110,7 @@ class Inference:
         _join(a, b)
 
     def finish(self) -> None:
-        """Decide what waited for others: which factor of a product is its vector."""
+        """Decide what had to wait: which factor of a product is its vector."""
         self._propagate()
         # What is left waits for a choice. A product that nothing asks to be a vector is a product of scalars.
         for item in self._products:
@@ -121,14 +121,14 @@ class Inference:
         for *_, product, index in self._products:
             self._findings.error(
                 "kind/mismatch",
-                "one of these factors must be a vector, and nothing tells which",
+                "one of these factors must be a vector, but nothing says which",
                 product.operands[index + 1].span,
                 labels=(Label(product.operands[index].span, "this one?"),),
                 helps=("state the vector's components: `v = [_, _];`",),
             )
 
     def _propagate(self) -> None:
-        """Draw conclusions from products until there are no more, forwards and backwards by turns."""
+        """Draw conclusions from products until there are no more, forwards and backwards in turn."""
         before = -1
         while self._products and len(self._products) != before:
             before = len(self._products)
@@ -149,7 +149,7 @@ class Inference:
                 return self._variables.setdefault(meaning.name, Cell())
             case Vector():
                 for component in node.components:
-                    self.require(component, Kind.SCALAR, "a vector's components are scalars")
+                    self.require(component, Kind.SCALAR, "the components of a vector must be scalars")
                 return Cell(Kind.VECTOR, node.span)
             case Member():
                 meaning = meanings[id(node)]
@@ -158,13 +158,13 @@ class Inference:
                 return Cell(Kind.VECTOR, node.span) if isinstance(meaning, AnchorRef) else scalar
             case Rotate():
                 self.require(node.operand, Kind.VECTOR, "only a vector can be rotated")
-                self.require(node.angle, Kind.SCALAR, "the angle of a rotation is a scalar")
+                self.require(node.angle, Kind.SCALAR, "the angle of a rotation must be a scalar")
                 return Cell(Kind.VECTOR, node.span)
             case Negate():
                 return self._cells[id(node.operand)]
             case Power():
-                self.require(node.base, Kind.SCALAR, "only a scalar has powers")
-                self.require(node.exponent, Kind.SCALAR, "an exponent is a scalar")
+                self.require(node.base, Kind.SCALAR, "only a scalar can be raised to a power")
+                self.require(node.exponent, Kind.SCALAR, "an exponent must be a scalar")
                 return scalar
             case Sum():
                 first, *rest = node.operands
@@ -177,7 +177,7 @@ class Inference:
                 return self._call(node)
             case Range():
                 for part in (node.subject, *node.values, *node.bounds):
-                    self.require(part, Kind.SCALAR, "a range is made of scalars")
+                    self.require(part, Kind.SCALAR, "a range must consist of scalars")
                 return scalar
             case _:
                 return Cell()
@@ -198,7 +198,7 @@ class Inference:
         for index, operator in enumerate(node.operators):
             factor = node.operands[index + 1]
             if operator is Operator.OVER:
-                self.require(factor, Kind.SCALAR, "only a scalar can be divided by")
+                self.require(factor, Kind.SCALAR, "a divisor must be a scalar")
                 continue
             left, result = result, Cell()
             item = (left, self._cells[id(factor)], result, node, index)
@@ -243,10 +243,10 @@ class Inference:
         if factor is result:
             return
         if factor.kind is not None and result.kind is not None and factor.kind is not result.kind:
-            labels = [Label(result.evidence, f"taken for a {result.kind} here")] if result.evidence else []
+            labels = [Label(result.evidence, f"used as a {result.kind} here")] if result.evidence else []
             self._findings.error(
                 "kind/mismatch",
-                f"this product is a {factor.kind}, and is used as a {result.kind}",
+                f"this product is a {factor.kind}, but it is used as a {result.kind}",
                 Span(node.operands[0].span.start, node.operands[index + 1].span.end),
                 _is(factor.kind),
                 labels=labels,
@@ -255,7 +255,7 @@ class Inference:
         _join(factor, result)
 
     def _reasons(self, node: Expression, cell: Cell) -> list[Label]:
-        """Where else it was seen that ``node`` is what it is, unless that is plain from itself."""
+        """The other place that determined the kind of ``node``, unless the node itself shows it."""
         evidence = cell.evidence
         if evidence is None or (node.span.start <= evidence.start and evidence.end <= node.span.end):
             return []

@@ -1,4 +1,4 @@
-"""How large things are drawn where their definition does not say: widths and radii in world pixels."""
+"""Default sizes of things whose definition does not state them: widths and radii in world pixels."""
 
 from __future__ import annotations
 

@@ -61,10 +61,10 @@ from movimentum.syntax.tree import (
 from movimentum.syntax.words import SYNONYMS
 
 MAX_DEPTH = 400
-"""How deep an `Expr` may be: what walks it later may recurse."""
+"""How deep an `Expr` may be, because later code that walks it may recurse."""
 
 _LONG = 8
-"""A sum or product with more members is paired up like a tournament, so that its depth stays small."""
+"""The members of a longer sum or product are paired like a tournament, so that its depth stays small."""
 
 OPERATION_OF = {SYNONYMS.get(some.word, some.word): some.name for some in OPERATIONS if some.word is not None}
 """The language's functions (see `syntax.words`), and the operations that they are."""
@@ -77,7 +77,7 @@ Value = tuple[Expr, ...]
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What an expression is lowered with: ``step_time`` and the number of its ``constraint``; ``blanks`` counts the
+    """The context for lowering an expression: ``step_time`` and the number of its ``constraint``; ``blanks`` counts the
     ``_`` of the whole script; diagnostics go to ``findings``.
     """
 
@@ -109,7 +109,7 @@ def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> 
     if max(part.depth for part in value) > MAX_DEPTH:
         context.findings.error(
             "limit/nesting",
-            f"this goes deeper than the limit of {MAX_DEPTH} operations",
+            f"this is nested deeper than the limit of {MAX_DEPTH} operations",
             nodes[-1].span,
             helps=("give a name to a part of it: `x = …;`",),
         )
@@ -227,7 +227,7 @@ def report_not_yet(node: Expression, findings: Findings) -> None:
         "kind/not-yet",
         "a z other than 0 is not possible yet: things live in the plane",
         node.span,
-        helps=("leave the third component out, or write 0",),
+        helps=("leave out the third component, or write 0",),
     )
 
 
@@ -309,7 +309,7 @@ def _paired(join: Callable[[T, T], T], items: Sequence[T]) -> T:
 
 
 def _checked(node: Expression, value: Value, values: dict[int, Value], context: Context) -> Value:
-    """``value``, or ones where constants have led out of the real numbers (which is told once, where it happens)."""
+    """``value``, or ones if constants have led out of the real numbers (which is reported once, where it happens)."""
     good = all(part.value is None or math.isfinite(part.value) for part in value)
     grows = isinstance(node, Call) and node.function == "i"  # of a constant, and no constant itself
     if good and not grows and any(part.value is None for part in value):
@@ -327,9 +327,9 @@ def _why(node: Expression) -> tuple[str, ...]:
     if isinstance(node, Call):
         match node.function:
             case "q":
-                return ("a root is taken of numbers from 0 up",)
+                return ("a root needs a number of 0 or more",)
             case "ln":
-                return ("a logarithm is taken of numbers above 0",)
+                return ("a logarithm needs a number greater than 0",)
             case "asin" | "acos":
                 return (f"`.{node.function}` takes numbers from -1 to 1",)
             case "mod":

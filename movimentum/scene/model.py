@@ -64,7 +64,7 @@ class Anonymous:
 
 
 class Shape(StrEnum):
-    """What a thing is drawn as; a LINE is no body."""
+    """How a thing is drawn; a LINE is not a body."""
 
     SPRITE = "sprite"
     BAR = "bar"
@@ -78,7 +78,8 @@ class Shape(StrEnum):
 class Anchor:
     """A named point of a thing, ``local`` (x, y) in its local frame (world pixels, y up).
 
-    ``stated`` are the same as constant expressions, which know how the script states them (0.3 + 1.1 is 1.4).
+    ``stated`` has the same coordinates as constant expressions, which know how the script states them (0.3 + 1.1 is
+    1.4).
     """
 
     name: str
@@ -133,7 +134,7 @@ class Thing:
         return self.shape is not Shape.LINE
 
     def undriven(self, name: str) -> float:
-        """What a property ("opacity", "red", "green", "blue") is where nothing states it."""
+        """The value of a property ("opacity", "red", "green", "blue") if nothing states it."""
         if name == "opacity":
             return 1.0
         if self.shape is Shape.SPRITE:  # a tint, which multiplies: this one changes nothing
@@ -158,9 +159,9 @@ class Constraint:
     """``left RELATION right``, componentwise: one expression each for a scalar, two for a vector.
 
     ``key`` is the canonical text of the left-hand side (meaning, not white space); together with the relation it is
-    what a later step restates or ends. ``anchor`` is set where the left-hand side is just one anchor.
-    ``.t`` is already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number.
-    ``strict`` tells ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units a time unit.
+    what a later step can restate or end. ``anchor`` is set where the left-hand side is just one anchor. ``.t`` is
+    already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number. ``strict`` distinguishes
+    ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit.
     """
 
     number: int
@@ -178,11 +179,11 @@ class Constraint:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What should come out, and has no say in what does: ``left RELATION right`` to within ``tolerance``.
+    """An expected result, ``left RELATION right`` to within ``tolerance``; it has no influence on the motion.
 
     Laid out as `Constraint` (``number`` counts claims only; the relation is never a wish); a component whose side is a
-    bare ``_`` is not claimed and left out. ``tolerance`` None: a default that depends on the scene's size.
-    ``told`` has what each side is in the script.
+    bare ``_`` is not claimed and left out. ``tolerance`` None: a default that depends on the scene's size. ``told`` has
+    the script's text of each side.
     """
 
     number: int

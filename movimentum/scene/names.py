@@ -1,4 +1,4 @@
-"""Back to the script's words: what symbols and expressions are called, for messages."""
+"""The names of symbols and expressions in the script's own words, for messages."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def anchor_name(scene: Scene, anchor: AnchorRef) -> str:
 
 
 def symbol_name(scene: Scene, payload: Hashable) -> str:
-    """What a symbol's payload is called in the script: ``Rod.A.x``, ``Wheel.angle``, ``v.y``, ``x``, ``_``.
+    """The script's name for the payload of a symbol: ``Rod.A.x``, ``Wheel.angle``, ``v.y``, ``x``, ``_``.
 
-    A payload that is none of the scene's is shown as Python shows it.
+    A payload that does not belong to the scene is shown as Python shows it.
     """
     match payload:
         case AnchorCoordinate():

@@ -1,4 +1,4 @@
-"""What names stand for: every name and member of an expression is looked up here, once."""
+"""The meaning of names: every name and member of an expression is looked up here, once."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ComponentUse:
 
 @dataclass(frozen=True, slots=True)
 class Swallowed:
-    """The name of a thing whose member is meant: no value of its own."""
+    """The name of a thing before a member; it has no value of its own."""
 
 
 Meaning = VariableUse | AnchorRef | AngleUse | PropertyUse | ComponentUse | Swallowed
@@ -73,7 +73,7 @@ class ThingTable:
 def resolve(nodes: Sequence[Expression], table: ThingTable, findings: Findings) -> Meanings | None:
     """The meanings of all names among ``nodes`` (an expression's, all of them); None after an error.
 
-    What follows a thing is its anchor of that name, if it has one; else one of the language's own words.
+    What follows a thing is its anchor of that name, if it has one; otherwise one of the language's own words.
     """
     meanings: Meanings = {}
     errors = findings.errors
@@ -139,7 +139,7 @@ def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Fi
 
 
 def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable, findings: Findings) -> None:
-    """``name`` is no anchor of ``thing``: say so, with the nearest one."""
+    """Report that ``name`` is not an anchor of ``thing``, with the nearest anchor."""
     known = table.anchor_names(thing.number)
     words = THING_MEMBERS.keys() - ({"a"} if thing.is_body else {"a", "angle"})
     guess = findings.nearest(name, [*known, *words])
@@ -150,9 +150,9 @@ def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable
         if name.lower() in ("c", "color", "colour"):
             helps = (f"a colour is three numbers: `{thing.name}.red`, `.green` and `.blue`, 0 to 255",)
     elif name in ("length", "l", "Length", "LENGTH") and len(known) > 1:
-        helps = (f"how far apart two anchors are is `({thing.name}.{known[1]} - {thing.name}.{known[0]}).l`",)
+        helps = (f"the distance between two anchors is `({thing.name}.{known[1]} - {thing.name}.{known[0]}).l`",)
     elif not thing.is_body:
-        helps = ("a line has no anchors of its own: name those that it is drawn through",)
+        helps = ("a line has no anchors of its own: name the anchors that it is drawn through",)
     elif known:
         helps = (f"`{thing.name}` has " + ", ".join(f"`{item}`" for item in known[:12]),)
     else:
@@ -174,6 +174,6 @@ def _report_thing_as_value(node: Name, thing: Thing, findings: Findings) -> None
         node.span,
         labels=(Label(thing.name_span, f"`{thing.name}` is defined here"),),
         helps=(
-            f"name an anchor of it, such as `{thing.name}.{first}`" if thing.anchors else f"`{thing.name}.{first}`",
+            f"name one of its anchors, such as `{thing.name}.{first}`" if thing.anchors else f"`{thing.name}.{first}`",
         ),
     )

@@ -1,4 +1,4 @@
-"""Definitions to things: shapes, anchors and options, with everything that can be wrong with them."""
+"""Definitions to things: shapes, anchors and options, and all errors in them."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Options:
 def build_things(
     definitions: list[Definition], folder: str, image_size: ImageSize, findings: Findings
 ) -> tuple[tuple[Thing, ...], ThingTable]:
-    """All things in order of definition, and their names. Of two with one name, the first is kept."""
+    """All things in order of definition, and their names. If two have the same name, the first is kept."""
     kept: dict[str, Definition] = {}
     for definition in definitions:
         first = kept.setdefault(definition.name, definition)
@@ -144,7 +144,7 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
 
 
 def _anchors(definitions: list[AnchorDefinition], findings: Findings) -> list[Anchor]:
-    """The anchors, in the coordinates that they are written in; one that is wrong stands at the origin."""
+    """The anchors, in the coordinates in which they are written; a wrong one is placed at the origin."""
     found: dict[str, Anchor] = {}
     later = {item.name for item in definitions}
     for item in definitions:
@@ -199,7 +199,7 @@ def _report_unknown_base(
     if base.name in later:
         findings.error(
             "name/unknown-anchor",
-            f"`{base.name}` is not defined yet: an anchor builds on earlier ones",
+            f"`{base.name}` is not defined yet: an anchor can refer only to earlier ones",
             base.span,
             helps=(f"define `{base.name}` before `{item.name}`",) if base.name != item.name else (),
         )
@@ -207,9 +207,11 @@ def _report_unknown_base(
     guess = findings.nearest(base.name, earlier)
     findings.error(
         "name/unknown-anchor",
-        f"there is no anchor `{base.name}` to build `{item.name}` on",
+        f"`{item.name}` refers to `{base.name}`, but there is no such anchor",
         base.span,
-        helps=(f"did you mean `{guess}`?",) if guess else ("an anchor builds on earlier ones of the same thing",),
+        helps=(f"did you mean `{guess}`?",)
+        if guess
+        else ("an anchor can refer only to earlier anchors of the same thing",),
     )
 
 

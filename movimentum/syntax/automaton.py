@@ -22,9 +22,9 @@ class Token(str):
 
 
 class Unexpected(Exception):
-    """The text goes on, at offset ``place``, in a way that the grammar does not know.
+    """At offset ``place``, the text continues in a way that the grammar does not allow.
 
-    ``accepted`` are the terminals that could have stood there; ``at_end``: the text ends instead.
+    ``accepted`` are the terminals that are possible there; ``at_end``: the text ends instead.
     """
 
     def __init__(self, place: int, at_end: bool, accepted: frozenset[str]) -> None:
@@ -47,7 +47,7 @@ Match = Callable[[str, int], "re.Match[str] | None"]
 
 @dataclass(frozen=True, slots=True)
 class _Lexer:
-    """What can be found in one state: literal texts (the longest first) and patterns, with their terminals' names."""
+    """The possible terminals of one state: literal texts (the longest first) and patterns, with their names."""
 
     literals: tuple[tuple[str, str], ...]
     patterns: tuple[tuple[str, Match], ...]
@@ -57,8 +57,8 @@ def run(text: str, start: int, builder: object, deepest: int = 10**9) -> Any:
     """What ``builder`` makes of ``text`` from offset ``start`` on.
 
     The builder has a method for each rule, which gets the list of its parts (tokens, and what other methods returned).
-    Raises Unexpected, TooDeep where the stack would have more than ``deepest`` entries, and whatever the builder
-    raises. Time is linear in the text.
+    Raises Unexpected, TooDeep if the stack would have more than ``deepest`` entries, and whatever the builder raises.
+    Time is linear in the text.
     """
     tables, lexers, skip, methods = _prepared(type(builder))
     rules, table, accept = tables.rules, tables.states, tables.accept

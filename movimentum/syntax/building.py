@@ -1,6 +1,6 @@
 """From the grammar's rules to tree nodes: one method for each rule, called while the parser reduces.
 
-Nothing here recurses, and nothing remembers: what is wrong with a node is raised as `Refusal`.
+Nothing here recurses or keeps state. An error in a node is raised as `Refusal`.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ LARGEST_EXPONENT = 400
 
 
 class Refusal(Exception):
-    """A node that is spelled right and still cannot be: ``diagnostic`` says why."""
+    """A node that is spelled correctly but is not valid: ``diagnostic`` says why."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         self.diagnostic = diagnostic
@@ -66,7 +66,7 @@ class InParentheses:
 
 
 Piece = Any
-"""A Token, a node or a `InParentheses`; `Builder`'s methods know from the grammar which comes where."""
+"""A Token, a node or an `InParentheses`; the methods of `Builder` know from the grammar which one to expect."""
 
 
 class Builder:
@@ -227,7 +227,7 @@ class Builder:
         return Negate(_bare(operand), span=span)
 
     def product(self, pieces: Sequence[Piece]) -> Expression | InParentheses:
-        """``a * b / c``, and the rotations behind its factors."""
+        """``a * b / c``, and the rotations after its factors."""
         if len(pieces) == 1:
             return pieces[0]
         first: Expression = _bare(pieces[0])
@@ -313,7 +313,7 @@ def _number(token: Token) -> Number:
                 "this number is out of range",
                 span,
                 notes=(
-                    f"numbers lie between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, in at most 1000 characters",
+                    f"numbers are between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, with at most 1000 characters",
                 ),
             )
         )

@@ -1,11 +1,10 @@
-"""The grammar file, and the LALR tables that Lark makes of it.
+"""The grammar file, and the LALR tables that Lark makes from it.
 
-Importing Lark and making the tables takes some 70 ms, which is a good part of what a small script takes from start to
-end. So the tables are kept in ``tables.json`` beside this module, with the digest of the grammar that they were made
-from. Where the grammar has been edited since, they are made anew, in memory; to keep them::
+Importing Lark and making the tables takes about 70 ms, a large part of the whole time for a small script. So the tables
+are kept in ``tables.json`` beside this module, with the digest of their grammar. If the grammar has been edited since
+then, they are made again in memory. This command saves them::
 
     python -m movimentum.syntax.grammar
-
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from typing import Any
 GRAMMAR_NAME = "movimentum.lark"
 TABLES_NAME = "tables.json"
 END = "$END"
-"""The terminal behind the last one."""
+"""The terminal after the last one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +35,7 @@ class Terminal:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A grammar rule: ``symbol`` is made of the last ``size`` values by the builder's method ``method``.
+    """A grammar rule: the builder's method ``method`` makes ``symbol`` from the last ``size`` values.
 
     An empty ``method`` splices the values into those of the rule around; a ``transparent`` rule with one value is that
     value.
@@ -53,8 +52,8 @@ class Tables:
     """An LALR(1) automaton with a contextual lexer.
 
     ``states[s]`` maps terminals and symbols to what to do in state s: n >= 0, shift and go to state n; n < 0, reduce by
-    ``rules[-1 - n]``. It begins in state 0 and has accepted in state ``accept``. ``skipped`` are the patterns of what
-    stands between terminals.
+    ``rules[-1 - n]``. It begins in state 0 and accepts in state ``accept``. ``skipped`` are the patterns of the text
+    between terminals.
     """
 
     terminals: tuple[Terminal, ...]
@@ -67,7 +66,7 @@ class Tables:
 def grammar_text() -> str:
     """The grammar's text: from the installed package, else from the checkout's ``grammar/``.
 
-    Raises FileNotFoundError where neither has it (a broken installation).
+    Raises FileNotFoundError if neither has it (a broken installation).
     """
     try:
         return _packaged(GRAMMAR_NAME)
@@ -88,7 +87,7 @@ def _packaged(name: str) -> str:
 
 @cache
 def load_tables() -> Tables:
-    """The tables of the grammar: those that are kept, if they were made from it, else new ones."""
+    """The tables of the grammar: the saved ones if they were made from it, otherwise new ones."""
     text = grammar_text()
     try:
         kept = json.loads(_packaged(TABLES_NAME))
@@ -100,7 +99,7 @@ def load_tables() -> Tables:
 
 
 def digest(text: str) -> str:
-    """What tells an edited grammar from the one before."""
+    """The digest that shows whether the grammar was edited."""
     return f"{len(text)}-{zlib.crc32(text.encode()):08x}"
 
 
@@ -158,7 +157,7 @@ def _rule(rule: Any) -> Rule:
 
 
 def to_json(tables: Tables, grammar: str) -> str:
-    """The tables as the text of ``tables.json``, a state to a line."""
+    """The tables as the text of ``tables.json``, one state on each line."""
 
     def listed(rows: Iterator[Any]) -> str:
         return "[\n" + ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows) + "\n]"

@@ -1,4 +1,4 @@
-"""Syntax errors in words: what was found, what could have stood there, and what was probably meant."""
+"""Syntax errors in words: what was found, what was expected, and what was probably meant."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|.", re.DOTALL)
 
 
 def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, int, bool]:
-    """What went wrong, at which offset, and whether reading can go on right there (a ``;`` was forgotten before it).
+    """The error, its offset, and whether reading can continue right there (because a ``;`` was forgotten before it).
 
     ``text`` is the script's; the part that was read began at ``start``.
     """
@@ -72,7 +72,7 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
     resume = False
     if "SEMICOLON" in accepted and (new_line or found == "@") and not helps:
         helps = ("end the statement with `;`",)
-        labels = (Label(Span(max(before - 1, start), before), "`;` missing behind this?"),)
+        labels = (Label(Span(max(before - 1, start), before), "`;` missing after this?"),)
         resume = found == "@" or found[0].isalpha() or found == ".config"
     error = Diagnostic(
         "syntax/unexpected",
@@ -86,7 +86,7 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
 
 
 def expected_words(accepted: frozenset[str]) -> str:
-    """What could have stood there, in words, the likeliest first."""
+    """What was expected there, in words, the likeliest first."""
     names = set(accepted) - {"$END"}
     words: list[str] = []
     if "CONFIG" in names or ("AT" in names and "NAME" in names):
@@ -106,7 +106,7 @@ def expected_words(accepted: frozenset[str]) -> str:
         words.append("a shape")
         names -= _SHAPES | {"STRING"}
     if len(names) > 1:
-        names -= {"SPEED"}  # it belongs behind wishes only, and nobody looks for it here
+        names -= {"SPEED"}  # it belongs only after wishes, and nobody expects it here
     if names > {"WITHIN"} and "WORD" in names:
         names -= {"WITHIN"}
     words.extend(_WORDS[name] for name in _ORDER if name in names)
@@ -124,7 +124,7 @@ def expected_words(accepted: frozenset[str]) -> str:
 
 
 def _end_before(text: str, start: int, place: int) -> int:
-    """Where the last thing that is no space and no comment ends before ``place``."""
+    """The end of the last text before ``place`` that is neither space nor comment."""
     end = start
     for match in _PIECE.finditer(text, start, place):
         piece = match[0]
@@ -148,7 +148,7 @@ def _unexpected_end(text: str, before: int, accepted: frozenset[str]) -> Diagnos
 
 
 def _unreadable(text: str, place: int) -> Diagnostic | None:
-    """Texts without end, characters that mean nothing."""
+    """Texts without an end, characters without a meaning."""
     character = text[place]
     if character == "'" and not re.match(r"'(?:[^'\r\n]|'')*'", text[place:]):
         line_end = re.compile(r"[\r\n]|$").search(text, place)
@@ -169,7 +169,7 @@ def _unreadable(text: str, place: int) -> Diagnostic | None:
         return Diagnostic(
             "syntax/name",
             Severity.ERROR,
-            f"`{name[0]}` is no name: a name begins with a letter",
+            f"`{name[0]}` is not a name: a name begins with a letter",
             Span(place, place + len(name[0])),
             helps=(f"write `{name[1]}`",) if name[1][:1].isalpha() else (),
         )
@@ -180,7 +180,7 @@ def _unreadable(text: str, place: int) -> Diagnostic | None:
     if character == "\u00b0" and unit:
         helps = (f"angles are always in degrees: `.config({unit[1].strip()})`",)
     if not helps and character.isalpha():
-        helps = ("a name is made of the letters A to Z, a to z, digits and `_`",)
+        helps = ("a name consists of the letters A to Z, a to z, digits and `_`",)
     return _character(character, place, helps)
 
 
@@ -189,14 +189,14 @@ def _character(character: str, place: int, helps: tuple[str, ...]) -> Diagnostic
     return Diagnostic(
         "syntax/character",
         Severity.ERROR,
-        f"{name} (U+{ord(character):04X}) means nothing in a script",
+        f"{name} (U+{ord(character):04X}) has no meaning in a script",
         Span(place, place + 1),
         helps=helps,
     )
 
 
 def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic | None:
-    """A word with a dot that the language does not have, where one of its words would have fitted."""
+    """A word with a dot that the language does not have, in a place where one of its words would fit."""
     match = _DOTTED.match(text, place)
     if not match:
         return None
@@ -221,7 +221,7 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
     return Diagnostic(
         "syntax/unknown-word",
         Severity.ERROR,
-        f"there is no {kind} `.{word}`" + (" that can stand here" if kind == "word" else ""),
+        f"there is no {kind} `.{word}`" + (" that fits here" if kind == "word" else ""),
         Span(match.start(), match.end()),
         helps=helps,
     )

@@ -1,4 +1,4 @@
-"""Script text to syntax tree: limits first, then the grammar, with all syntax errors of a script at once."""
+"""Script text to syntax tree: limits first, then the grammar. All syntax errors of a script are reported at once."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MAX_CHARACTERS = 4_000_000
 """How long a script may be, unless the caller says otherwise."""
 
 MAX_ERRORS = 20
-"""After so many syntax errors the rest of a script is not looked at."""
+"""After this many syntax errors, the rest of a script is not read."""
 
 _BRACKETS = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|/\*|[\[({]|[\])}]", re.DOTALL)
 _ITEM_END = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[;@]", re.DOTALL)
@@ -51,9 +51,9 @@ def parse(
     max_characters: int = MAX_CHARACTERS,
     max_operations: int | None = None,
 ) -> ScriptTree:
-    """The syntax tree of a script. ``max_operations``: as many may be in one expression (None: any number).
+    """The syntax tree of a script. ``max_operations``: how many one expression may have (None: any number).
 
-    Raises ScriptError with all syntax errors that were found (``syntax/…``), or with the limit that the text is beyond
+    Raises ScriptError with all syntax errors that were found (``syntax/…``), or with the limit that the text exceeds
     (``limit/…``). Time and memory grow linearly with the text; nothing recurses.
     """
     text = source.text
@@ -78,13 +78,13 @@ def parse(
 
 
 PER_LEVEL = 16
-"""More entries of the parser's stack than one level of nesting can take, whatever the grammar's rules."""
+"""More entries of the parser's stack than one level of nesting can need, whatever the rules of the grammar."""
 
 
 def _parse_from(text: str, start: int, max_nesting: int) -> ScriptTree | tuple[Diagnostic, int]:
-    """The tree of ``text`` from ``start`` on, or the first error there and where to go on behind it.
+    """The tree of ``text`` from ``start`` on, or the first error there and where to continue after it.
 
-    What is nested far too deep is refused on the way: a million minus signs are not collected first.
+    Text that is nested far too deeply is refused during reading: a million minus signs are not collected first.
     """
     try:
         return cast("ScriptTree", run(text, start, Builder(), PER_LEVEL * (max_nesting + 8)))
@@ -107,7 +107,7 @@ def _explained(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnosti
 
 
 def _next_item(text: str, offset: int) -> int:
-    """Where the item after the one at ``offset`` begins: behind the next ``;`` or at the next ``@``."""
+    """Where the item after the one at ``offset`` begins: after the next ``;`` or at the next ``@``."""
     for match in _ITEM_END.finditer(text, offset):
         if match[0] == ";":
             return match.end()
@@ -137,7 +137,7 @@ def _check_characters(text: str, max_characters: int) -> None:
                 Diagnostic(
                     "syntax/binary",
                     Severity.ERROR,
-                    f"this is no script: it has the control character U+{ord(control[0]):04X}",
+                    f"this is not a script: it has the control character U+{ord(control[0]):04X}",
                     Span(control.start(), control.end()),
                     helps=("a script is plain text in UTF-8",),
                 )
@@ -165,7 +165,7 @@ def _check_brackets(text: str, max_nesting: int) -> None:
 
 
 def _check_operations(text: str, max_operations: int) -> None:
-    """Refuse what is longer than anybody waits for, before a tree of it is made."""
+    """Refuse text that would take too long, before a tree is made from it."""
     count = begin = 0
     for match in _OPERATIONS.finditer(text):
         if match.lastgroup == "op":

@@ -1,4 +1,4 @@
-"""Syntax tree to canonical text: what it prints parses to an equal tree, and equal trees print alike."""
+"""Syntax tree to canonical text: the printed text parses to an equal tree, and equal trees give equal text."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ from movimentum.syntax.tree import (
     postorder,
 )
 
-# How tightly a node holds together; a node is put into parentheses where a tighter one is called for.
+# How tightly a node binds. A node gets parentheses where a tighter one is needed.
 _SUM, _PRODUCT, _UNARY, _POWER, _POSTFIX, _ATOM = range(6)
 
 
 def script_text(script: ScriptTree) -> str:
-    """The script, one item to a line; ends with a newline unless it is empty."""
+    """The script, one item on each line; ends with a newline unless it is empty."""
     lines: list[str] = []
     after_time = False
     for item in script.items:
         line = item_text(item)
         if after_time and line.startswith("-") and isinstance(item, Statement):
-            # Behind `@8` a minus would go on with the time.
+            # After `@8` a minus would belong to the time.
             line = f"({expression_text(item.left)}) {item.comparison} {expression_text(item.right)};"
         after_time = isinstance(item, StepHeader)
         lines.append(line + "\n")
@@ -72,7 +72,7 @@ def item_text(item: Item) -> str:
 
 
 def expression_text(root: Expression) -> str:
-    """One expression, without parentheses around it and without any that it does not need."""
+    """One expression, without parentheses around it and without unnecessary ones."""
     done: dict[int, tuple[str, int]] = {}
 
     def tight(node: Expression, least: int) -> str:
@@ -80,7 +80,7 @@ def expression_text(root: Expression) -> str:
         return text if level >= least else f"({text})"
 
     def unturned(node: Expression) -> str:
-        """An operand whose own rotation must not be taken for one of the product around it."""
+        """An operand whose own rotation must not be read as one of the product around it."""
         return f"({done[id(node)][0]})" if isinstance(node, Rotate) else tight(node, _UNARY)
 
     def listed(nodes: tuple[Expression, ...]) -> str:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 _LONGEST = 100
-"""Longer names are nobody's slip of the finger (and comparing them takes time)."""
+"""Longer names are hardly misspelled (and comparing them takes time)."""
 
 
 def distance(first: str, second: str) -> int:
-    """How many letters must be changed, left out, put in or swapped to get from one to the other."""
+    """How many letters must be changed, deleted, inserted or swapped to get from one to the other."""
     before: list[int] = []
     row = list(range(len(second) + 1))
     for i, a in enumerate(first, 1):
@@ -24,7 +24,7 @@ def distance(first: str, second: str) -> int:
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:
-    """The candidate that ``name`` is most likely a misspelling of; None where nothing is near."""
+    """The candidate that ``name`` is most likely a misspelling of; None if nothing is near."""
     if len(name) > _LONGEST:
         return None
     limit = max(1, len(name) // 3) if len(name) > 1 else 0  # any other letter is "near" a single one

@@ -1,7 +1,7 @@
-"""The syntax tree: what a script says, in the order it says it, every node with the place it stands at.
+"""The syntax tree: the items of a script in their order, every node with its place in the text.
 
-Nodes are frozen; two nodes are equal when they say the same, wherever they stand. Redundant parentheses, white space,
-comments and the spelling of numbers and functions are gone; names are unresolved.
+Nodes are frozen; two nodes are equal if they say the same, whatever their places. Redundant parentheses, white space,
+comments and the spelling of numbers and functions are not kept; names are unresolved.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from enum import StrEnum
 from movimentum.source import Span
 
 NOWHERE = Span(0, 0)
-"""The span of a node that stands in no text (one that a program made)."""
+"""The span of a node that is not in any text (one made by a program)."""
 
 
 class Operator(StrEnum):
@@ -27,7 +27,7 @@ class Operator(StrEnum):
 
 
 class Comparison(StrEnum):
-    """What stands between the two sides of a statement."""
+    """The sign between the two sides of a statement."""
 
     EQUAL = "="
     WISH = "~"
@@ -122,7 +122,7 @@ class Power(Node):
 
 @dataclass(frozen=True, slots=True)
 class Sum(Node):
-    """``t0 ± t1 ± …``, from left to right: ``operators[i]`` stands between ``operands[i]`` and ``operands[i + 1]``.
+    """``t0 ± t1 ± …``, from left to right: ``operators[i]`` is between ``operands[i]`` and ``operands[i + 1]``.
 
     The first operand is never a `Sum` itself.
     """
@@ -198,7 +198,7 @@ class Text(Node):
 
 @dataclass(frozen=True, slots=True)
 class Option(Node):
-    """``.name(arguments)`` or ``.name``, behind a `ConfigStatement` or in a thing; ``name`` without the dot."""
+    """``.name(arguments)`` or ``.name``, after a `ConfigStatement` or in a thing; ``name`` without the dot."""
 
     name: str
     arguments: tuple[Expression | Text, ...] = ()
@@ -255,7 +255,7 @@ class Definition(Node):
 
 @dataclass(frozen=True, slots=True)
 class StepHeader(Node):
-    """``@time``, or ``@+time`` where it is relative; the time has numbers, ``+ - * /`` and parentheses only."""
+    """``@time``, or ``@+time`` if it is relative; the time has numbers, ``+ - * /`` and parentheses only."""
 
     time: Expression
     relative: bool = False
@@ -263,7 +263,7 @@ class StepHeader(Node):
 
 @dataclass(frozen=True, slots=True)
 class Statement(Node):
-    """``left comparison right;``, and ``.speed(speed)`` behind a wish (what stands behind others is refused later)."""
+    """``left comparison right;``, and ``.speed(speed)`` after a wish (after other statements it is refused later)."""
 
     left: Expression
     comparison: Comparison
@@ -273,7 +273,7 @@ class Statement(Node):
 
 @dataclass(frozen=True, slots=True)
 class ClaimStatement(Node):
-    """``.claim left comparison right .within(tolerance);``: what should come out. The comparison is never a wish."""
+    """``.claim left comparison right .within(tolerance);``: an expected result. The comparison is never a wish."""
 
     left: Expression
     comparison: Comparison
@@ -282,7 +282,7 @@ class ClaimStatement(Node):
 
 
 Item = ConfigStatement | Definition | StepHeader | Statement | ClaimStatement
-"""What a script is a list of."""
+"""One item of a script."""
 
 
 @dataclass(frozen=True, slots=True)

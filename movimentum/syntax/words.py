@@ -42,7 +42,7 @@ THING_MEMBERS = {
     "green": "green",
     "blue": "blue",
 }
-"""What may follow a thing besides its anchors (an anchor of that name goes first) -> canonical name."""
+"""What may follow a thing besides its anchors (an anchor of that name takes precedence) -> canonical name."""
 
 SHAPES = ("bar", "arrow", "disc", "label", "line")
 """What a thing may be, besides a sprite."""

@@ -1,4 +1,4 @@
-"""Scene to Timeline: which constraints hold when, how long, and when the frames are."""
+"""Scene to Timeline: when each constraint holds and for how long, and the times of the frames."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAX_FRAMES = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class _StepState:
-    """What holds from a step on."""
+    """What holds from a step onwards."""
 
     step: int
     time: Fraction
@@ -30,12 +30,12 @@ class _StepState:
 def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int = MAX_FRAMES) -> Timeline:
     """The scene in time, at ``fps`` frames per time unit (None: the script's).
 
-    A step that states a key replaces all that earlier steps stated under it, all that one step states under one key
-    holds together, and an ending ends it; the relation's direction belongs to the key. Steps at one time make one
-    segment. ``.iv`` is replaced by the time a constraint stays stated; where that is 0 (stated in the last step, or
-    replaced at the same time), by 1, so that ``.t/.iv`` is 0 there and no division fails.
+    A step that states a key replaces everything that earlier steps stated under it. All statements of one step under
+    one key hold together. An ending ends them; the relation's direction belongs to the key. Steps at one time make one
+    segment. ``.iv`` is replaced by the time a constraint stays stated; if that is 0 (stated in the last step, or
+    replaced at the same time), it is replaced by 1, so that ``.t/.iv`` is 0 and no division fails.
 
-    Raises ScriptError: ``timeline/no-step`` for a scene without steps, ``limit/frames`` where there would be more than
+    Raises ScriptError: ``timeline/no-step`` for a scene without steps, ``limit/frames`` if there would be more than
     ``max_frames`` frames (before anything else is done), ``timeline/order`` for steps that go back in time.
     """
     if not scene.steps:
@@ -70,13 +70,13 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
 
 
 def _moments(scene: Scene) -> list[_StepState]:
-    """One for each instant at which there is a step: the last step there, and all that holds then."""
+    """One for each instant with a step: the last step there, and everything that holds then."""
     held: dict[tuple[str, Relation], list[Constraint]] = {}
     moments: list[_StepState] = []
     for step in scene.steps:
         if moments and step.time < moments[-1].time:
             raise _refusal("timeline/order", "the steps' times must not decrease")
-        for item in step.statements:  # what earlier steps said under these keys is over
+        for item in step.statements:  # earlier statements under these keys have ended
             held.pop((item.key, item.relation), None)
         for item in step.statements:
             if isinstance(item, Constraint):
@@ -140,7 +140,7 @@ def _substituted(constraint: Constraint, lifetimes: dict[int, Fraction]) -> Cons
 
 
 def _lasting(sides: tuple[Sides, Sides], lifetimes: Mapping[int, Fraction]) -> tuple[Sides, Sides]:
-    """Both sides with every ``lifetime`` leaf replaced by its constant; the same ones where there is none."""
+    """Both sides with every ``lifetime`` leaf replaced by its constant; unchanged if there is none."""
     if not any(node.op == "lifetime" for node in walk(*sides[0], *sides[1])):
         return sides
     memo: dict[Expr, Expr] = {}

@@ -12,9 +12,9 @@ from movimentum.scene.model import Claim, Constraint, Scene
 class Segment:
     """From one step (included) to the next (excluded; the last segment includes its end).
 
-    Steps at one and the same time are merged: the segment belongs to the last of them. ``active`` are the constraints
-    that hold, by number, with every ``lifetime`` leaf replaced by its constant. ``visible`` are the numbers of the
-    things that have appeared.
+    Steps at the same time are merged: the segment belongs to the last of them. ``active`` are the constraints that
+    hold, by number, with every ``lifetime`` leaf replaced by its constant. ``visible`` are the numbers of the things
+    that have appeared.
     """
 
     number: int
@@ -27,8 +27,8 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class HeldClaim:
-    """A claim from its step's time on to ``end``, where it is restated or ended, or (``to_the_end``) to the script's
-    end, included. Its ``lifetime`` leaves are replaced.
+    """A claim from its step's time to ``end``, when it is restated or ended, or (``to_the_end``) to the end of the
+    script, included. Its ``lifetime`` leaves are replaced.
     """
 
     claim: Claim

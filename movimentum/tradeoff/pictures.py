@@ -1,4 +1,4 @@
-"""What drawing costs and what it buys: time per frame against the error from a many times supersampled truth."""
+"""What drawing costs and gains: time per frame against the error, compared with a heavily supersampled picture."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from movimentum.solver.poses import Poses
 
 FINEST = 8
 LARGEST = 48_000_000
-"""Pixels of the supersampled truth; where it would have more, it is supersampled less."""
+"""Pixels of the supersampled truth; if it would have more, it is supersampled less."""
 RUNS = 3
 
 
@@ -88,7 +88,7 @@ def _drawn(painter: Painter, poses: Poses) -> tuple[list[Image.Image], float]:
 
 
 def _reduced(images: Sequence[Image.Image], size: tuple[int, int]) -> list[Image.Image]:
-    """Pictures brought to ``size``: averaged where they are larger, interpolated where they are smaller."""
+    """Pictures brought to ``size``: averaged if they are larger, interpolated if they are smaller."""
     return [
         image.resize(size, Image.Resampling.BOX if image.width > size[0] else Image.Resampling.BICUBIC)
         for image in images

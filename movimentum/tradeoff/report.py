@@ -1,4 +1,4 @@
-"""The trade between time and accuracy as a table, as JSON, and as a plot; and what there is to learn from it."""
+"""The trade between time and accuracy as a table, as JSON, and as a plot; and the conclusions from it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from movimentum.tradeoff.tiers import SolverTrade
 Rates = Sequence[tuple[Fraction, float]]
 
 LITTLE = 0.1
-"""A tier that saves less than this part of the time a picture takes buys nothing."""
+"""A tier that saves less than this fraction of the time for a picture gains nothing."""
 INVISIBLE = 0.02
 """Pixels: an error below it changes no colour of an anti-aliased edge by more than a few of 255 levels."""
 
@@ -66,7 +66,7 @@ def _drawing(pictures: PictureTrade) -> float:
 
 
 def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
-    """What the numbers say about which tier to take."""
+    """What the numbers say about the choice of a tier."""
     tiers = {tier.name: tier for tier in solver.tiers}
     draft, standard, high, exact = (tiers[name] for name in ("draft", "standard", "high", "exact"))
     count, drawing = solver.frames, _drawing(pictures)
@@ -74,10 +74,10 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
     saved = (standard.start - draft.start) + count * (standard.frame - draft.frame)
     whole = standard.start + count * (standard.frame + drawing)
     if saved <= 0.0:
-        found.append("`draft` buys nothing here: solving the frames takes no longer than interpolating them.")
+        found.append("`draft` gains nothing here: solving the frames takes no longer than interpolating them.")
     elif saved < LITTLE * whole:
         found.append(
-            f"`draft` buys nothing here: it saves {_time(saved)} of the {_time(whole)} that solving and drawing take."
+            f"`draft` gains nothing here: it saves {_time(saved)} of the {_time(whole)} that solving and drawing take."
         )
     else:
         found.append(f"`draft` saves {_time(saved)} of {_time(whole)} and is off by {draft.error:.1e} px.")
@@ -85,10 +85,10 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
         found.append(f"In a picture `draft` can be seen: {draft.error:.2g} px.")
     if standard.error < INVISIBLE:
         found.append(
-            f"For pictures `high` and `exact` buy nothing: `standard` is within {standard.error:.1e} px of the truth."
+            f"For pictures `high` and `exact` gain nothing: `standard` is within {standard.error:.1e} px of the truth."
         )
     else:
-        found.append(f"`standard` is off by {standard.error:.1e} px where the mechanism is singular: take `high`.")
+        found.append(f"`standard` is off by {standard.error:.1e} px where the mechanism is singular: use `high`.")
     times = high.frame / max(standard.frame, 1e-12)
     found.append(
         f"For tables `high` brings {standard.error:.0e} px down to {high.error:.0e} px for {times:.3g} times the time"
@@ -97,9 +97,9 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
     costs = {cost.name: cost for cost in pictures.costs}
     plain, fine = costs["quality standard"], costs["quality high"]
     if fine.error >= 0.9 * plain.error:
-        found.append("`--quality high` buys nothing here: it is as far from the truth as `standard`.")
+        found.append("`--quality high` gains nothing here: it is as far from the truth as `standard`.")
     if costs["quality draft"].frame >= 0.9 * plain.frame:
-        found.append("`--quality draft` buys nothing here: it is drawn no faster.")
+        found.append("`--quality draft` gains nothing here: it is no faster.")
     return found
 
 
@@ -161,7 +161,7 @@ def panels(script: str, solver: SolverTrade, pictures: PictureTrade) -> list[Pan
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns aligned: the first to the left, numbers to the right."""
+    """Columns aligned: the first aligned left, numbers aligned right."""
     every = [list(head), *map(list, rows)]
     widths = [max(len(row[k]) for row in every) for k in range(len(head))]
     lines = [

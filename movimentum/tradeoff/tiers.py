@@ -1,4 +1,4 @@
-"""What each tier of accuracy costs and what it buys, measured on one timeline."""
+"""What each tier of accuracy costs and gains, measured on one timeline."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from movimentum.solver.solver import solve
 from movimentum.timeline.model import Timeline
 
 SAMPLES = 48
-"""Frames at which tiers are compared with `exact`, evenly spread, where there are more."""
+"""The number of frames at which tiers are compared with `exact`, evenly spread if there are more."""
 RUNS = 5
 PATIENCE_S = 1.0
-"""A measurement is repeated `RUNS` times, or less often where that would take longer."""
+"""A measurement is repeated `RUNS` times, or less often if that would take longer than this."""
 TIMED_FRAMES = 20_000
 
 
@@ -42,7 +42,7 @@ class Tier:
     """``start``: seconds to compile and find the path, and to prepare frames; ``frame``: seconds per frame.
 
     ``residual``: the largest of the script's own equations and of rigidity, relative to the scene's size. ``error``:
-    the farthest an anchor is from where `exact` has it (pixels). ``claim``: what `draft` says that its error is.
+    the largest distance of an anchor from its place in `exact` (pixels). ``claim``: the error that `draft` reports.
     """
 
     name: str
@@ -142,7 +142,7 @@ def _first(motion: RefinedMotion, times: Sequence[Fraction]) -> float:
 
 
 def _farthest(scene: Scene, some: Poses, others: Poses) -> float:
-    """The farthest any anchor is in one from where it is in the other, over the frames that both have solved."""
+    """The largest distance of any anchor between the two, over the frames that both have solved."""
     both = some.solved & others.solved
     worst = 0.0
     for thing in scene.things:

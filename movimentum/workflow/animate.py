@@ -75,7 +75,7 @@ def animate(
         before=PoseChunks(motion, range(frames.start), skip),
     )
     with ExitStack() as stack:
-        # A warning that only the writing brings to light must not leave a file with --strict: a place beside it, then.
+        # With --strict, a warning during writing must not leave a file: so it is written beside its place.
         place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
         written = write_animation(
             painter, poses, place, fps=timeline.fps, loop=picture.loop, workers=picture.workers, progress=progress
@@ -84,7 +84,7 @@ def animate(
         diagnostics, warned = judged((*said, *written.diagnostics), choices)
         if warned:
             raise ScriptError(diagnostics)
-    unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: tell
+    unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: report it
     return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
 
 
@@ -107,7 +107,7 @@ def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | 
 
 
 def _frames(timeline: Timeline, picture: Picture) -> range:
-    """The frames asked for; for a still at an instant, those from that instant on. `UsageError` where there is none."""
+    """The frames asked for; for a still at an instant, those from that instant on. `UsageError` if there is none."""
     start, stop = chosen_frames(timeline, picture.frames)
     if picture.at is None:
         return range(start, stop)
@@ -118,7 +118,7 @@ def _frames(timeline: Timeline, picture: Picture) -> range:
 
 
 FREE_MOMENTS = 24
-"""Moments of an animation at which its free motions are found anew; arrows turn with their things in between."""
+"""Moments of an animation at which its free motions are found again; in between, arrows turn with their things."""
 
 
 def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CheckReport:
-    """Everything that can be said without rendering; ``frames`` and ``duration`` None where it did not get so far."""
+    """Everything that can be said without rendering; ``frames`` and ``duration`` are None if not known."""
 
     diagnostics: tuple[Diagnostic, ...]
     steps: tuple[StepReport, ...]
@@ -32,9 +32,9 @@ def check(
 ) -> tuple[CheckReport, SourceText]:
     """All diagnostics and the step reports; a script's errors are reported, not raised.
 
-    ``fps_invariance`` and ``reverse`` put promises to the test on this script (see `analysis.invariance`).
+    ``fps_invariance`` and ``reverse`` test promises on this script (see `analysis.invariance`).
 
-    Raises `UsageError` where there is no script to read.
+    Raises `UsageError` if there is no script to read.
     """
     source = SourceText("<stdin>" if path == "-" else path, "")
     frames: int | None = None

@@ -1,4 +1,4 @@
-"""What is asked: how a script is to be solved and drawn, and what is to be told on the way."""
+"""The choices of a user: how to solve and draw a script, and what to report."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.workflow.limits import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, MAX_PIXELS
 
 FrameChoice = Callable[[int], tuple[int, int]]
-"""From the number of frames to the first one wanted and the end (not included)."""
+"""From the number of frames to the first chosen one and the end (not included)."""
 
 
 Progress = Callable[[int, int], None]
-"""Called with how much is done, out of how much."""
+"""Called with (amount done, amount in all)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """How a script is to be understood and solved: what all commands have in common."""
+    """How to read and solve a script: the choices that all commands have in common."""
 
     fps: Fraction | None = None
     accuracy: Accuracy = Accuracy.STANDARD
@@ -35,10 +35,10 @@ class Choices:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """What is drawn and how: everything that `run` asks beyond `Choices`.
+    """What to draw and how: the choices of `run` beyond `Choices`.
 
     ``frames`` chooses frames, ``at`` one instant instead; ``traces`` are ``Thing.Anchor`` names; ``show`` is a subset
-    of "names", "free", "anchors"; ``background`` as the user spelled it; ``workers`` None: as many as pay.
+    of "names", "free", "anchors"; ``background`` as the user spelled it; ``workers`` None: chosen automatically.
     """
 
     frames: FrameChoice | None = None
@@ -56,9 +56,9 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What was made: how many ``frames`` (or rows), what there is to say, and the exit code (0 or 3).
+    """The outcome: the number of ``frames`` (or rows), the diagnostics, and the exit code (0 or 3).
 
-    ``notes`` are to be shown although they are notes.
+    ``notes`` are always shown, although they are notes.
     """
 
     frames: int

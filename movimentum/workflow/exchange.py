@@ -1,4 +1,4 @@
-"""`import` and `export`: scripts from other programs' files, and the other way."""
+"""`import` and `export`: scripts from other programs' files, and the reverse."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from movimentum.workflow.stages import arranged, judged, solved, understand
 
 @dataclass(frozen=True, slots=True)
 class Import:
-    """How a foreign file is to be read: ``snap`` repairs rounded coordinates, with angles multiples of ``snap_angle``;
+    """How to read a foreign file: ``snap`` repairs rounded coordinates, with angles multiples of ``snap_angle``;
     ``drives`` are the inputs (base, driven) of a mechanism expression.
     """
 
@@ -28,19 +28,19 @@ class Import:
 
 
 def imported(source: SourceText, target: Path | None, how: Import, strict: bool) -> Outcome:
-    """Write what another program's file says as a script to ``target`` (None: stdout); its content tells its format."""
+    """Write another program's file as a script to ``target`` (None: stdout); its content tells its format."""
     from movimentum.interop.recognised import FileKind, kind_of
 
-    title = visible(Path(source.path).name)  # it stands in a comment of one line
+    title = visible(Path(source.path).name)  # it is in a comment of one line
     kind = kind_of(source)
     if how.snap and kind in (FileKind.MECHANISM, FileKind.FORMULAS):
         raise usage_error("usage/import", f"--snap is for linkage files: {kind.told} has no angles to repair")
     if how.drives and kind is FileKind.FORMULAS:
         raise usage_error(
-            "usage/import", "--drive is for Pyslvs' mechanism expressions: formulas say what their inputs are"
+            "usage/import", "--drive is for Pyslvs' mechanism expressions: formulas name their own inputs"
         )
     if how.drives and kind is FileKind.LINKAGE:
-        raise usage_error("usage/import", "--drive is for Pyslvs' mechanism expressions; draw a linkage with a wish")
+        raise usage_error("usage/import", "--drive is for Pyslvs' mechanism expressions; pull a linkage with a wish")
     found: tuple[Diagnostic, ...] = ()
     match kind:
         case FileKind.MECHANISM:
@@ -70,7 +70,7 @@ def imported(source: SourceText, target: Path | None, how: Import, strict: bool)
 
 
 def exported(source: SourceText, target: Path | None, form: str, at: Fraction | None, choices: Choices) -> Outcome:
-    """Write a script's scene as a linkage file, as it is at the time ``at``, or its plan as Pyslvs' formulas."""
+    """Write a script's scene as a linkage file, as it is at time ``at``, or its plan as Pyslvs' formulas."""
     from movimentum.interop.linkage_export import linkage_of
     from movimentum.interop.linkages import linkage_text
 
@@ -90,7 +90,7 @@ def exported(source: SourceText, target: Path | None, form: str, at: Fraction | 
 
         triangles = triangles_of(solution.motion.path)
         comments = [
-            f"{visible(Path(source.path).name)}: angles in degrees; where there is a list, a value for each frame",
+            f"{visible(Path(source.path).name)}: angles in degrees; a list has a value for each frame",
             *(f"{name}: {told}" for name, told in triangles.names),
         ]
         text = formulas_text(triangles.formulas, comments)

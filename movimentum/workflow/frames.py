@@ -1,4 +1,4 @@
-"""Which frames a command works on, and their poses a few at a time."""
+"""The frames that a command works on, and their poses in chunks."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 CHUNK = 2048
-"""Frames solved at a time (fewer in scenes of very many things): NumPy's overhead is spread, memory stays flat."""
+"""Frames solved at a time (fewer in scenes of very many things): NumPy's overhead is shared, memory stays flat."""
 
 
 def chosen_frames(timeline: Timeline, frames: FrameChoice | None) -> tuple[int, int]:
-    """First frame and end (not included); `UsageError` where that is no frame at all."""
+    """First frame and end (not included); `UsageError` if that is no frame at all."""
     count = timeline.frame_count
     start, stop = (0, count) if frames is None else frames(count)
     if start >= stop:
@@ -33,9 +33,9 @@ def chosen_frames(timeline: Timeline, frames: FrameChoice | None) -> tuple[int, 
 
 @dataclass(frozen=True, slots=True)
 class PoseChunks:
-    """The poses of some frames (or at some times), in chunks; computed again whenever they are looked at.
+    """The poses of some frames (or at some times), in chunks; computed again whenever they are needed.
 
-    A pose costs less to compute again than to keep: microseconds, and memory does not grow with the length.
+    Computing a pose again takes microseconds and is cheaper than keeping it: memory does not grow with the length.
     ``skip`` leaves out frames without a solution.
     """
 
@@ -53,5 +53,5 @@ class PoseChunks:
             yield poses
 
     def held(self) -> Iterable[Poses]:
-        """The same; if that is little, computed now and kept."""
+        """The same; if there are few, they are computed now and kept."""
         return tuple(self) if len(self.frames) * len(self.motion.timeline.scene.things) <= 50_000 else self

@@ -1,4 +1,4 @@
-"""What a script may cost before it is refused; options of the command line raise most of these."""
+"""The limits beyond which a script is refused; options of the command line raise most of them."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def read(path: str) -> SourceText:
-    """The script at ``path`` (``-`` is stdin); raises `UsageError` where there is none, `ScriptError` for no text."""
+    """The script at ``path`` (``-`` is stdin); `UsageError` if there is none, `ScriptError` if it is not text."""
     shown = "<stdin>" if path == "-" else path
     try:
         if path == "-":
@@ -27,22 +27,22 @@ def read(path: str) -> SourceText:
         reason = (getattr(problem, "strerror", None) or str(problem)).lower()
         raise usage_error("usage/script", f"cannot read {shown}: {reason}") from problem
     if len(data) > MAX_SCRIPT_BYTES:
-        raise script_error(
-            "limit/script", f"{shown} is larger than {MAX_SCRIPT_BYTES // 2**20} MiB, which no script needs"
-        )
+        raise script_error("limit/script", f"{shown} is larger than the limit of {MAX_SCRIPT_BYTES // 2**20} MiB")
     try:
         return SourceText(shown, data.decode("utf-8-sig"))
     except UnicodeDecodeError as problem:
         line = data.count(b"\n", 0, problem.start) + 1
         raise script_error(
             "syntax/encoding",
-            f"{shown} is not text: byte {problem.start} (line {line}) is no UTF-8",
+            f"{shown} is not text: byte {problem.start} (line {line}) is not UTF-8",
             "a script is a plain text file; save it as UTF-8",
         ) from problem
 
 
 def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
-    """Every file that a command reads for a script: the script and its pictures (without a scene, what it may mean)."""
+    """Every file that a command reads for a script: the script and its pictures (without a scene, the files that it may
+    mean).
+    """
     if scene is None:
         return (source.path, *map(str, mentioned_files(source)))
     return (source.path, *dict.fromkeys(thing.image for thing in scene.things if thing.image is not None))
@@ -51,7 +51,7 @@ def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
 def mentioned_files(source: SourceText) -> tuple[Path, ...]:
     """Every file that the script may refer to, whether or not it exists or the script can be parsed.
 
-    For watching: each quoted text is taken for a file's name. A label's text is none, and nobody notices.
+    For watching: each quoted text is treated as a file name. The text of a label is not one, but that does no harm.
     """
     import re
 

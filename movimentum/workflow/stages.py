@@ -1,4 +1,4 @@
-"""The stages in a row, from a script to a motion and what is to be said about it."""
+"""The stages in order, from a script to a motion and its diagnostics."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def understand(source: SourceText, choices: Choices | None = None, max_pixels: int = MAX_PIXELS) -> Scene:
-    """Parse and resolve a script; raises `ScriptError` with everything that is wrong with it."""
+    """Parse and resolve a script; raises `ScriptError` with all its errors."""
     from movimentum.syntax.parser import parse
 
     limits = choices or Choices()
@@ -44,7 +44,7 @@ def _image_size(path: str) -> tuple[int, int] | Diagnostic:
 
 
 def arranged(scene: Scene, choices: Choices) -> Timeline:
-    """The scene in time; raises `ScriptError` where that makes more frames than ``choices`` allow."""
+    """The scene in time; raises `ScriptError` if that makes more frames than ``choices`` allow."""
     from movimentum.timeline.arrange import arrange
 
     return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
@@ -65,7 +65,7 @@ def moved(timeline: Timeline) -> PathMotion:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """A motion, everything that is to be said about it (the scene's warnings first), and a report for each step.
+    """A motion, all its diagnostics (the scene's warnings first), and a report for each step.
 
     ``fault`` is the exit code that it deserves as it is: 0, 1 (it contradicts itself, or warnings with ``strict``) or 3
     (no solution at some time).
@@ -78,7 +78,7 @@ class Solution:
 
 
 def examined(timeline: Timeline, choices: Choices) -> Solution:
-    """The motion with its faults told, not raised; `ScriptError` only where there is nothing to solve."""
+    """The motion with its errors reported, not raised; `ScriptError` only if there is nothing to solve."""
     from movimentum.analysis.examine import examine
 
     before = timeline.scene.diagnostics
@@ -103,7 +103,7 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
 
 
 def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
-    """What there is to say about labels with more than plain letters (others cost no import)."""
+    """The diagnostics of labels with more than plain letters (others need no import)."""
     labels = [thing for thing in scene.things if thing.text is not None and not thing.text.isascii()]
     if not labels:
         return ()
@@ -113,7 +113,7 @@ def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
 
 
 def solved(timeline: Timeline, choices: Choices) -> Solution:
-    """The motion, as far as ``on_failure`` lets it pass; else `ScriptError` or `NoSolutionError` with all there is."""
+    """The motion, if ``on_failure`` accepts it; otherwise `ScriptError` or `NoSolutionError` with all diagnostics."""
     solution = examined(timeline, choices)
     if solution.fault == 1:
         raise ScriptError(solution.diagnostics)
@@ -123,7 +123,7 @@ def solved(timeline: Timeline, choices: Choices) -> Solution:
 
 
 def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
-    """What is to be said when the frames have been computed: (diagnostics, notes); `ScriptError` for warnings with
+    """The messages when the frames have been computed: (diagnostics, notes); `ScriptError` for warnings with
     ``strict``.
     """
     said = solution.motion.notes
@@ -135,7 +135,7 @@ def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, 
 
 
 def judged(diagnostics: Iterable[Diagnostic], choices: Choices) -> tuple[tuple[Diagnostic, ...], bool]:
-    """With ``strict``, the diagnostics with warnings made errors, and whether there was one."""
+    """With ``strict``, the diagnostics with warnings turned into errors, and whether there was one."""
     found = tuple(diagnostics)
     warned = choices.strict and any(item.severity is Severity.WARNING for item in found)
     if warned:

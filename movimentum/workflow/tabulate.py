@@ -61,5 +61,5 @@ def tabulate(
         with whole_file(target) as part:
             rows = tables.write(timeline.scene, chunks(), part, target.suffix, without)
             diagnostics, notes = afterwards(solution, choices)
-    filled = tuple(item for item in diagnostics if item.code == CODE)  # the table says otherwise: tell
+    filled = tuple(item for item in diagnostics if item.code == CODE)  # the table shows something else: report it
     return Outcome(rows, solution.fault, diagnostics, (*notes, *filled))

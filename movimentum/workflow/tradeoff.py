@@ -1,4 +1,4 @@
-"""`trade`: what accuracy costs and buys on a script."""
+"""`trade`: what accuracy costs and gains on a script."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TradeReport:
-    """What accuracy costs and what it buys on one script: of the solver, of drawing, and of more frames a time unit.
+    """What accuracy costs and gains on one script: for the solver, for drawing, and for more frames per time unit.
 
-    ``rates``: (frames per time unit, the farthest that an anchor moves from one frame to the next, in pixels).
+    ``rates``: (frames per time unit, the largest distance that an anchor moves from one frame to the next, in pixels).
     """
 
     solver: SolverTrade
@@ -41,7 +41,7 @@ def trade(
 ) -> tuple[TradeReport, Outcome]:
     """Measure the trade between time and accuracy on a script, and plot it to ``target`` (`.png` or `.svg`).
 
-    Raises as `solved` does: only what has a solution can be measured.
+    Raises as `solved` does: only a script with a solution can be measured.
     """
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.solver.accuracy.refinement import DEFAULT_DIGITS

@@ -242,7 +242,7 @@ def test_near_singular_frames_are_told_with_their_condition():
     assert examination.fault == 0
     assert note.severity is Severity.NOTE
     assert "at t = 1," in note.message
-    assert float(re.search(r"condition of ([\d.e+]+)", note.message).group(1)) > 1e6
+    assert float(re.search(r"condition number of ([\d.e+]+)", note.message).group(1)) > 1e6
     assert note.notes[0].startswith("in 1 frame ")
     none, _, _ = found(text.format(start=91.3), "solve/ill-conditioned")
     assert none == []

@@ -80,7 +80,7 @@ def test_out_of_reach_is_blocked_by_what_is_missing() -> None:
 def test_too_little_time_is_told() -> None:
     found = told(ARM.replace("WISH", "[60,160] .speed(10)"))
     assert list(found) == ["wish/under-way"]
-    assert "70 from what is wished" in found["wish/under-way"].message
+    assert "70 from its goal" in found["wish/under-way"].message
 
 
 def test_a_straight_arm_pushed_along_its_line_is_stuck() -> None:

@@ -334,9 +334,9 @@ def test_wishes_against_each_other_are_told_so_and_which() -> None:
     text = ARM + "@0 R.A = [0,0];\n@1 R.B ~ [0,100]; R.angle ~ 0;\n@4\n"
     found = [item for item in examined_script(text)[1].diagnostics if item.code.startswith("wish/")]
     assert [item.code for item in found] == ["wish/blocked", "wish/blocked"]
-    assert "by other wishes: for `R.angle`" in found[0].message
+    assert "from its goal: those for `R.angle`" in found[0].message
     assert found[0].helps == ("`R.angle ~ _;` ends that",)
-    assert "by other wishes: for `R.B`" in found[1].message
+    assert "from its goal: those for `R.B`" in found[1].message
 
 
 def test_what_is_not_connected_stays_to_the_last_bit_through_all_steps() -> None:
@@ -376,7 +376,7 @@ def test_a_number_out_of_reach_is_approached_and_its_gradient_lost_calmly(wish: 
     places = path(motion, "R.B")[1]
     assert math.degrees(math.atan2(*places[-1][::-1])) == pytest.approx(angle, abs=0.5)
     told = next(item for item in examination.diagnostics if item.code.startswith("wish/"))
-    off = re.search(r"([\d.e+]+) from what is wished", told.message)
+    off = re.search(r"([\d.e+]+) from its goal", told.message)
     assert off is not None
     assert float(off[1]) == pytest.approx(left, rel=1e-3)
 

@@ -68,7 +68,7 @@ def test_other_texts_are_refused_as_ranges(text: str) -> None:
 def test_words_come_in_any_order_and_once() -> None:
     kind = WordsType("names", "free", "anchors")
     assert kind.convert("free, names,free", None, None) == {"names", "free"}
-    with pytest.raises(click.BadParameter, match="'name' is none of"):
+    with pytest.raises(click.BadParameter, match="'name' is not one of"):
         kind.convert("name", None, None)
 
 

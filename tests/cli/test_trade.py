@@ -76,7 +76,7 @@ def test_a_draft_tells_its_error_on_stderr_and_keeps_to_it(script: Path) -> None
     done = movimentum("solve", script, "-o", "-", "--accuracy", "draft")
     assert done.returncode == 0
     assert "note[solve/draft]" in done.stderr
-    claim = float(done.stderr.split("some ")[1].split(" pixels")[0])
+    claim = float(done.stderr.split("at most about ")[1].split(" pixels")[0])
     off = max(abs(float(text) - float(truth(k))) for k, text in enumerate(column(done.stdout, "Rod.B.x")))
     assert 0.0 < off <= claim < 1e-3
     silent = movimentum("solve", script, "-o", "-", "--accuracy", "draft", "--quiet")
@@ -125,7 +125,7 @@ def test_trade_prints_tables_and_lessons(script: Path) -> None:
     lines = done.stdout.splitlines()
     for word in ("draft", "standard", "high", "exact", "quality high", "palette (GIF)", "scale 2"):
         assert any(line.startswith(word) for line in lines), word
-    assert "buy nothing" in done.stdout
+    assert "gain nothing" in done.stdout
     assert "\x1b" not in done.stdout
 
 

@@ -79,4 +79,4 @@ def test_ctrl_c_does_not_say_that_nothing_was_written_after_writing(tmp_path: Pa
         said = process.stderr.read()
         assert process.wait(20) == 130
     assert "nothing was written" not in said
-    assert "a.gif is as it was written last" in said
+    assert "a.gif is as it was last written" in said

@@ -91,7 +91,7 @@ def test_a_drive_that_holds_and_runs_is_pieces_and_a_long_one_is_steps() -> None
         ("a0 = 30\nL0 = 3\n", "formula/empty", "no formula"),
         (FOUR_BAR + KNOWN + "L3 = 5", "formula/twice", "`L3`"),
         ("PLOP[P0, L0](P1)", "formula/function", "PLOP"),
-        ("PLA[P0, L0", "formula/syntax", "no formula"),
+        ("PLA[P0, L0", "formula/syntax", "not a formula"),
         ("", "import/unknown", "empty"),
         ("# a comment\n#[ and\nanother #]\n", "import/unknown", "nothing in"),
         ("{'json': 1}", "import/unknown", "neither"),

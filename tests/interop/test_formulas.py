@@ -114,12 +114,12 @@ def test_targets_are_arguments_of_later_formulas_over_arrays_of_inputs() -> None
         ("PLAP[A, 1](B); A=[0,0]", "formula/arguments", "the last one may be left out"),
         ("PLLP[A, L1, 10, B](C); A=[0,0]; B=[30,0]", "formula/unknown", "the length `L1`"),
         ("PLLP[A, 10, 10, B](C); A=[0,0]", "formula/unknown", "the point `B`"),
-        ("PLA[A, 10, 10](C); A=7", "formula/kind", "`A` is no point"),
+        ("PLA[A, 10, 10](C); A=7", "formula/kind", "`A` is not a point"),
         ("PLLP[A, 10, 10](C)", "formula/arguments", "point, length, length, point"),
         ("PLOP[A, 10, 10](C)", "formula/function", "PLOP"),
-        ("PLA[A, 10, 10]", "formula/syntax", "no formula"),
-        ("A = [1, 2", "formula/value", "no number"),
-        ("A = [NaN, 2]", "formula/value", "no number"),
+        ("PLA[A, 10, 10]", "formula/syntax", "not a formula"),
+        ("A = [1, 2", "formula/value", "not a number"),
+        ("A = [NaN, 2]", "formula/value", "not a number"),
     ],
 )
 def test_what_is_wrong_is_told_by_name(text: str, code: str, words: str) -> None:

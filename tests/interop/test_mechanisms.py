@@ -108,7 +108,7 @@ def test_what_no_triangle_order_solves_is_solved_as_well() -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "here is the end where `M`"),
+        ("", "found the end where `M`"),
         ("M[]", "no joint"),
         ("M[J[R, P[0, 0], L[ground]]", "the end"),
         ("M[J[Q, P[0, 0], L[ground]]]", "`R` or `P` or `RP`"),
@@ -119,7 +119,7 @@ def test_what_no_triangle_order_solves_is_solved_as_well() -> None:
         ("M[J[R, P[0, 0], L[a, a]]]", "named twice"),
         ("M[J[R, P[1e999, 0], L[a]]]", "too large"),
         ("M[J[R, P[0, 0], L[ground]]] M", "something follows"),
-        ("M[J[R; P[0, 0], L[ground]]]", "`;` means nothing"),
+        ("M[J[R; P[0, 0], L[ground]]]", "`;` has no meaning"),
     ],
 )
 def test_what_is_wrong_has_its_place(text: str, words: str) -> None:

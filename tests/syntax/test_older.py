@@ -61,7 +61,7 @@ def test_a_semicolon_behind_a_step(time):
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        ("Crank.angle = 90°;", "leave the `°` out"),
+        ("Crank.angle = 90°;", "leave out the `°`"),
         ("x = y²;", "`^2`"),
         ("x = (Rod.Q - Rod.P)²;", "`(…).l^2`"),
         ("x = .distance(Rod.P, Rod.Q);", "`(Rod.P - Rod.Q).l`"),
@@ -70,7 +70,7 @@ def test_a_semicolon_behind_a_step(time):
         ("x = 1,5;", "`1.5`"),
         ("x = y**2;", "`^`"),
         ("x := 3;", "`=`"),
-        ("Rod.angle = 90 deg;", "leave `deg` out"),
+        ("Rod.angle = 90 deg;", "leave out `deg`"),
         ("Rod.Q = [4,0].rotate 30;", "`.rotate(30)`"),
         ("x = |y|;", "`.abs(…)`"),
         ("x = ∫ y;", "`.integral(…)`"),

@@ -1,4 +1,4 @@
-"""Where a path begins and the drawing alone chose among several solutions: told where the choice is a real one."""
+"""A path's beginning where only the drawing chose among several solutions, reported if the choice is a real one."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from movimentum.solver.start.candidates import Part
 from movimentum.text import listed, time_text
 
 CLOSED = 1e-6
-"""Of the scene's size: what is drawn so near to a solution is drawn in it."""
+"""Of the scene's size: a drawing this near to a solution counts as drawn in it."""
 
 
 def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
-    """A warning for each choice that fell to "as drawn" with more than one solution left; a note where the drawing says
-    which one is meant, because it is one of them. What is offered to select one has been tried.
+    """A warning for each choice that fell to "as drawn" with more than one solution left. A note if the drawing is one
+    of the solutions and so selects it. The statements offered to select one have been tried.
     """
     stretch = trials.motion.stretches[index]
     for beginning in stretch.beginnings:
@@ -56,7 +56,7 @@ def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> I
     if len(groups) == 1:
         if loose:
             names = listed([f"`{name}`" for name in loose])
-            message = f"{len(part.candidates)} solutions {where} differ in {names} only, and look the same"
+            message = f"{len(part.candidates)} solutions {where} differ only in {names} and look the same"
             yield Diagnostic("constraint/same-picture", Severity.NOTE, message, span)
         return
     part = replace(part, candidates=tuple(group[0] for group in groups))
@@ -85,7 +85,7 @@ def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> I
 def _choice(
     trials: Trials, index: int, beginning: PathBeginning, part: Part, states: Sequence[State], loose: Sequence[str]
 ) -> tuple[list[str], list[str]]:
-    """Notes that say what differs between the solutions, and help that selects each of them and has been tried."""
+    """Notes on the differences between the solutions, and tried help that selects each of them."""
     from movimentum.analysis.diagnose.inequalities import (
         described,
         follow_candidates,
@@ -117,8 +117,8 @@ def _choice(
 
 
 def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Sequence[str]) -> bool:
-    """Whether the statements ``text`` in the step of stretch number ``index`` make it begin in the pose ``wanted`` (but
-    for ``loose`` variables), and nothing comes to grief by them. True where that cannot be tried.
+    """Whether the statements ``text`` in the step of stretch number ``index`` make it begin in the pose ``wanted``
+    (except for ``loose`` variables) and cause no trouble. True if that cannot be tried.
     """
     if not trials.able(index):
         return True
@@ -142,9 +142,7 @@ def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Seq
 
 
 def _states(stretch: Stretch, beginning: PathBeginning, part: Part) -> list[State]:
-    """The whole state (one instant) at the beginning with each candidate of the part in turn; none where there is no
-    path.
-    """
+    """The whole state (one instant) at the beginning with each candidate of the part in turn; none without a path."""
     piece = next(
         (p for p in stretch.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
         None,
@@ -165,7 +163,7 @@ def _states(stretch: Stretch, beginning: PathBeginning, part: Part) -> list[Stat
 def _drawn_closed(stretch: Stretch, choosing: Sequence[int], part: Part, states: Sequence[State]) -> bool:
     """Whether the solution taken, and no other, is how things are drawn: in place, or all moved and turned as one.
 
-    A thing alone always is, wherever it lies; then it must be in place.
+    For a single thing that is always true, so it must be in place.
     """
     plan = stretch.plan
     system = plan.system
@@ -189,7 +187,7 @@ def _in_place(pose: Snapshot, drawn: Snapshot, things: Sequence[int], size: floa
 
 
 def _moved_as_one(pose: Snapshot, things: Sequence[int], size: float) -> bool:
-    """Whether all things have one and the same displacement and turn (poses are relative to as drawn)."""
+    """Whether all things have the same displacement and turn (poses are relative to as drawn)."""
     return all(_same(pose.things[t], pose.things[things[0]], size) for t in things)
 
 

@@ -1,4 +1,4 @@
-"""Claims: whether what should come out does, in every frame and on the solver's own grid between them."""
+"""Claims: whether the expected results hold, in every frame and on the solver's own grid between frames."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ from movimentum.timeline.model import HeldClaim
 FloatArray = NDArray[np.float64]
 
 TOLERANCE = 1e-9
-"""Of the scene's size (its largest extent, in pixels), where a claim does not say ``.within``."""
+"""Of the scene's size (its largest extent, in pixels), for a claim without ``.within``."""
 NEARLY = 1e-3
-"""Of the scene's size: what misses by more is not meant to be accepted by a tolerance."""
+"""Of the scene's size: for a larger error, no tolerance is suggested."""
 CHUNK = 8192
 HALVINGS = 60
 
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """A claim that does not hold: from ``time`` on it is more than ``tolerance`` off; it is worst at ``worst_time``.
+    """A claim that does not hold: from ``time`` on its error is larger than ``tolerance``; it is worst at
+    ``worst_time``.
 
-    ``left`` and ``right`` are the two sides' components where it first fails (at the first instant looked at that
-    fails), ``amount`` and ``worst`` how far they are from what is claimed, there and at the worst.
+    ``left`` and ``right`` are the two sides' components where it first fails (at the first checked instant that fails).
+    ``amount`` and ``worst`` are the errors there and at the worst.
     """
 
     claim: Claim
@@ -49,7 +50,7 @@ class Broken:
 
 
 def broken_claims(motion: PathMotion) -> Iterator[Broken]:
-    """The claims of the timeline that do not hold, in the order written. What has no solution is not judged."""
+    """The claims of the timeline that do not hold, in the order written. Times without a solution are not judged."""
     timeline = motion.timeline
     judges = [_Judge(motion, held) for held in timeline.claims]
     if not judges:
@@ -97,7 +98,7 @@ def _off(claim: Claim, values: Sequence[FloatArray]) -> FloatArray:
 
 
 class _Judge:
-    """Looks at poses, and remembers where its claim fails."""
+    """Checks poses, and remembers where its claim fails."""
 
     def __init__(self, motion: PathMotion, held: HeldClaim) -> None:
         claim = held.claim
@@ -184,13 +185,13 @@ def _told(broken: Broken, size: float) -> Diagnostic:
     found, wanted = (_vector(side, digits) for side in (broken.left, broken.right))
     asked = wanted if right == wanted else f"`{right}`, which is {wanted}"
     finite = np.isfinite(broken.worst)
-    helps = ["what is claimed or what is constrained is wrong: the claim itself moves nothing"]
+    helps = ["either the claim or a constraint is wrong: the claim itself moves nothing"]
     if finite and broken.worst <= max(NEARLY * size, 10.0 * broken.tolerance):
         enough = _rounded_up(broken.worst)
-        helps.append(f"`.within({enough})` behind it accepts what comes out")
-    off = f"it is {number(broken.amount)} off there" if finite else "it has no value there"
+        helps.append(f"`.within({enough})` after it accepts this result")
+    off = f"it is off by {number(broken.amount)} there" if finite else "it has no value there"
     if finite and broken.worst > 1.001 * broken.amount:
-        off += f", {number(broken.worst)} at t = {time_text(broken.worst_time)} at the most"
+        off += f", and by at most {number(broken.worst)}, at t = {time_text(broken.worst_time)}"
     what = f"`{left}` is {found}, not {word}{asked}"
     for text, values in ((right, broken.right), (left, broken.left)):
         if not np.isfinite(values).all():
@@ -201,16 +202,16 @@ def _told(broken: Broken, size: float) -> Diagnostic:
         message=f"{what}: the claim fails from t = {time_text(broken.time)} (frame {broken.frame})",
         span=claim.span,
         notes=(
-            f"{off}; it may be {number(broken.tolerance)} off"
+            f"{off}; the tolerance is {number(broken.tolerance)}"
             + (" (1e-9 of the scene's size)" if claim.tolerance is None else ""),
-            f"looked at in {counted(broken.instants, 'instant')}: every frame, and the solver's own grid",
+            f"checked at {counted(broken.instants, 'instant')}: every frame and the solver's own grid",
         ),
         helps=tuple(helps),
     )
 
 
 def _digits(broken: Broken) -> int:
-    """So many digits that the two sides look different."""
+    """Enough digits to make the two sides look different."""
     size = max(map(abs, (*broken.left, *broken.right)), default=0.0)
     if not (np.isfinite(size) and broken.amount > 0.0 and np.isfinite(broken.amount)):
         return 6

@@ -23,9 +23,11 @@ FloatArray = NDArray[np.float64]
 WORTH_TELLING = 1e6
 """From this condition on, half of float64's digits are lost at worst."""
 LARGEST = 1e-8
-"""Where two solutions meet, rounding parts them by its own root: no condition is told as worse than the inverse."""
+"""Where two solutions meet, rounding separates them by its own square root: no condition is reported as worse than the
+inverse of that.
+"""
 NEAR = 0.02
-"""Relative discriminant below which a minimum between nodes is looked at frame by frame."""
+"""Relative discriminant below which a minimum between nodes is examined frame by frame."""
 MOST_FRAMES = 20_000
 
 
@@ -40,7 +42,7 @@ class Singular:
 
 
 def nearly_singular(motion: PathMotion, stretch: Stretch, low: int, high: int) -> Iterator[Singular]:
-    """The blocks of a stretch that come near to a singular position in one of the frames ``low`` … ``high - 1``."""
+    """The blocks of a stretch that come near a singular position in one of the frames ``low`` … ``high - 1``."""
     for piece in stretch.pieces:
         if isinstance(piece, Dead) or len(piece.nodes) < 3:
             continue

@@ -20,15 +20,15 @@ from movimentum.solver.start.fitting import MET, Fitting
 FloatArray = NDArray[np.float64]
 
 MOST = 60
-"""Poses in all from which the least that the members can be off by is looked for: those found already, and random
-ones."""
+"""The number of poses from which the least errors of the members are searched: those found already, and random ones."""
 EFFORT = 2e9
-"""Work for all amounts, see `Effort`; what it does not suffice for is not told."""
+"""Work for all amounts, see `Effort`; amounts beyond it are not reported."""
 SENSIBLE = 1e6
-"""Of the scene's size: an amount that says more than that the search went astray."""
+"""Of the scene's size: a larger amount means that the search went astray."""
 LIGHT = (0.1, 1e-2, 1e-3, 1e-4)
-"""Weights of a constraint that is to be met only as well as the others allow, one after the other (or the valley is too
-narrow)."""
+"""Weights, one after the other, of a constraint that is satisfied only as far as the others allow (with the last weight
+alone, the valley would be too narrow).
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +85,8 @@ def told(found: Contradiction) -> Conflict:
 
 
 def _nearest(demands: Demands, one: Member, starts: Sequence[FloatArray]) -> FloatArray:
-    """The pose (n,) that meets all but the member ``one``, where that is off by the least; the first of ``starts``
-    meets them.
+    """The pose (n,) that satisfies all but the member ``one`` and has the least error in it; the first of ``starts``
+    satisfies them.
     """
     rows = range(len(demands.rows))
     mine = set(demands.rows_of([one]))
@@ -102,7 +102,7 @@ def _nearest(demands: Demands, one: Member, starts: Sequence[FloatArray]) -> Flo
 
 
 def _apart(demands: Demands, constraint: int, u: FloatArray) -> float:
-    """What a constraint's sides differ by, in script units, at unknowns ``u`` (n,)."""
+    """The difference of a constraint's sides, in script units, at unknowns ``u`` (n,)."""
     plan = demands.plan
     rows = [row for row in demands.rows if row.member == ("constraint", constraint) and not row.side]
     equations = [plan.system.equations[n] for row in rows for n in row.equations]

@@ -1,4 +1,4 @@
-"""Which candidates are one solution, as far as one can see."""
+"""Which candidates are one solution, as far as the picture shows."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from movimentum.solver.start.candidates import Candidate, Part
 FloatArray = NDArray[np.float64]
 
 ONE = 1e-5
-"""Of the scene's size (or a direction of length 1): solutions this near to each other are one, counted several times.
+"""Of the scene's size (or a direction of length 1): solutions this near to each other are one solution found several
+times.
 
 Newton's method finds a double root to about 1e-8 and a triple one to about 1e-5.
 """
 PARTED = 1e-6
-"""The same for two solutions that begin together: this far apart shortly afterwards, they part there."""
+"""The same for two solutions that begin together: if they are this far apart shortly afterwards, they part."""
 
 
 def shown_unknowns(plan: Plan, part: Part) -> list[int]:
     """The unknowns of a part that its picture depends on: those of things, or, where it is about none, its variables.
 
-    Empty for variables that only describe what is drawn: whatever their values, the picture is the same.
+    Empty for variables that only describe the drawing: the picture is the same whatever their values.
     """
     payloads = (
         {n: plan.system.unknowns[n].payload for n in sorted(part.candidates[0].values)} if part.candidates else {}

@@ -1,4 +1,4 @@
-"""Why there is no solution, told once: contradictions, binds, inequalities that leave nothing."""
+"""Why there is no solution, reported once: contradictions, binds, inequalities that leave no solution."""
 
 from __future__ import annotations
 
@@ -22,11 +22,13 @@ if TYPE_CHECKING:
     from movimentum.solver.start.contradictions import Contradiction
 
 AT_ONCE = 2e-3
-"""Of a step: constraints that agree for less than that contradict each other, and only meet where it begins."""
+"""Of a step: constraints that agree for a shorter time contradict each other, and only happen to agree where the step
+begins.
+"""
 SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
 STEADY = 1e-4
-"""By what part of itself the amount of such a contradiction may vary."""
+"""By which fraction the amount of such a contradiction may vary."""
 
 
 def failure_diagnostic(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
@@ -73,7 +75,7 @@ def _no_longer(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[
     some = "these constraints" if conflict is None else counted(len(conflict.constraints), "constraint")
     return replace(
         told,
-        message=f"{some} agree at first, and contradict each other from t = {_at(stretch, trouble.begin)} on",
+        message=f"{some} agree at first, but contradict each other from t = {_at(stretch, trouble.begin)} on",
         notes=(f"the amounts are those at t = {_at(stretch, tau)}", *told.notes),
     ), 1 if at_once and conflict is not None else 3
 
@@ -88,7 +90,7 @@ def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tup
     selectors = [r for r in selection.rejections if r.selector is not None]
     contradiction = selection.contradiction
     always = contradiction is not None and _holds_all_along(stretch, contradiction)
-    # what a first step says of all its time is a contradiction; what is driven there, or stated there later, is a reach
+    # stated by a first step for all its time, it is a contradiction; driven there or stated later, it is a reach
     first = stretch.segment.step == 0 and trouble.until >= float(stretch.segment.end - stretch.segment.start)
     past = driven_past(stretch, selection) and not (first and always)
     if past and (bound := bind(motion, stretch, trouble)) is not None:
@@ -110,7 +112,7 @@ def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tup
 def _holds_all_along(stretch: Stretch, contradiction: Contradiction) -> bool:
     """Whether a contradiction at a segment's beginning is the same at some other moments of it.
 
-    One that grows or shrinks is that of a drive, which is beyond its reach all the time.
+    One that grows or shrinks belongs to a drive that is beyond its reach all the time.
     """
     from movimentum.solver.start.contradictions import apart, later
 
@@ -174,8 +176,8 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
 def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:
     """Every solution violates some inequality.
 
-    Where a later step states something else that an inequality from before does not allow, or a length that no length
-    can have, that is a reach; what a step's own inequality leaves nothing of is a contradiction.
+    It is a reach if a later step states something that an earlier inequality does not allow, or a length that is
+    impossible. It is a contradiction if a step's own inequality leaves no solution.
     """
     plan = stretch.plan
     selection = trouble.selection
@@ -195,11 +197,11 @@ def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: f
     when = _at(stretch, tau)
     if selection is None:
         message = f"the motion leaves this inequality again and again from t = {when} on"
-        notes.append("every solution that satisfies it is drawn across it at once; the search for another was given up")
+        notes.append("every solution that satisfies it crosses it at once; the search for another was given up")
     elif selector.constraint is not None:
         message = f"no solution satisfies this inequality at t = {when}"
     else:
-        message = f"at t = {when} this has no solution (a length cannot be negative, an angle has one side)"
+        message = f"at t = {when} this has no solution (a length cannot be negative, an angle points one way)"
     step = stretch.segment.step
     reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
@@ -215,13 +217,13 @@ def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: f
 def _ways_out(constraint: Constraint) -> tuple[str, ...]:
     other = {"<": ">", ">": "<"}.get(str(constraint.relation), "=")
     return (
-        f"`{constraint.key} {other} …` takes the other side",
+        f"`{constraint.key} {other} …` selects the other side",
         f"`{constraint.key} {constraint.relation} _;` in an earlier step ends it",
     )
 
 
 def _is_formula(block: Block) -> bool:
-    """Whether a block only computes: it has no solution where its formula has no finite value."""
+    """Whether a block only computes: it has no solution if its formula has no finite value."""
     return isinstance(block, Assign | Linear | Winding | Integral)
 
 
@@ -239,9 +241,7 @@ def _undefined(stretch: Stretch, block: Block, tau: float) -> Diagnostic:
         message=f"{name} has no finite value from t = {_at(stretch, tau)} on",
         span=spans[-1] if spans else None,
         notes=(f"a division by zero, {note}",),
-        helps=(
-            "`.max(…, 0)` keeps a root's argument from going below zero; `--on-failure skip` leaves such frames out",
-        ),
+        helps=("`.max(…, 0)` keeps the argument of a root at 0 or above; `--on-failure skip` leaves such frames out",),
     )
 
 
@@ -260,8 +260,8 @@ def _not_found(stretch: Stretch, selection: Selection) -> Diagnostic:
         message=f"no solution was found at t = {_at(stretch, 0.0)}",
         span=span,
         notes=(
-            "nothing proves that there is none: the search may not have found what exists",
-            f"{counted(selection.tried, 'block')} of equations were tried, and no constraints are shown to contradict",
+            "nothing proves that there is none: the search may have missed it",
+            f"{counted(selection.tried, 'block')} of equations were tried, and no contradiction was shown",
         ),
         helps=("give the things coordinates near the solution, so that the search begins there",),
     )

@@ -1,4 +1,4 @@
-"""Things that no statement mentions: a backdrop is none of our business, a part that was forgotten is."""
+"""Things that no statement mentions: nothing is said about a backdrop, but a part that was forgotten is reported."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from movimentum.text import listed
 FloatArray = NDArray[np.float64]
 
 MOST_NOTES = 8
-"""So many things may each have a note of their own; more are told together."""
+"""Up to this many things have a note each; more are reported together."""
 TOUCHING = 1e-6
 """Of the scene's size: anchors at one place."""
 SOON = Fraction(1, 16)
-"""Of the animation: a joint that leaves a thing behind has moved by then."""
+"""Of the animation: by this time, a joint that leaves a thing behind has moved."""
 LEAVING = 1e-3
-"""Of the scene's size: that far."""
+"""Of the scene's size: how far it has moved."""
 
 
 def forgotten(motion: PathMotion) -> Iterator[Diagnostic]:
-    """A note for each thing that no statement mentions and that looks like a part all the same.
+    """A note for each thing that no statement mentions and that nevertheless looks like a part.
 
-    It does where it is named like a thing that statements do mention (`Rod2` beside `Rod1`), or where one of its
-    anchors is drawn where another thing's begins and moves away at once.
+    It looks like one if its name is like that of a mentioned thing (`Rod2` beside `Rod1`), or if one of its anchors is
+    drawn where an anchor of another thing begins and then moves away at once.
     """
     scene = motion.timeline.scene
     still = [thing for thing in scene.things if thing.is_body and thing.number not in scene.mentioned]
@@ -67,12 +67,12 @@ def _namesake(scene: Scene, thing: Thing) -> str | None:
         if other.number not in scene.mentioned:
             continue
         if stem(other.name) == stem(thing.name):
-            return f"`{other.name}`, which is named like it, is mentioned: was it forgotten?"
+            return f"the similarly named `{other.name}` is mentioned: was `{thing.name}` forgotten?"
     return None
 
 
 def _left_behind(motion: PathMotion, still: list[Thing]) -> dict[int, str]:
-    """By thing number: why it looks as if it should have gone along with another thing's anchor."""
+    """By thing number: why it looks as if it should have moved with another thing's anchor."""
     timeline = motion.timeline
     scene = timeline.scene
     names: list[str] = []

@@ -1,8 +1,8 @@
 """Inequalities that select one solution among several, ready to paste.
 
-An inequality is of use only if the motion that it selects never comes to violate it, so each candidate is followed
-through its segment first, and an inequality is offered only if it holds all along, and fails for every other candidate
-at the beginning.
+An inequality is useful only if the motion that it selects never violates it. So each candidate is first followed
+through its segment. An inequality is offered only if it holds all the time, and fails for every other candidate at the
+beginning.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 MOST_CANDIDATES = 6
 LARGE = 1000
 SEEN = 1e-6
-"""Of the scene's size (or of a direction): what differs by less is not told."""
+"""Of the scene's size (or of a direction): smaller differences are not reported."""
 MOST_WORDS = 4
 CLEAR = 0.01
 """How far from equality, in units of the scene's size (or radians), an inequality must stay to be offered."""
@@ -225,10 +225,10 @@ def _best(plan: Plan, options: list[_Option], index: int, count: int) -> str | N
 
 
 def selecting_wish(plan: Plan, part: Part, index: int, without: Sequence[str] = ()) -> str | None:
-    """A wish that selects candidate ``index`` where no inequality stays true (a crank turns through all angles).
+    """A wish that selects candidate ``index`` if no inequality stays true (a crank turns through all angles).
 
-    It is about the angle or the variable in which the candidate differs most from the nearest other one; None where
-    there is none.
+    It is about the angle or the variable in which the candidate differs most from the nearest other one; None if there
+    is none.
     """
     best: tuple[float, str] | None = None
     mine = part.candidates[index].values
@@ -248,10 +248,11 @@ def selecting_wish(plan: Plan, part: Part, index: int, without: Sequence[str] = 
 def described(
     plan: Plan, candidates: Sequence[Candidate], followed: Sequence[Followed], without: Sequence[str] = ()
 ) -> list[str]:
-    """Candidates in a few words each: what differs between them, what differs most first, ``without`` some variables.
+    """Candidates in a few words each: what differs between them, the largest difference first, ``without`` some
+    variables.
 
-    ``followed`` has each candidate's anchors where it begins. A thing is told by its turn, or by the place of an anchor
-    where all candidates turn it alike.
+    ``followed`` has each candidate's anchors where it begins. A thing is described by its turn, or by the place of an
+    anchor if all candidates turn it alike.
     """
     items = sorted(_differences(plan, candidates, followed, without), key=lambda item: -item[0])
     told = [words for apart, words in items if apart > SEEN]
@@ -265,8 +266,8 @@ def described(
 def _differences(
     plan: Plan, candidates: Sequence[Candidate], followed: Sequence[Followed], without: Sequence[str]
 ) -> Iterator[tuple[float, list[str]]]:
-    """For each thing and each variable: how far apart the candidates are (of the scene's size, rounded so that what
-    differs alike keeps its order), and what it is in each of them.
+    """For each thing and each variable: how far apart the candidates are (of the scene's size, rounded so that equal
+    differences keep their order), and its value in each of them.
     """
     scene = plan.system.scene
     unknowns = plan.system.unknowns

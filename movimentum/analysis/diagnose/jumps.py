@@ -1,4 +1,4 @@
-"""Jumps: what stands elsewhere all at once, where a step begins or an inequality makes the motion go over to another
+"""Jumps: things that are suddenly elsewhere, because a step begins or an inequality makes the motion go over to another
 solution.
 """
 
@@ -18,9 +18,9 @@ from movimentum.source import Span
 from movimentum.text import number, time_text
 
 FRAMES = 1.5
-"""So many frames' way, as things moved before, are no jump."""
+"""The distance that things move in this many frames is not a jump."""
 LEAST = 1e-6
-"""Of the scene's size, or in radians: what is no jump in any case."""
+"""Of the scene's size, or in radians: less is never a jump."""
 
 
 def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
@@ -31,7 +31,7 @@ def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     scene = motion.timeline.scene
     for beginning in stretch.beginnings:
         if beginning.reason is PathReason.REACH:
-            continue  # where a solution comes back is told with the time at which there was none
+            continue  # the return of a solution is reported with the time without one
         if beginning.reason is PathReason.STEP and (index == 0 or stretch.segment.step == 0):
             continue
         after = _after(stretch, beginning)
@@ -46,7 +46,7 @@ def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
         jumped: int | None = None
         if thing is not None and far > (least if over else max(FRAMES * travel, least)):
             jumped = thing
-            yield _told(stretch, beginning, thing, number(far), f"it moves {number(travel)} a frame there")
+            yield _told(stretch, beginning, thing, number(far), f"it moves {number(travel)} per frame there")
         turned, thing = _most_turned(scene, carry.now, after, seen)
         if thing is None or thing == jumped:
             continue
@@ -55,11 +55,11 @@ def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
         if turned > (LEAST if over else max(FRAMES * turning, LEAST)):
             degrees = f"{number(float(np.degrees(turned)))} degrees"
             slow = number(float(np.degrees(turning)))
-            yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees a frame there")
+            yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees per frame there")
 
 
 def _after(stretch: Stretch, beginning: PathBeginning) -> Snapshot | None:
-    """The pose in which a path begins; None where none does."""
+    """The pose in which a path begins; None if none does."""
     if beginning.selection.choices is None:
         return None
     piece = next(
@@ -84,7 +84,7 @@ def _told(stretch: Stretch, beginning: PathBeginning, thing: int, amount: str, n
         selector = stretch.plan.system.selectors[beginning.selector or 0]
         constraint = selector.constraint if selector.constraint is not None else selector.equation_of
         span = next((c.span for c in stretch.segment.active if c.number == constraint), None)
-        how = "the motion comes to violate this and goes over to another solution"
+        how = "the motion would violate this, so it goes over to another solution"
         notes = ()
     else:
         span, how, notes = scene.steps[stretch.segment.step].span, "this step begins", (note,)
@@ -143,5 +143,5 @@ def _travel_per_frame(motion: PathMotion, beginning: PathBeginning) -> float:
 
 
 def _frames(motion: PathMotion, carry: Carry) -> float:
-    """How many times as long as the time between what is carried a frame takes."""
+    """The length of a frame in units of the time between the carried moments."""
     return 1.0 / carry.span / float(motion.timeline.fps) if carry.span > 0.0 else 0.0

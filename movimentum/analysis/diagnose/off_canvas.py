@@ -20,9 +20,9 @@ FloatArray = NDArray[np.float64]
 OUTSIDE, CUT_OFF = "canvas/outside", "canvas/cut-off"
 CHUNK = 2048
 MOST = 200_000
-"""Poses of things that are looked at: of a longer animation, frames that are evenly spread."""
+"""Poses of things that are examined; for a longer animation, evenly spread frames."""
 SLACK = 1.0
-"""World pixels that may stick out: round ends and what was drawn to the edge."""
+"""World pixels that may stick out: round ends, and things drawn up to the edge."""
 LETTERS = (0.3, 0.8)
 """Of a font's size: the width of narrow and of wide letters."""
 Points = list[tuple[float, float]]
@@ -31,8 +31,8 @@ Points = list[tuple[float, float]]
 def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for things of which nothing is left to see at some time, and one for moving things that are cut off.
 
-    A thing may well be meant to leave: that is no warning. Only where the script gives the canvas a size. Lines go
-    where other things go, hidden and faded-out things are not seen anyway, and a backdrop may be larger than the
+    A thing may be meant to leave, so this is not a warning. It is checked only if the script gives the canvas a size.
+    Lines follow other things, hidden and faded-out things are not seen anyway, and a backdrop may be larger than the
     picture.
     """
     scene = motion.timeline.scene
@@ -55,7 +55,7 @@ def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
             high = np.maximum(high, box[shown, 2:].max(axis=0))
             size = np.array(scene.config.size, dtype=np.float64)
             over = np.maximum(-seen[:, :2], seen[:, 2:] - size) >= SLACK
-            over &= seen[:, 2:] - seen[:, :2] <= size  # what is larger than the picture is not meant to be in it
+            over &= seen[:, 2:] - seen[:, :2] <= size  # a thing larger than the picture is not meant to fit
             away = np.maximum(box[:, :2] - size, -box[:, 2:]) >= _half_width(thing)
             for found, bad in ((cut, over.any(axis=1) & shown), (gone, away.any(axis=1) & shown)):
                 if bad.any() and thing.number not in found:
@@ -87,9 +87,10 @@ def _box(thing: Thing, poses: Poses, outline: Points) -> FloatArray:
 
 
 def _outlines(thing: Thing) -> tuple[Points, Points]:
-    """Local points that are sure to be drawn, and points around all that may be (lines without their width).
+    """Local points that are certainly drawn, and points around everything that may be drawn (lines without their
+    width).
 
-    A picture is taken to fill the ellipse in its frame at least: wheels have clear corners.
+    A picture is assumed to fill at least the ellipse in its frame: wheels have clear corners.
     """
     anchors = [anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]
     match thing.shape:
@@ -134,7 +135,7 @@ def _told(
     left, bottom = (float(np.floor(value - margin)) for value in low)
     right, top = (float(np.ceil(value + margin)) for value in high)
     notes = [
-        f"what is drawn reaches from [{number(left, 6)}, {number(bottom, 6)}] to [{number(right, 6)}, {number(top, 6)}]"
+        f"the drawing reaches from [{number(left, 6)}, {number(bottom, 6)}] to [{number(right, 6)}, {number(top, 6)}]"
     ]
     if others:
         notes.insert(0, f"so is {listed(others, 4)}")
@@ -155,7 +156,7 @@ def _remedy(scene: Scene, low: tuple[float, float], high: tuple[float, float]) -
         width, height = (max(side, round(value)) for side, value in zip(scene.config.size, high, strict=True))
         return f"`.config({fps}, {width}, {height})` holds everything"
     return (
-        f"`.config({fps})` without a size fits the canvas to everything; one of"
+        f"`.config({fps})` without a size fits the canvas to everything; a size of"
         f" {round(high[0] - min(low[0], 0.0))} x {round(high[1] - min(low[1], 0.0))} does, if everything is moved by"
         f" [{number(max(0.0, -low[0]), 6)}, {number(max(0.0, -low[1]), 6)}]"
     )

@@ -1,4 +1,4 @@
-"""What blocks are about: the things that they place, and the constraint to point at."""
+"""The things that blocks place, and the constraint to point at."""
 
 from __future__ import annotations
 

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from movimentum.analysis.diagnose.conflict import Conflict
 
 DECIMALS = 11
-"""A time is told to so many decimals of the step's length, at most."""
+"""A time is shown with at most this many decimals of the step's length."""
 
 
 def driven_past(stretch: Stretch, selection: Selection) -> bool:
-    """Whether there is no solution to begin with because a reach is exceeded: something has as many equations as
-    unknowns and no real solution, and it is driven there, by what changes with time or by what a later step states.
+    """Whether there is no solution at the beginning because a reach is exceeded: something has as many equations as
+    unknowns and no real solution, and it is driven there by time or by a later step's statement.
 
-    Equations that say something twice and disagree, and a first step's constants, are contradictions.
+    Redundant equations that disagree, and a first step's constants, are contradictions.
     """
     if any(rejection.check is not None for rejection in selection.rejections):
         return False
@@ -37,9 +37,9 @@ def driven_past(stretch: Stretch, selection: Selection) -> bool:
 
 
 def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> Diagnostic | None:
-    """A path ended, or could not begin: which constraints bind, with what they are off by at the next frame.
+    """A path ended, or could not begin: which constraints bind, and their errors at the next frame.
 
-    None where it could not begin, and nothing shows that there is no solution: a search found none, that is all.
+    None if it could not begin and nothing shows that there is no solution: the search only found none.
     """
     plan = stretch.plan
     block = _block(stretch, trouble)
@@ -68,7 +68,7 @@ def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> Diagnostic |
         code="solve/unreachable",
         severity=Severity.ERROR,
         message=f"{names or 'the scene'} bind{'s' if ',' not in names else ''} at"
-        f" t = {_at(stretch, trouble.begin, length)}: there is no solution from then on{until}{where}",
+        f" t = {_at(stretch, trouble.begin, length)}: there is no solution from then {until}{where}",
         span=chosen[-1].span if chosen else None,
         label=label,
         labels=tuple(labels),
@@ -83,13 +83,13 @@ def constraint_of(stretch: Stretch, number_: int | None) -> Constraint | None:
 
 
 def off_text(conflict: Conflict, constraint: int) -> str:
-    """What a constraint of a contradicting set is off by."""
+    """The error of a constraint in a contradicting set."""
     off = conflict.off.get(constraint)
     return "" if off is None else f"off by {number(off)} where the others hold"
 
 
 def _block(stretch: Stretch, trouble: Trouble) -> Block:
-    """The block that has no solution: the one that comes nearest to having one, where there are several."""
+    """The block that has no solution: if there are several, the one that comes nearest to having one."""
     if trouble.block is not None:
         return stretch.plan.blocks[trouble.block]
     assert trouble.selection is not None
@@ -99,7 +99,7 @@ def _block(stretch: Stretch, trouble: Trouble) -> Block:
 
 
 def _at(stretch: Stretch, tau: float, length: float) -> str:
-    """A time, to a small part of the step's length."""
+    """A time, to a small fraction of the step's length."""
     places = DECIMALS - int(np.floor(np.log10(length))) - 1 if length > 0.0 else DECIMALS
     return number(round(float(stretch.segment.start) + tau, places), 15)
 
@@ -111,9 +111,9 @@ def _until(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> str:
     if end >= length:
         following = motion.stretches[motion.stretches.index(stretch) + 1 :]
         if not following or any(t.kind is TroubleKind.START and t.begin == 0.0 for t in following[0].troubles):
-            return ""
+            return "on"
         end = length
-    return f" until t = {_at(stretch, end, length)}"
+    return f"until t = {_at(stretch, end, length)}"
 
 
 def _conflict(
@@ -141,12 +141,12 @@ def _conflict(
 
 
 def _amount(scene: Scene, conflict: Conflict) -> str:
-    """The thing that is too short or too long, and by how much; else what a constraint is off by; "" if neither is
+    """The thing that is too short or too long, and by how much; otherwise the error of a constraint; "" if neither is
     known.
     """
     short = [(t, f) for t, f in conflict.stretch.items() if abs(f - 1.0) > 1e-12]
     if not short:
-        return f"they are {number(max(conflict.off.values()))} out of reach" if conflict.off else ""
+        return f"they are out of reach by {number(max(conflict.off.values()))}" if conflict.off else ""
     t, factor = max(short, key=lambda item: abs(item[1] - 1.0))
     thing = scene.things[t]
     points = [anchor.local for anchor in thing.anchors]
@@ -161,5 +161,5 @@ def _last_good(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> str:
     begin = float(stretch.segment.start) + trouble.begin
     last = int(np.ceil((begin - float(timeline.start)) * float(timeline.fps) - 1e-9)) - 1
     if last < 0:
-        return "there is no good frame before"
+        return "there is no good frame before that"
     return f"the last good frame is {last}, at t = {time_text(float(timeline.frame_time(last)))}"

@@ -1,4 +1,4 @@
-"""Help that is tried before it is shown: what a script comes to with another statement in it."""
+"""Help that is tried before it is shown: the result of a script with one more statement."""
 
 from __future__ import annotations
 
@@ -18,19 +18,21 @@ from movimentum.solver.solver import solve
 from movimentum.timeline.arrange import arrange
 
 LARGEST = 8000
-"""Values that a motion keeps on its grid: with more, solving it once more takes long, and help is tried at the first
-moment only (and shown untried where it is for a later step).
+"""Values that a motion keeps on its grid: with more, solving it again takes long, so help is tried only at the first
+moment (and shown untried if it is for a later step).
 """
 COUPLED = 24
-"""Unknowns solved together: with more, finding where the motion begins takes seconds, and help is shown untried."""
+"""Unknowns solved together: with more, finding the first pose takes seconds, and help is shown untried."""
 MOST, MOST_UNKNOWNS = 12, 6000
-"""Trials in all for one motion, and unknowns solved for in all of them; what would need more is shown untried."""
+"""The limit of trials for one motion, and of unknowns solved for in all of them; help beyond it is shown untried."""
 EFFORT = 12_000
-"""Linearizations for all trials of one motion, some seconds; what would need more is shown untried."""
+"""The limit of linearizations for all trials of one motion, a few seconds; help beyond it is shown untried."""
 
 
 class Trials:
-    """Tries statements out on one motion; counts how often, so that a script full of faults is told soon too."""
+    """Tries statements out on one motion; counts how often, so that the messages for a script full of errors come soon
+    too.
+    """
 
     def __init__(self, motion: PathMotion) -> None:
         self.motion = motion
@@ -48,8 +50,8 @@ class Trials:
         return self._left > 0 and (self._whole or index == 0)
 
     def with_statement(self, step: int, text: str) -> PathMotion | None:
-        """The motion of the script with the statements ``text`` at the end of step number ``step``; None where it is
-        no script any more.
+        """The motion of the script with the statements ``text`` at the end of step number ``step``; None if that is not
+        a valid script.
         """
         key = (step, text)
         if key not in self._known:
@@ -67,7 +69,7 @@ class Trials:
         return self._known[key]
 
     def sound(self, index: int, text: str) -> Stretch | None:
-        """Stretch number ``index`` with the statements ``text`` in its step, where nothing comes to grief by them."""
+        """Stretch number ``index`` with the statements ``text`` in its step, if they cause no trouble."""
         before = self.motion.stretches
         tried = self.with_statement(before[index].segment.step, text)
         if tried is None:
@@ -88,7 +90,9 @@ class Trials:
 
 
 def _values(motion: PathMotion) -> int:
-    """How many values a motion keeps: those on its grid, and those at the steps of what is followed in steps."""
+    """How many values a motion keeps: those on its grid, and those at the steps of the paths that are followed in
+    steps.
+    """
     pieces = [(s.plan, p) for s in motion.stretches for p in s.pieces if isinstance(p, Piece)]
     on_grid = sum(len(piece.nodes) * len(plan.system.unknowns) for plan, piece in pieces)
     tracks = [track for _, piece in pieces for track in piece.tracks if isinstance(track, NodeTrack)]
@@ -96,8 +100,8 @@ def _values(motion: PathMotion) -> int:
 
 
 def first_that_works(trials: Trials, index: int, texts: Sequence[str], freedom: int) -> str | None:
-    """The first of ``texts`` that leaves less than ``freedom`` in stretch ``index`` and hurts nothing; None where none
-    does. Where nothing can be tried any more, the first.
+    """The first of ``texts`` that leaves less than ``freedom`` in stretch ``index`` and conflicts with nothing; None if
+    none does. If nothing can be tried any more, the first.
     """
     from movimentum.analysis.freedom.degrees import block_ranks
 

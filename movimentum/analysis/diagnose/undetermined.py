@@ -1,4 +1,4 @@
-"""Free motion and variables that nothing determines, told with a statement that would determine them."""
+"""Free motion and variables that nothing determines, reported with a statement that would determine them."""
 
 from __future__ import annotations
 
@@ -37,28 +37,28 @@ def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iter
 
 
 def meant_clocks(motion: FreeMotion) -> tuple[str, ...]:
-    """Help for variables that are named like the language's own clocks and constants, where nothing determines them."""
+    """Help for variables that are named like the language's own clocks and constants, if nothing determines them."""
     names = [(name, clock) for name in motion.variables if (clock := clock_meant(name)) is not None]
     return tuple(
-        f"`{name}` is a variable like any other, and nothing determines it: did you mean `.{clock}`?"
+        f"`{name}` is an ordinary variable, and nothing determines it: did you mean `.{clock}`?"
         for name, clock in names
     )
 
 
 def unstated_clocks(scene: Scene, found: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
-    """A warning for each variable that is named like a clock, that no statement is about, and that what is ``found`` to
-    be wrong does not ask about yet: likely its cause.
+    """A warning for each variable that is named like a clock and that no statement is about, unless a diagnostic in
+    ``found`` already asks about it. It is probably the cause of them.
     """
     asked = "\n".join(text for item in found for text in item.helps)
     stated = {item.key for item in scene.constraints() if item.relation is Relation.EQUAL}
     for name, variable in scene.variables.items():
         clock = clock_meant(name)
-        if clock is None or name in stated or f"`{name}` is a variable like" in asked:
+        if clock is None or name in stated or f"`{name}` is an ordinary variable" in asked:
             continue
         yield Diagnostic(
             code="name/clock",
             severity=Severity.WARNING,
-            message=f"`{name}` is a variable like any other, and no statement says what it is",
+            message=f"`{name}` is an ordinary variable, and no statement says what it is",
             span=variable.span,
             helps=(f"did you mean `.{clock}`?",),
         )

@@ -65,5 +65,5 @@ def valueless(motion: PathMotion) -> Iterator[Diagnostic]:
             span=variable.span,
             notes=("tables have no column for it",)
             if never
-            else ("tables hold the value that it had last, or else the first that it will have",),
+            else ("tables hold its last value, or before that its first one",),
         )

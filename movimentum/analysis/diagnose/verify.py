@@ -1,4 +1,4 @@
-"""The last word: every frame's solution against the constraints as the script states them, not as compiled."""
+"""The final check: every frame's solution against the constraints as the script states them, not as compiled."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Shortfall:
 
 
 def first_shortfall(motion: PathMotion) -> Shortfall | None:
-    """Evaluate every frame; None where all is well. Frames for which a path already has no solution are not counted."""
+    """Evaluate every frame; None if all are solved. Frames for which a path already has no solution are not counted."""
     count = motion.timeline.frame_count
     judges: dict[int, Judge] = {}
     for first in range(0, count, CHUNK):

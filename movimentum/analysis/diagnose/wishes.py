@@ -1,4 +1,4 @@
-"""What becomes of the wishes that draw free motion: reached, blocked, or stuck where no velocity leads nearer."""
+"""What becomes of the wishes that pull free motion: reached, blocked, or stuck where no velocity leads nearer."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ from movimentum.text import listed, number, time_text
 FloatArray = NDArray[np.float64]
 
 REACHED = 1e-3
-"""Of the scene's size: what a wish may be off by and be reached."""
+"""Of the scene's size: how far from its goal a wish may be and count as reached."""
 STILL = 1e-3
-"""Of the speed with which a wish is followed that nothing holds back: slower than that, it comes no nearer."""
+"""Of the speed with which an unhindered wish is followed: slower than that, it comes no nearer."""
 SAMPLES = 200
 ASIDE = 1e-3
 """Of the scene's size: how far a pose is pushed to see whether it is stuck or blocked."""
 
 
 MOST = 50
-"""Wishes that are looked at one by one."""
+"""Wishes that are examined one by one."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Life:
-    """Where a wish draws free motion: stretches with the numbers of its errors in `Plan.wishes`."""
+    """Where a wish pulls free motion: stretches with the numbers of its errors in `Plan.wishes`."""
 
     constraint: Constraint
     stretches: list[tuple[Stretch, list[int]]]
 
 
 def wish_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
-    """A note (a warning where it is stuck) for each wish that draws free motion, the first `MOST` of them."""
+    """A note (a warning where it is stuck) for each wish that pulls free motion, for the first `MOST` of them."""
     lives = _lives(motion)
     evaluated = _Evaluated()
     for life in lives[:MOST]:
@@ -54,7 +54,7 @@ def wish_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
         if found is not None:
             yield found
     if len(lives) > MOST:
-        message = f"of {len(lives):,} wishes, only what became of the first {MOST} is told"
+        message = f"only the first {MOST} of {len(lives):,} wishes are reported"
         yield Diagnostic("limit/messages", Severity.NOTE, message)
 
 
@@ -73,14 +73,14 @@ def _lives(motion: PathMotion) -> list[_Life]:
 
 
 class _Evaluated:
-    """Pieces evaluated at evenly spread moments: wishes that draw one part of a scene share what was found last."""
+    """Pieces evaluated at evenly spread moments: wishes that pull the same part of a scene share the last result."""
 
     def __init__(self) -> None:
         self._of: tuple[Piece, tuple[int, ...]] | None = None
         self._found: tuple[State, NDArray[np.bool_]] = [], np.zeros(0, dtype=np.bool_)
 
     def at(self, piece: Piece, instants: Instants, unknowns: Iterable[int]) -> tuple[State, NDArray[np.bool_]]:
-        """The state as far as ``unknowns`` ask for it, and where there is none; ``instants`` are the piece's own."""
+        """The state as far as ``unknowns`` need it, and where there is none; ``instants`` are the piece's own."""
         blocks = piece.finders(unknowns)
         if self._of is None or self._of[0] is not piece or self._of[1] != blocks:
             self._of, self._found = (piece, blocks), piece.evaluate(instants, blocks)
@@ -93,7 +93,7 @@ def _told(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic 
     for stretch, errors in life.stretches:
         for piece in stretch.pieces:
             if isinstance(piece, Dead):
-                return None  # where there is no solution, that is told
+                return None  # a time without a solution is reported itself
             tau = np.linspace(piece.begin, piece.end, SAMPLES if piece.end > piece.begin else 1)
             off, bad = _off(piece, errors, tau, evaluated)
             if bad.any():
@@ -109,11 +109,11 @@ def _told(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic 
         late = np.nonzero(off > tolerance)[0]
         begin = int(late[-1]) + 1 if len(late) else 0
         worst = float(np.max(off[begin:]))
-        when = f"at t = {time_text(round(float(time[begin]), 4))}" if begin else "from the beginning on"
+        when = f"at t = {time_text(round(float(time[begin]), 4))}" if begin else "from the beginning"
         return Diagnostic(
             "wish/reached",
             Severity.NOTE,
-            f"`{name}` has what is wished for it {when}, to within {number(worst, 2)}",
+            f"`{name}` {'reaches its goal' if begin else 'is at its goal'} {when}, to within {number(worst, 2)}",
             life.constraint.span,
         )
     return _missed(motion, life, last, name)
@@ -122,10 +122,10 @@ def _told(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic 
 def _off(
     piece: Piece, errors: list[int], tau: FloatArray, evaluated: _Evaluated
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """(F,) what a wish is off by, and where there is no telling."""
+    """(F,) the distance of a wish from its goal, and where it is unknown."""
     instants = piece.instants(tau)
     plan = piece.plan
-    wish = plan.system.wishes[plan.wish_of[errors[0]]]  # evaluating all else for each wish would be quadratic
+    wish = plan.system.wishes[plan.wish_of[errors[0]]]  # evaluating everything else for each wish would be quadratic
     with np.errstate(all="ignore"):
         state, bad = evaluated.at(piece, instants, symbol_numbers(*wish.errors))
         values = [np.broadcast_to(plan.wishes[i](state, instants.clocks)[0], len(tau)) for i in errors]
@@ -134,7 +134,7 @@ def _off(
 
 
 def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnostic:
-    """Why a wish is not met in the end: it is on its way, blocked, or stuck."""
+    """Why a wish has not reached its goal at the end: it is under way, blocked, or stuck."""
     stretch, errors = life.stretches[-1]
     plan = stretch.plan
     piece = stretch.pieces[-1]
@@ -151,7 +151,7 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
         return Diagnostic(
             "wish/under-way",
             Severity.NOTE,
-            f"`{name}` is {number(last)} from what is wished for it when that ends, and coming nearer",
+            f"`{name}` is {number(last)} from its goal when the wish ends, and coming nearer",
             life.constraint.span,
             helps=("a later end or a greater `.speed(…)` lets it arrive",),
         )
@@ -163,22 +163,22 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
         return Diagnostic(
             "wish/singular",
             Severity.WARNING,
-            f"`{name}` is stuck {number(last)} from what is wished for it: in this pose no velocity brings it nearer,"
-            " beside it one does",
+            f"`{name}` is stuck {number(last)} from its goal: in this pose no velocity brings it nearer,"
+            " but in a nearby pose one does",
             life.constraint.span,
             notes=("a dead centre, or a straight chain that is pushed along its line",),
-            helps=("a wish a little to one side, or another pose to begin with, gets it going",),
+            helps=("a wish a little to one side, or another pose to begin with, gets it moving",),
         )
     return Diagnostic(
         "wish/blocked",
         Severity.NOTE,
-        f"`{name}` is blocked {number(last)} from what is wished for it: what else is stated lets it come no nearer",
+        f"`{name}` is blocked {number(last)} from its goal: the other statements let it come no nearer",
         life.constraint.span,
     )
 
 
 def _opposed(motion: PathMotion, life: _Life, last: float, name: str, wishes: Sequence[Wish]) -> Diagnostic:
-    """Other wishes of the same part hold it off."""
+    """Other wishes of the same part hold it back."""
     scene = motion.timeline.scene
     others = {wish.constraint for wish in wishes} - {life.constraint.number}
     keys = [scene.source.slice(c.left_span) for c in scene.constraints() if c.number in others]
@@ -186,7 +186,7 @@ def _opposed(motion: PathMotion, life: _Life, last: float, name: str, wishes: Se
     return Diagnostic(
         "wish/blocked",
         Severity.NOTE,
-        f"`{name}` is held {number(last)} from what is wished for it by other wishes: for {listed(quoted)}",
+        f"other wishes hold `{name}` {number(last)} from its goal: those for {listed(quoted)}",
         life.constraint.span,
         helps=(f"`{keys[0]} ~ _;` ends {'that' if len(keys) == 1 else 'one'}",),
     )

@@ -1,5 +1,5 @@
 """Degrees of freedom: those of a scene's parts from the rank of their equations, which things are rigid together, and
-what is said more often than it need be.
+which statements are redundant.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
 FloatArray = NDArray[np.float64]
 
 STRESSED = 1e-6
-"""Of the largest: a row that takes part in a dependence among rows."""
+"""Of the largest: from here, a row takes part in a dependence among rows."""
 TOGETHER = 1e-6
-"""Of the fastest: velocities that are the same."""
+"""Of the fastest: velocities that differ by less are the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +49,13 @@ class BlockRank:
 
     def shared(self, block: Newton, system: System, members: set[int]) -> tuple[int, int, list[int]]:
         """The freedom, the number of redundant rows, and the dependent equations of those of the block's unknowns that
-        are ``members`` of a connected part: parts that a wish draws together are one block.
+        are ``members`` of a connected part: parts that a wish pulls together are one block.
         """
         dependent = [e for e in self.dependent if system.equations[e].unknowns & members]
         columns = [j for j, n in enumerate(block.core) if n in members]
         if not block.free or len(columns) == len(block.core):
             return self.freedom, self.rows - self.rank, dependent
-        # the null space is the direct sum of the parts' own: on a part's columns, singular values are 0 or 1
+        # the null space is the direct sum of the parts' own: on the columns of a part, singular values are 0 or 1
         freedom = int(np.sum(np.linalg.svd(self.free[columns], compute_uv=False) > 0.5)) if columns else 0
         rows = sum(1 for e in block.row_equations if system.equations[e].unknowns & members)
         return freedom, rows - (len(columns) - freedom), dependent
@@ -63,10 +63,10 @@ class BlockRank:
 
 @dataclass(frozen=True, slots=True)
 class ConnectedPart:
-    """Things that constraints connect, and what is known of them together.
+    """Things that constraints connect, and what is known about them as a whole.
 
-    ``rigid``: groups of things that do not move against each other; ``fixed``: those that do not move at all (both in
-    the free motions, and in the motion that there is). ``redundant`` equations follow from the others; any of the
+    ``rigid``: groups of things that do not move relative to each other; ``fixed``: those that do not move at all (both
+    in the free motions and in the motion of the script). ``redundant`` equations follow from the others; any of the
     ``superfluous`` (things by number, constraints by number) is one.
     """
 
@@ -80,7 +80,7 @@ class ConnectedPart:
 
 
 def generic_moment(stretch: Stretch) -> tuple[Piece, float] | None:
-    """A moment of the stretch in general position: somewhere in the middle, at no round fraction."""
+    """A moment of the stretch in general position: somewhere in the middle, not at a round fraction."""
     for piece in stretch.pieces:
         if not isinstance(piece, Dead):
             gap = min((t.begin for t in stretch.troubles if t.kind is TroubleKind.GAP), default=piece.end)
@@ -92,8 +92,8 @@ def generic_moment(stretch: Stretch) -> tuple[Piece, float] | None:
 def block_ranks(stretch: Stretch) -> list[BlockRank]:
     """Rank and freedom of each Newton block of a stretch; the closed-form kernels have full rank by construction.
 
-    Counting equations would be wrong for every braced structure: the rank is that of the Jacobian in numbers, rows
-    scaled to unit gradients, relative to its largest singular value.
+    Counting equations would be wrong for every braced structure. The rank is the numerical rank of the Jacobian, with
+    rows scaled to unit gradients, relative to its largest singular value.
     """
     moment = generic_moment(stretch)
     if moment is None:
@@ -110,7 +110,7 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
             rows, rank, free = rank_at(block, one, instants.clocks, x, scale)
             nearby: tuple[FreeMotion, ...] = ()
             if isinstance(block, Free) and rank < len(x):
-                # at a dead centre the rank drops, and nothing is free for that: look beside it too
+                # at a dead centre the rank drops, but nothing is free for that reason: examine a nearby pose too
                 y, there = beside(stretch.plan, block, one, instants.clocks, x, free)
                 more, higher, other = rank_at(block, there, instants.clocks, y, scale)
                 nearby = motions_of(stretch.plan, block, there, instants.clocks, y, other, scale)
@@ -127,7 +127,7 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
 
 
 def _dependent(rows: FloatArray, rank: int) -> tuple[int, ...]:
-    """The rows that take part in a dependence: those of which the left null space has anything."""
+    """The rows that take part in a dependence: those with a component in the left null space."""
     left = np.linalg.svd(np.nan_to_num(rows))[0][:, rank:]
     size = np.sqrt(np.sum(left**2, axis=1))
     return tuple(np.nonzero(size > STRESSED * np.max(size, initial=0.0))[0].tolist())
@@ -137,7 +137,7 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[ConnectedPart
     """The connected parts of a stretch's scene, in order of definition; ``ranks`` as `block_ranks` finds them."""
     plan = stretch.plan
     system = plan.system
-    # a colour or an opacity is no degree of freedom
+    # a colour or an opacity is not a degree of freedom
     payloads = [unknown.payload for unknown in system.unknowns]
     of_thing = [p.thing if isinstance(p, PosePart | ThingAngle) else None for p in payloads]
     first_of: dict[int, int] = {}
@@ -180,7 +180,7 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[ConnectedPart
 
 
 def _twists(stretch: Stretch, ranks: Sequence[BlockRank]) -> dict[int, FloatArray]:
-    """How every thing moves in each free motion and, at two moments, in the motion that there is: (motions * 3,)."""
+    """How every thing moves in each free motion and, at two moments, in the motion of the script: (motions * 3,)."""
     motions = [motion for rank in ranks for motion in (*rank.motions, *rank.nearby)]
     size = stretch.plan.size
     columns: list[dict[int, tuple[float, float, float]]] = [dict(motion.twists) for motion in motions]
@@ -232,7 +232,7 @@ def _together(twists: dict[int, FloatArray]) -> tuple[tuple[tuple[int, ...], ...
             fixed.append(t)
             continue
         alike: list[int] | None = None
-        for other, some in reversed(found):  # in order of the first number: what is alike is near by
+        for other, some in reversed(found):  # in order of the first number: similar rows are near each other
             if twist[0] - other[0] > tolerance:
                 break
             if float(np.max(np.abs(other - twist))) <= tolerance:

@@ -1,4 +1,4 @@
-"""A free block with time standing still: pulled by its wishes, and pushed aside to see whether it is stuck."""
+"""A free block while time stands still: pulled by its wishes, and pushed aside to see whether it is stuck."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ FloatArray = NDArray[np.float64]
 
 TRIES, STEPS, STEP, SHORTEST = 3, 60, 0.05, 1e-6
 FARTHEST = 0.05
-"""Of the scene's size: what a step may move anything."""
+"""Of the scene's size: how far a step may move anything."""
 
 
 def drawn_by(plan: Plan, block: Free, wish: Wish) -> Free:
-    """``block``, a free one, drawn by ``wish`` alone."""
+    """``block``, a free one, pulled by ``wish`` alone."""
     known = {n for other in plan.blocks if other.number != block.number for n in other.unknowns}
     drawn = with_wishes(replace(block, wishes=None), [wish], known, Clocks(plan.clocks))
     assert isinstance(drawn, Free)
@@ -36,8 +36,8 @@ def drawn_by(plan: Plan, block: Free, wish: Wish) -> Free:
 
 
 class HeldBlock:
-    """A free block of a piece at offset ``tau``. ``errors`` are what is watched: functions of one value each, which
-    read the unknowns ``reads``.
+    """A free block of a piece at offset ``tau``. ``errors`` are the watched functions, of one value each, which read
+    the unknowns ``reads``.
     """
 
     def __init__(
@@ -78,14 +78,14 @@ class HeldBlock:
         return float(np.sqrt(np.sum(np.square(values))))
 
     def approach(self, x: FloatArray) -> float:
-        """How fast that length falls, a time unit."""
+        """How fast that length falls, per time unit."""
         with np.errstate(all="ignore"):
             velocity = self.motion.velocity(self.tau, x)
             step = 1e-6 * self.piece.plan.size / max(float(np.max(np.abs(velocity), initial=0.0)), 1e-300)
             return (self.off(x) - self.off(x + step * velocity)) / step if np.isfinite(step) else 0.0
 
     def pulled(self, x: FloatArray, steps: int) -> Iterator[FloatArray]:
-        """The poses on the way of the block's wishes from core values ``x`` (n,), at most ``steps``."""
+        """The poses on the way towards the block's wishes from core values ``x`` (n,), at most ``steps``."""
         longest, off = STEP, self.off(x)
         with np.errstate(all="ignore"):
             for _ in range(steps):

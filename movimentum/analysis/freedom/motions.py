@@ -1,4 +1,4 @@
-"""Free motions: a canonical basis of them, told in the script's words."""
+"""Free motions: a canonical basis of them, described in the script's own names."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class FreeMotion:
-    """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that say it, and ``holds``:
-    statements each of which may take it away, the likeliest first (see `remedy`).
+    """One free motion: the ``things`` that move, unconstrained ``variables``, ``words`` that describe it, and
+    ``holds``: statements each of which may take it away, the likeliest first (see `remedy`).
 
-    ``velocities``: of every anchor of what moves, in world directions; the fastest moves by one a time unit.
+    ``velocities``: of every anchor of what moves, in world directions; the fastest moves by one per time unit.
     ``twists``: of everything that moves, (turn, and the velocity of its point at the world's origin), in the same
     units. ``drawn``: a wish says where it goes.
     """
@@ -45,7 +45,7 @@ class FreeMotion:
 
 
 def told_by(plan: Plan, block: Newton) -> set[int]:
-    """The unknowns that a block's free motions are told by: how it stands, and what is measured of it."""
+    """The unknowns that describe a block's free motions: its pose, and what is measured of it."""
     return plan.read_by(block) | {unknown_number(name.payload) for name in plan.measured}
 
 
@@ -74,8 +74,8 @@ def _basis(
 ) -> list[tuple[FloatArray, bool]]:
     """A canonical basis of a block's free velocities, each (n,), and whether wishes say where it goes.
 
-    What wishes say nothing about comes first; both halves are canonical (`_reduced`). Velocities beyond what a float
-    holds (in a scene of 1e300, or where a wish has no gradient) are left out.
+    The motions without a wish come first; both halves are canonical (`_reduced`). Velocities beyond the range of a
+    float (in a scene of 1e300, or where a wish has no gradient) are left out.
     """
     found = _spanned(plan, block, one, clocks, x, (free * scale[:, None]).T)
     return [(v, drawn) for v, drawn in found if np.isfinite(v).all()]
@@ -115,7 +115,7 @@ def free_directions(
 
 
 def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
-    """The free motions at one moment of a motion; none where there is no solution."""
+    """The free motions at one moment of a motion; none if there is no solution."""
     timeline = motion.timeline
     stretch = motion.stretches[timeline.segment_at(time)]
     tau = float(time - stretch.segment.start)
@@ -143,9 +143,9 @@ def in_order(motions: Iterable[FreeMotion]) -> list[FreeMotion]:
 def _reduced(plan: Plan, block: Newton, one: State, rows: FloatArray) -> FloatArray:
     """A canonical basis of the space of core velocities that ``rows`` (p, n) span.
 
-    What it moves (`_seen`) is in reduced row echelon form: that depends on the space only, not on the unknowns that it
-    is written in. Sparse, and the same from run to run. What turns comes first, counter-clockwise: the arrows of a
-    crank do not change their sense on its way round.
+    What it moves (`_seen`) is in reduced row echelon form. That depends only on the space, not on the unknowns in which
+    it is written. The basis is sparse, and the same from run to run. Turns come first, counter-clockwise: the arrows of
+    a crank keep their sense all the way round.
     """
     if not len(rows):
         return rows
@@ -207,7 +207,7 @@ def _moved(
 
 
 def _told(plan: Plan, block: Newton, one: State, velocity: FloatArray, drawn: bool) -> FreeMotion:
-    """A velocity (n,) of a block's core at one instant in words; ``one`` has the values of its unknowns."""
+    """A velocity (n,) of a block's core at one instant, in words; ``one`` has the values of its unknowns."""
     system = plan.system
     speeds = _speeds(block, velocity)
     largest = float(np.max(np.abs(velocity / scale_of(plan, block.core))))
@@ -254,7 +254,7 @@ def _told(plan: Plan, block: Newton, one: State, velocity: FloatArray, drawn: bo
 
 
 def _values_for(plan: Plan, one: State, variables: Sequence[str]) -> tuple[str, ...]:
-    """Statements that give a variable (or a component) a value: 0, what it is just now, and other round numbers."""
+    """Statements that give a variable (or a component) a value: 0, its present value, and other round numbers."""
     texts: list[str] = []
     for unknown in plan.system.unknowns if variables else ():
         if unknown.name in variables:
@@ -266,7 +266,7 @@ def _values_for(plan: Plan, one: State, variables: Sequence[str]) -> tuple[str, 
 
 
 def remedy(motion: FreeMotion, statement: str | None) -> str:
-    """Help in words: ``statement`` (one of `FreeMotion.holds`; None: none of them will do) takes the motion away."""
+    """Help in words: ``statement`` (one of `FreeMotion.holds`; None: none of them works) takes the motion away."""
     if motion.things:
         return "another statement about it takes the freedom away" if statement is None else f"`{statement}` holds it"
     if not motion.variables:

@@ -1,4 +1,4 @@
-"""The rank of a block's equations at a pose and beside it: what is free, and what only looks so at a singular pose."""
+"""The rank of a block's equations at a pose and near it: what is free, and what only looks free at a singular pose."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ Clocks = tuple[FloatArray, ...]
 RANK_TOLERANCE = 1e-5
 """Of the largest singular value, rows scaled to unit gradients."""
 ASIDE = 0.03
-"""Of the scene's size: how far beside a pose it is looked at again, in general position."""
+"""Of the scene's size: the distance to a nearby pose in general position that is examined too."""
 MET = 1e-13
-"""Relative residual of a pose beside that is one."""
+"""Relative residual below which a nearby pose is a solution."""
 
 
 def at_one(state: State, unknowns: Iterable[int] | None = None) -> State:
@@ -52,7 +52,7 @@ def rank_at(
 def beside(
     plan: Plan, block: Free, one: State, clocks: Clocks, x: FloatArray, free: FloatArray
 ) -> tuple[FloatArray, State]:
-    """A pose a little way along all free motions at once, in no particular proportion; ``x`` where there is none."""
+    """A pose a little way along all free motions at once, in no particular proportion; ``x`` if there is none."""
     scale = scale_of(plan, block.core)
     weights = np.cos(1.0 + 2.399963 * np.arange(free.shape[1], dtype=np.float64))
     step = (free @ weights) * scale

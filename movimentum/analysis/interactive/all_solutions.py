@@ -1,4 +1,4 @@
-"""All solutions at one moment, whatever path leads there."""
+"""All solutions at one moment, whichever path leads there."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ AHEAD = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alternative:
-    """One solution of one independent part: in words, the statement that selects it (None: none was found), whether it
-    is the one that the motion is in, and the whole scene's pose with it.
+    """One solution of one independent part: in words, the statement that selects it (None: none was found), whether the
+    motion is in it, and the pose of the whole scene with it.
     """
 
     words: str

@@ -1,4 +1,4 @@
-"""How sure the solver can be of its branches: singular values and rival solutions along the whole path."""
+"""How safe the solver's choice of branches is: singular values and rival solutions along the whole path."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from movimentum.solver.segment_motion import Dead, Stretch
 FloatArray = NDArray[np.float64]
 
 CLOSE = 0.01
-"""Of the scene's size: where a rival solution comes nearer than that, the choice was close."""
+"""Of the scene's size: if a rival solution comes nearer than that, the choice was close."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class BranchReport:
 
     ``singular``: its smallest singular value relative to its largest (of a quadratic: the root of the relative
     discriminant, which vanishes with it), least at time ``singular_time``. ``rival``: how near the other solution comes
-    (pixels; None where others are not followed), at ``rival_time``. Times are absolute.
+    (pixels; None if others are not followed), at ``rival_time``. Times are absolute.
     """
 
     block: int

@@ -1,4 +1,4 @@
-"""Work that is given up when it takes too long: for libraries whose time nobody can tell beforehand."""
+"""Work that is given up if it takes too long: for libraries whose time cannot be predicted."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from typing import TypeVar
 T = TypeVar("T")
 
 STACK = 64 * 1024 * 1024
-"""Bytes: a deep expression needs as much stack in a thread as it gets in the main one."""
+"""Bytes: a deep expression needs as much stack in a thread as it has in the main one."""
 
 
 class _GivenUp(BaseException):
-    """Raised inside the work when its time is over."""
+    """Raised inside the work when its time is up."""
 
 
 def within(seconds: float, work: Callable[[], T]) -> T | None:
-    """What ``work`` returns, or None where it takes longer than ``seconds`` of wall clock; raises what it raises.
+    """What ``work`` returns, or None if it takes longer than ``seconds`` of wall clock; raises what it raises.
 
-    The work runs in a thread of its own and is ended between two of its Python instructions, on every system; it must
-    leave nothing half done that matters.
+    The work runs in a separate thread and is ended between two of its Python instructions, on every system. It must not
+    leave anything important half done.
     """
     results: list[T] = []
     errors: list[BaseException] = []

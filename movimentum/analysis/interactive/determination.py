@@ -1,4 +1,4 @@
-"""What determines a thing, an anchor or a variable: the constraints that its solution goes through, in their order."""
+"""What determines a thing, an anchor or a variable: the constraints that its solution uses, in their order."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Reason:
 class Determination:
     """``reasons`` in the order in which the solver uses them; ``free``: blocks on the way that leave freedom.
 
-    ``drawn``: things on whose pose as drawn it depends, because nothing says anything about it.
+    ``drawn``: things on whose pose as drawn it depends, because nothing states another.
     """
 
     reasons: tuple[Reason, ...]
@@ -33,7 +33,7 @@ class Determination:
 
 
 def unknowns_of(plan: Plan, expressions: Iterable[Expr]) -> tuple[set[int], set[int]]:
-    """The unknowns that expressions of the scene are read from, and the things among them that have none."""
+    """The unknowns that expressions of the scene depend on, and the things among them that have none."""
     system = plan.system
     get = system.number_of.get
     found: set[int] = set()
@@ -65,7 +65,7 @@ def determination(plan: Plan, expressions: Iterable[Expr]) -> Determination:
     for block in reversed(plan.blocks):
         if needed & set(block.unknowns):
             used.append(block.number)
-            for e in block.equations:  # as stated: in the block's own, what is constant has been put in
+            for e in block.equations:  # as stated: in the block's own, constants have been substituted
                 needed |= plan.system.equations[e].unknowns
     reasons: dict[tuple[int | None, int | None], Reason] = {}
     for number in reversed(used):

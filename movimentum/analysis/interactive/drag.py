@@ -1,4 +1,4 @@
-"""Pulling at something of a scene at one moment, with everything that is stated kept true."""
+"""Pulling at something in a scene at one moment, while all statements stay true."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from movimentum.solver.segment_motion import Stretch
 
 MOST_STEPS = 400
 MET = 1e-9
-"""Of the scene's size: what is off by less has arrived."""
+"""Of the scene's size: at a smaller distance, it has arrived."""
 STILL = 1e-3
 ASIDE = 1e-3
 
 
 class DragResult(StrEnum):
-    """What became of it: nothing free to be moved, arrived, held back, or at a pose where no velocity leads nearer."""
+    """The outcome: nothing is free to move, arrived, held back, or in a pose where no velocity leads nearer."""
 
     FIXED = "fixed"
     REACHED = "reached"
@@ -39,7 +39,7 @@ class DragResult(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Drag:
-    """``moments`` from the pose there was to the last one; ``off`` is what is left to go."""
+    """``moments`` from the first pose to the last one; ``off`` is the remaining distance."""
 
     outcome: DragResult
     off: float
@@ -49,7 +49,7 @@ class Drag:
 def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]) -> Drag:
     """Pull the expressions ``left`` of the scene toward ``target`` at offset ``tau``, while time stands still.
 
-    Velocities are least, and everything stated is restored after every step, as for wishes (`solver.free.velocity`).
+    Velocities are least, and all constraints are restored after every step, as for wishes (`solver.free.velocity`).
     """
     plan = stretch.plan
     lowered = lowered_expressions(plan.system, left)

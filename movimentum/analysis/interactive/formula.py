@@ -1,4 +1,4 @@
-"""Closed forms: what the plan's blocks come to when they are put into each other, as SymPy expressions of time."""
+"""Closed forms: the plan's blocks substituted into each other, as SymPy expressions of time."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from movimentum.solver.continuation.tracks import SignTrack
 from movimentum.solver.segment_motion import Dead, Stretch
 
 LARGEST = 4000
-"""Operations of a formula that is still put together; what is left of a longer one after simplifying helps nobody."""
+"""The limit of operations for putting a formula together; a longer one helps nobody, even simplified."""
 REASONABLE = 400
-"""Operations of a formula that is written down."""
+"""The limit of operations for a formula that is shown."""
 LONG_INTEGER = 10**9
-"""Integers from here on, in a fraction or alone, are written as decimals: rounding made them."""
+"""Integers of this size or larger, in a fraction or alone, are written as decimals: they come from rounding."""
 SIMPLIFIED = 250
-"""Operations up to which SymPy is asked to simplify: its time grows steeply."""
+"""The limit of operations for simplifying with SymPy, whose time grows steeply."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ UNREASONABLE = "no closed form of reasonable size"
 
 
 def short_formula(stretch: Stretch, tau: float, expression: Expr, seconds: float) -> Any | Obstacle:
-    """`formula` as it can be written down, within about so many ``seconds``: simplified as far as there is time."""
+    """`formula` for showing, found within about this many ``seconds``: simplified as far as there is time."""
     from movimentum.analysis.interactive.deadline import within
 
     found: list[Any] = []
@@ -55,7 +55,7 @@ def short_formula(stretch: Stretch, tau: float, expression: Expr, seconds: float
 
 
 def readable(expression: Any) -> Any:
-    """A SymPy expression with decimals for fractions and integers that are too long to be read."""
+    """A SymPy expression with decimals in place of fractions and integers that are too long to read."""
     import sympy as library
 
     sympy: Any = library
@@ -65,7 +65,7 @@ def readable(expression: Any) -> Any:
 
 def formula(stretch: Stretch, tau: float, expression: Expr, *, tidy: bool = True) -> Any | Obstacle:
     """A scalar expression of the scene as a SymPy expression of the time t since the segment's step, on the branch that
-    is followed at offset ``tau``; simplified where it is not too long for that, unless not ``tidy``.
+    is followed at offset ``tau``; simplified if it is not too long for that, unless not ``tidy``.
     """
     plan = stretch.plan
     system = plan.system
@@ -136,7 +136,7 @@ def _obstacle(stretch: Stretch, unknown: int, block: int | None) -> Obstacle:
 
 
 def _lowered(stretch: Stretch, expression: Expr) -> Expr | Obstacle:
-    """An expression of the scene over the plan's unknowns; what the plan does not know stays as it is."""
+    """An expression of the scene over the plan's unknowns; parts that the plan does not know stay as they are."""
     from movimentum.expressions import add, const, mul, sub, substitute, symbol
     from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 
@@ -198,7 +198,7 @@ def _tidy(expression: Any) -> Any:
 
 
 def _decimal(value: float | None) -> str:
-    """A number as somebody may have written it: 135 for 134.99999999999994."""
+    """A number as a person would write it: 135 for 134.99999999999994."""
     short = f"{value:.13g}"
     return short if value is not None and abs(float(short) - value) <= 1e-15 * abs(value) else repr(value)
 
@@ -206,8 +206,8 @@ def _decimal(value: float | None) -> str:
 def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
     """An expression in SymPy's terms, angles in radians inside; ``leaf`` gives symbols, signs and clocks.
 
-    A number is taken for the decimal that it is the nearest float to (or near to: 134.99999999999994 is 135), or for
-    the operation that it was folded from.
+    A number becomes the decimal of which it is the nearest float (or almost: 134.99999999999994 becomes 135), or the
+    operation from which it was folded.
     """
     import sympy as library
 

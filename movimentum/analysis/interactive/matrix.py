@@ -1,4 +1,4 @@
-"""The Jacobian of each connected part of a scene at one moment: what its rows and columns are called, its rank, its
+"""The Jacobian of each connected part of a scene at one moment, with the names of its rows and columns, its rank, its
 singular values and its null space.
 """
 
@@ -30,9 +30,9 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class RowName:
-    """What an equation is called: ``constraint`` by number, or the ``thing`` to which rigidity or its angle belongs.
+    """The name of an equation: ``constraint`` by number, or the ``thing`` to which rigidity or its angle belongs.
 
-    ``part``: which coordinate of a vector constraint (``x``, ``y``), or what is said of the thing; else empty.
+    ``part``: which coordinate of a vector constraint (``x``, ``y``), or what it says about the thing; otherwise empty.
     """
 
     constraint: int | None
@@ -42,11 +42,11 @@ class RowName:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartMatrix:
-    """The equations of a connected part, linearised: ``jacobian`` (m, n), rows of length 1, unknowns in units of
+    """The equations of a connected part, linearized: ``jacobian`` (m, n), rows of length 1, unknowns in units of
     ``scale`` (n,).
 
     ``singular``: the singular values, descending, min(m, n) of them. ``null`` (n, n - rank): a basis of the velocities
-    that the equations let be, each with as many zeros as it can have and a largest entry of 1.
+    that the equations allow, each with as many zeros as possible and a largest entry of 1.
     """
 
     things: tuple[int, ...]
@@ -60,8 +60,8 @@ class PartMatrix:
 
 
 def part_matrices(stretch: Stretch, piece: Piece, tau: float) -> list[PartMatrix]:
-    """The matrix of every connected part at ``tau`` after the stretch's start, in order of its things; what has
-    neither things nor freedom is left out. Integrals and rates count as known: at one moment they are.
+    """The matrix of every connected part at ``tau`` after the stretch's start, in order of its things; parts with
+    neither things nor freedom are left out. Integrals and rates count as known, because at one moment they are.
     """
     system = stretch.plan.system
     equations = _equations(system)
@@ -97,8 +97,8 @@ def _parts(system: System, equations: Sequence[Equation]) -> list[tuple[tuple[in
 
 
 def _equations(system: System) -> list[Equation]:
-    """What says how unknowns depend on each other now: no integrals, no derivatives of other equations, and angles
-    only where an equation uses them.
+    """The equations that relate unknowns now: no integrals, no derivatives of other equations, and angles only if an
+    equation uses them.
     """
     rates = {u.number for u in system.unknowns if isinstance(u.payload, Rate)}
     plain = [e for e in system.equations if e.form is Form.PLAIN and not (e.targets and rates.issuperset(e.targets))]
@@ -107,7 +107,7 @@ def _equations(system: System) -> list[Equation]:
 
 
 def _place(system: System, unknown: int) -> tuple[float, int, int]:
-    """Where an unknown stands among the columns: poses thing by thing, and behind them all else."""
+    """The position of an unknown among the columns: poses thing by thing, then everything else."""
     payload = system.unknowns[unknown].payload
     kinds = (PoseX, PoseY, PoseCos, PoseSin, ThingAngle)
     kind = next((k for k, some in enumerate(kinds) if isinstance(payload, some)), len(kinds))
@@ -138,7 +138,7 @@ def _matrix(
 
 
 def _rows(system: System, equations: Sequence[Equation]) -> Iterator[RowName]:
-    """What each equation is called."""
+    """The name of each equation."""
     of_constraint: dict[int | None, list[int]] = {}
     for equation in equations:
         of_constraint.setdefault(equation.constraint, []).append(equation.number)
@@ -154,8 +154,8 @@ def _rows(system: System, equations: Sequence[Equation]) -> Iterator[RowName]:
 
 
 def _sparse_basis(null: FloatArray) -> FloatArray:
-    """A basis (n, p) of the same space in reduced row echelon form, scaled to a largest entry of 1: it depends on the
-    space alone.
+    """A basis (n, p) of the same space in reduced row echelon form, scaled to a largest entry of 1: it depends only on
+    the space.
     """
     rows = null.T.copy()
     done = 0

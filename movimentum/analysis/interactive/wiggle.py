@@ -1,4 +1,4 @@
-"""Moving a scene along each of its free motions and back, with everything else kept true."""
+"""Moving a scene along each of its free motions and back, while everything else stays true."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ SUBSTEPS = 4
 def wiggles(stretch: Stretch, piece: Piece, tau: float) -> Iterator[tuple[FreeMotion, list[Snapshot]]]:
     """For each free motion at offset ``tau``: the moments of one swing to both sides, beginning and ending where it is.
 
-    After every step along the motion the constraints are restored by Newton's method, as near as can be (in the metric
-    that weighs all anchors alike). Where it cannot go on, it stays.
+    After every step along the motion the constraints are restored by Newton's method, as near as possible (in the
+    metric that weighs all anchors alike). If it cannot continue, it stays.
     """
     plan = stretch.plan
     instants = piece.instants(np.array([tau]))
