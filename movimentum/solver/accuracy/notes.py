@@ -1,4 +1,4 @@
-"""What there is to say about the accuracy that a user asked for."""
+"""Messages about the accuracy that a user asked for."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ FLOAT_DIGITS = 15
 
 
 def draft_note(error: float) -> Diagnostic:
-    """How far off a draft is (world pixels), as measured on the path."""
+    """The error of a draft (world pixels), as measured on the path."""
     return Diagnostic(
         "solve/draft",
         Severity.NOTE,
-        f"draft: frames are interpolated, and off by at most some {number(error)} pixels",
+        f"draft: frames are interpolated; the error is at most about {number(error)} pixels",
         helps=("--accuracy standard",),
     )
 
@@ -31,7 +31,7 @@ def singular_warning(digits: float, asked: int, time: Fraction) -> Diagnostic:
         Severity.WARNING,
         f"only {max(0, int(digits))} of {asked} digits are certain at t = {time_text(float(time))}, where the mechanism"
         " is singular",
-        notes=("several solutions meet there, and more digits do not tell them apart",),
+        notes=("several solutions meet there, and more digits cannot distinguish them",),
     )
 
 
@@ -40,7 +40,7 @@ def rough_note(what: Iterable[str]) -> Diagnostic:
     return Diagnostic(
         "solve/rough",
         Severity.NOTE,
-        f"{listed(list(what))}: integrated along the path in float64 (some 12 digits, free motions 8); what depends on"
+        f"{listed(list(what))}: integrated along the path in float64 (about 12 digits, free motions 8); what depends on"
         " it is no more exact",
     )
 
