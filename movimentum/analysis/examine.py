@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import overload
 
 import numpy as np
 
@@ -41,9 +43,32 @@ class Examination:
     """
 
     diagnostics: tuple[Diagnostic, ...]
-    steps: tuple[StepReport, ...]
+    steps: Sequence[StepReport]
     fault: int
     doubted: bool = False
+
+
+class _Reports(Sequence[StepReport]):
+    """A report for each segment, made when somebody looks: what moves as one is asked for by `check` only."""
+
+    def __init__(self, stretches: Sequence[Stretch], ranks: Sequence[list[BlockRank]]) -> None:
+        self._stretches, self._ranks = stretches, ranks
+
+    @cached_property
+    def _made(self) -> tuple[StepReport, ...]:
+        with np.errstate(all="ignore"):
+            pairs = zip(self._stretches, self._ranks, strict=True)
+            return tuple(step_report(stretch, ranks, parts_of(stretch, ranks)) for stretch, ranks in pairs)
+
+    @overload
+    def __getitem__(self, index: int) -> StepReport: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[StepReport, ...]: ...
+    def __getitem__(self, index: int | slice) -> StepReport | tuple[StepReport, ...]:
+        return self._made[index]
+
+    def __len__(self) -> int:
+        return len(self._stretches)
 
 
 def examine(motion: PathMotion, *, every_frame: bool = True) -> Examination:
@@ -56,13 +81,13 @@ def examine(motion: PathMotion, *, every_frame: bool = True) -> Examination:
 
 def _examined(motion: PathMotion, every_frame: bool) -> Examination:
     found: list[Diagnostic] = []
-    steps: list[StepReport] = []
+    every: list[list[BlockRank]] = []
     fault = 0
     told: set[object] = set()
     trials = Trials(motion)
     for index, stretch in enumerate(motion.stretches):
         ranks = block_ranks(stretch)
-        steps.append(step_report(stretch, ranks, parts_of(stretch, ranks)))
+        every.append(ranks)
         if fault == 0 and stretch.troubles:
             from movimentum.analysis.diagnose.failure import failure_diagnostic
 
@@ -103,7 +128,7 @@ def _examined(motion: PathMotion, every_frame: bool) -> Examination:
         fault = fault or (1 if broken else 0)
     order = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.NOTE: 2}
     ordered = tuple(sorted(found, key=lambda item: order[item.severity]))
-    return Examination(ordered, tuple(steps), fault, missing is not None)
+    return Examination(ordered, _Reports(motion.stretches, every), fault, missing is not None)
 
 
 # --- how it is followed

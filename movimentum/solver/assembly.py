@@ -14,6 +14,7 @@ from movimentum.planning.plan import Plan
 from movimentum.scene.model import Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
+from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.judge import TOLERANCE, Judge
 from movimentum.solver.path.piece import Piece
@@ -177,7 +178,7 @@ class Assembly:
             if bad.any():
                 self._hold(offset + np.nonzero(bad)[0], instants.tau[bad], only, stretch)
             return
-        for number in np.unique(of_piece):
+        for number in distinct(of_piece):
             chosen = np.nonzero(of_piece == number)[0]
             piece = stretch.pieces[int(number)]
             places = offset + chosen
@@ -194,7 +195,9 @@ class Assembly:
     def _evaluated(self, piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
         state, bad = evaluated(piece, instants, windings=self.angles or self.judged is not None)
         if self.judged is not None:
-            judge = self.judges.setdefault(id(piece.plan), Judge(piece.plan, self.judged))
+            judge = self.judges.get(id(piece.plan))
+            if judge is None:
+                judge = self.judges[id(piece.plan)] = Judge(piece.plan, self.judged)
             bad = bad | (judge.worst(state, instants) > TOLERANCE)
         return state, bad
 
@@ -278,7 +281,7 @@ class Assembly:
         self.solved[places] = False
         nodes = np.append(piece.begin, piece.nodes)
         for place, instant in zip(places, tau, strict=True):
-            last = np.unique(nodes[nodes <= instant])[-HELD:]
+            last = distinct(nodes[nodes <= instant])[-HELD:]
             state, bad = self._evaluated(piece, piece.instants(last))
             good = np.nonzero(~bad)[0]
             moment = snapshot(piece.plan, state, stretch.base.now, int(good[-1])) if len(good) else stretch.base.now

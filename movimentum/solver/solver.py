@@ -78,14 +78,13 @@ def solve(timeline: Timeline, begin: Carry | None = None) -> PathMotion:
     stretches: list[Stretch] = []
     for segment in timeline.segments:
         earlier = stretches[-1] if stretches else None
-        stretch, carry = _solve_segment(scene, segment, size, carry, earlier)
-        stretches.append(stretch)
+        if earlier is not None:
+            carry = _left_by(earlier)
+        stretches.append(_solve_segment(scene, segment, size, carry, earlier))
     return PathMotion(timeline, tuple(stretches), size)
 
 
-def _solve_segment(
-    scene: Scene, segment: Segment, size: float, carry: Carry, earlier: Stretch | None
-) -> tuple[Stretch, Carry]:
+def _solve_segment(scene: Scene, segment: Segment, size: float, carry: Carry, earlier: Stretch | None) -> Stretch:
     length = float(segment.end - segment.start)
     ahead = 1e-4 * length if length > 0.0 else 1e-4
     plan, selection = _begin(scene, segment, size, carry, ahead, earlier)
@@ -93,15 +92,20 @@ def _solve_segment(
         # the path ended and nothing new is stated: there is still no solution on it
         stretch = Stretch(segment, plan, carry, [Dead(0.0, length, carry)], [], [])
         stretch.troubles.append(Trouble(TroubleKind.START, 0.0, until=length, selection=selection))
-        return stretch, carry
+        return stretch
     stretch = _followed(segment, plan, selection, carry, ahead)
     wrong = _disagreement(stretch)
     if wrong is not None:
         stretch = _planned_anew(scene, stretch, wrong, size, ahead)
+    return stretch
+
+
+def _left_by(stretch: Stretch) -> Carry:
+    """What a segment hands over to the next."""
     last = stretch.pieces[-1]
     if isinstance(last, Dead):
-        return stretch, held(last.carry)
-    return stretch, carry_at(stretch, last, length, carry)
+        return held(last.carry)
+    return carry_at(stretch, last, float(stretch.segment.end - stretch.segment.start), stretch.base)
 
 
 def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float) -> Stretch:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ class CheckReport:
     """Everything that can be said without rendering; ``frames`` and ``duration`` are None if not known."""
 
     diagnostics: tuple[Diagnostic, ...]
-    steps: tuple[StepReport, ...]
+    steps: Sequence[StepReport]
     frames: int | None
     duration: float | None
     exit_code: int

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -73,7 +73,7 @@ class Solution:
 
     motion: AnyMotion
     diagnostics: tuple[Diagnostic, ...]
-    steps: tuple[StepReport, ...]
+    steps: Sequence[StepReport]
     fault: int
 
 

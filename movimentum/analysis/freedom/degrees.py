@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.motions import FreeMotion, motions_of, told_by
-from movimentum.analysis.freedom.rank import at_one, beside, rank_at, values_of
+from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
 from movimentum.expressions import symbol
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.equations import System
@@ -120,17 +120,15 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
             motions = motions_of(stretch.plan, block, one, instants.clocks, x, free, scale) if block.free else ()
             if not block.free:  # singular for another reason: checks tell what is left
                 rank = min(len(x), block.rows)
-            dependent = _dependent(rows, rank) if rank < block.rows else ()
+            dependent = _dependent(stress_of(block, rows, rank)) if rank < block.rows else ()
             equations = tuple(sorted({block.row_equations[i] for i in dependent}))
             result.append(BlockRank(block.number, block.rows, rank, freedom, motions, nearby, equations, free))
     return result
 
 
-def _dependent(rows: FloatArray, rank: int) -> tuple[int, ...]:
+def _dependent(stress: FloatArray) -> tuple[int, ...]:
     """The rows that take part in a dependence: those with a component in the left null space."""
-    left = np.linalg.svd(np.nan_to_num(rows))[0][:, rank:]
-    size = np.sqrt(np.sum(left**2, axis=1))
-    return tuple(np.nonzero(size > STRESSED * np.max(size, initial=0.0))[0].tolist())
+    return tuple(np.nonzero(stress > STRESSED * np.max(stress, initial=0.0))[0].tolist())
 
 
 def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[ConnectedPart]:

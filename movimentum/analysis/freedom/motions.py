@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,12 +189,18 @@ def _seen(plan: Plan, block: Newton, one: State, velocity: FloatArray) -> FloatA
     return np.array(values)
 
 
+@lru_cache(maxsize=8)
+def _pose_of(plan: Plan) -> dict[int, tuple[int | None, ...]]:
+    """The numbers of the unknowns (x, y, cosine, sine) of each thing's pose."""
+    return {body.thing: (body.x, body.y, body.c, body.s) for body in plan.bodies}
+
+
 def _moved(
     plan: Plan, one: State, speeds: dict[int, float], thing: int
 ) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
     """A thing's (x, y, cosine, sine, vx, vy, turn) and its anchors' velocities, given the speeds of its unknowns."""
     system = plan.system
-    numbers = [system.number_of.get(kind(thing)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
+    numbers = _pose_of(plan)[thing]
     vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
     frame = system.frame(thing)
     pose = (0.0, 0.0, *frame.of_thing(1.0, 0.0))
