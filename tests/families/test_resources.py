@@ -79,24 +79,25 @@ def drawn_bars(count: int) -> str:
 def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from movimentum.solver.kinds import dispatch, newton
+    from movimentum.solver.block.problem import BlockProblem
+    from movimentum.solver.kinds import dispatch
 
     calls = 0
     values = 0
-    plain = dispatch.evaluate, newton.at_places
+    plain = dispatch.evaluate, BlockProblem.at
 
     def counted(*arguments: Any) -> Any:
         nonlocal calls
         calls += 1
         return plain[0](*arguments)
 
-    def copied(*arguments: Any) -> Any:
+    def copied(problem: BlockProblem, places: Any, count: int) -> BlockProblem:
         nonlocal values
-        values += 1
-        return plain[1](*arguments)
+        values += len(problem.inputs)
+        return plain[1](problem, places, count)
 
     monkeypatch.setattr(dispatch, "evaluate", counted)
-    monkeypatch.setattr(newton, "at_places", copied)
+    monkeypatch.setattr(BlockProblem, "at", copied)
 
     def cost(count: int) -> tuple[int, int]:
         nonlocal calls, values

@@ -26,13 +26,22 @@ def within(seconds: float, work: Callable[[], T]) -> T | None:
     results: list[T] = []
     errors: list[BaseException] = []
 
+    ending = threading.Lock()
+    ended = False
+
     def run() -> None:
+        nonlocal ended
         try:
-            results.append(work())
-        except _GivenUp:
+            try:
+                results.append(work())
+            except _GivenUp:
+                raise
+            except BaseException as error:  # handed on to the caller, whatever it is
+                errors.append(error)
+            with ending:
+                ended = True
+        except _GivenUp:  # raised only before `ended`, so never outside of this block
             pass
-        except BaseException as error:  # handed on to the caller, whatever it is
-            errors.append(error)
 
     before = threading.stack_size(STACK)
     try:
@@ -43,8 +52,9 @@ def within(seconds: float, work: Callable[[], T]) -> T | None:
     try:
         thread.join(seconds)
     finally:  # also where the user interrupts
-        if thread.is_alive() and thread.ident is not None:
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident), ctypes.py_object(_GivenUp))
+        with ending:
+            if not ended and thread.ident is not None:
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident), ctypes.py_object(_GivenUp))
     if errors:
         raise errors[0]
     return results[0] if results else None
