@@ -5,15 +5,16 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import sys
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from importlib import import_module
 from io import StringIO
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 import click
 
@@ -53,7 +54,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     ignore_interrupts()
     if code == INTERRUPTED:  # after Ctrl-C inside an `exec`, Python would now end by the signal, and not with 130
         os._exit(code)
-    sys.exit(code)
+    if "--debug" in given:  # profilers and the like want an ordinary end
+        sys.exit(code)
+    _end(code)
+
+
+def _end(code: int) -> NoReturn:
+    """End the process without taking it apart: forgetting every object one by one takes a fifth of a small command."""
+    atexit._run_exitfuncs()  # what libraries have asked for  # pyright: ignore[reportPrivateUsage]
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:  # pyright: ignore[reportUnnecessaryComparison]
+            with suppress(OSError, ValueError):
+                stream.flush()
+    os._exit(code)
 
 
 def run_command_line(arguments: Sequence[str], *, watched: bool = False) -> int:

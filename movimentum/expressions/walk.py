@@ -12,27 +12,43 @@ def walk(*roots: Expr) -> Iterator[Expr]:
     """Every distinct node below ``roots``, arguments before their users (no recursion)."""
     seen: set[Expr] = set()
     for root in roots:
-        if not root.args:
-            if root not in seen:
-                seen.add(root)
-                yield root
+        if root in seen:
             continue
-        stack: list[tuple[Expr, bool]] = [(root, False)]
+        seen.add(root)
+        if not root.args:
+            yield root
+            continue
+        stack = [(root, iter(root.args))]
         while stack:
-            node, ready = stack.pop()
-            if node in seen:
-                continue
-            if ready or not node.args:
-                seen.add(node)
-                yield node
+            node, rest = stack[-1]
+            for arg in rest:
+                before = len(seen)
+                seen.add(arg)  # its hash is asked for once only: this loop is most of what planning costs
+                if len(seen) == before:
+                    continue
+                if arg.args:
+                    stack.append((arg, iter(arg.args)))
+                    break
+                yield arg
             else:
-                stack.append((node, True))
-                stack.extend((arg, False) for arg in reversed(node.args) if arg not in seen)
+                stack.pop()
+                yield node
 
 
 def symbols(*roots: Expr) -> set[Hashable]:
     """The payloads of all symbols below ``roots``."""
-    return {node.payload for node in walk(*roots) if node.op == "symbol"}
+    found: set[Hashable] = set()
+    seen: set[int] = set()
+    stack = list(roots)
+    while stack:
+        node = stack.pop()
+        if node.args:
+            if id(node) not in seen:
+                seen.add(id(node))
+                stack.extend(node.args)
+        elif node.op == "symbol":
+            found.add(node.payload)
+    return found
 
 
 def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:

@@ -15,12 +15,13 @@ from movimentum.planning.plan import Plan
 from movimentum.scene.model import Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
+from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.judge import TOLERANCE, Judge
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
 from movimentum.solver.valued import first_value, has_value
 
 Values = FloatArray | np.float64
@@ -98,7 +99,7 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
 def carry_at(stretch: Stretch, piece: Piece, time: float, base: Carry) -> Carry:
     """What is carried on from ``piece`` at offset ``time``, with the velocity there where the piece has a length."""
     span = 1e-6 * (piece.end - piece.begin)
-    gap = next((t for t in stretch.troubles if t.kind == "gap" and t.begin <= time <= t.until), None)
+    gap = next((t for t in stretch.troubles if t.kind is TroubleKind.GAP and t.begin <= time <= t.until), None)
     if gap is not None:
         time = max(gap.begin, piece.begin)
     earlier = time - span
@@ -176,7 +177,7 @@ class Assembly:
             if bad.any():
                 self._hold(offset + np.nonzero(bad)[0], instants.tau[bad], only, stretch)
             return
-        for number in np.unique(of_piece):
+        for number in distinct(of_piece):
             chosen = np.nonzero(of_piece == number)[0]
             piece = stretch.pieces[int(number)]
             places = offset + chosen
@@ -193,7 +194,9 @@ class Assembly:
     def _evaluated(self, piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
         state, bad = evaluated(piece, instants, windings=self.angles or self.judged is not None)
         if self.judged is not None:
-            judge = self.judges.setdefault(id(piece.plan), Judge(piece.plan, self.judged))
+            judge = self.judges.get(id(piece.plan))
+            if judge is None:
+                judge = self.judges[id(piece.plan)] = Judge(piece.plan, self.judged)
             bad = bad | (judge.worst(state, instants) > TOLERANCE)
         return state, bad
 
@@ -277,7 +280,7 @@ class Assembly:
         self.solved[places] = False
         nodes = np.append(piece.begin, piece.nodes)
         for place, instant in zip(places, tau, strict=True):
-            last = np.unique(nodes[nodes <= instant])[-HELD:]
+            last = distinct(nodes[nodes <= instant])[-HELD:]
             state, bad = self._evaluated(piece, piece.instants(last))
             good = np.nonzero(~bad)[0]
             moment = snapshot(piece.plan, state, stretch.base.now, int(good[-1])) if len(good) else stretch.base.now

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from copy import copy
+
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.equations import Equation, Form
 from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
 from movimentum.planning.plan import Plan
+from movimentum.solver.arithmetic.alike import Alike
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 
@@ -36,35 +40,52 @@ class Judge:
             and symbol_numbers(e.original or e.residual) <= solved_for
         ]
         clocks = Clocks(plan.clocks)
-        self._function = compiled([e.original or e.residual for e in self.rows], clocks)
+        self._function = Alike([e.original or e.residual for e in self.rows], clocks)
+        # angles agree modulo a turn
+        self._turns = np.array([e.original is not None and e.original.op in ("add", "atan2d") for e in self.rows])
+        self._sizes = np.array([1.0 if e.constraint is None else size for e in self.rows])[:, None]
         # clocks that only the constraints as they are stated read
-        self._more = [float(system.segment.start - start) for start in clocks.starts[len(plan.clocks) :]]
+        self._more = tuple(clocks.starts[len(plan.clocks) :])
 
-    def amounts(self, state: State, instants: Instants) -> tuple[list[FloatArray], list[FloatArray]]:
-        """(F,) what each row is off by, and by how much each inequality is violated (0 where it holds), in the script's
-        units; nan where there is no finite value.
+    def later(self, plan: Plan) -> Judge | None:
+        """The same for ``plan``, if its equations and unknowns are the same (a step that states nothing new)."""
+        if plan.system.equations is not self.plan.system.equations or plan.blocks is not self.plan.blocks:
+            return None
+        other = copy(self)
+        other.plan = plan
+        return other
+
+    def amounts(self, state: State, instants: Instants) -> tuple[FloatArray, list[FloatArray]]:
+        """(rows, F) what each row is off by, and (F,) by how much each inequality is violated (0 where it holds), in
+        the script's units; nan where there is no finite value.
         """
-        count = len(instants)
-        more = [start + instants.tau for start in self._more]
+        rows = np.empty((len(self.rows), len(instants)))
         with np.errstate(all="ignore"):
-            values = self._function(state, (*instants.clocks, *more))
-            rows: list[FloatArray] = []
-            for row, value in zip(self.rows, values, strict=True):
-                off = np.abs(np.broadcast_to(value, count))
-                if row.original is not None and row.original.op in ("add", "atan2d"):  # angles agree modulo a turn
-                    off = np.minimum(off, np.abs(off - 360.0))
-                rows.append(off)
-            beyond: list[FloatArray] = []
-            for selector in self.plan.selectors:
-                slack = np.broadcast_to(selector(state, instants.clocks)[0], count)
-                beyond.append(np.maximum(-slack, 0.0))
-        return rows, beyond
+            for part, off in self._off(state, instants):
+                rows[:, part] = off
+            return rows, self._beyond(state, instants)
 
     def worst(self, state: State, instants: Instants) -> FloatArray:
         """(F,) the largest of all amounts, relative to the scene's size; inf where something has no finite value."""
-        rows, beyond = self.amounts(state, instants)
-        sizes = [1.0 if row.constraint is None else self.size for row in self.rows] + [self.size] * len(beyond)
         worst = np.zeros(len(instants))
-        for off, size in zip((*rows, *beyond), sizes, strict=True):
-            worst = np.fmax(worst, np.where(np.isfinite(off), off / size, np.inf))
-        return worst
+        with np.errstate(all="ignore"):
+            for part, off in self._off(state, instants):
+                off /= self._sizes
+                np.max(off, axis=0, initial=0.0, out=worst[part])  # nan where one of them is
+            for some in self._beyond(state, instants):
+                worst = np.maximum(worst, some / self.size)
+        return np.where(np.isfinite(worst), worst, np.inf)
+
+    def _off(self, state: State, instants: Instants) -> Iterator[tuple[slice, FloatArray]]:
+        """Some instants at a time: which, and (rows, F) what each row is off by; an array that is used again."""
+        begin = self.plan.system.segment.start
+        more = [float(begin - start) + instants.tau for start in self._more]
+        for part, off in self._function.values(state, (*instants.clocks, *more), len(instants)):
+            np.abs(off, out=off)
+            if self._turns.any():
+                off[self._turns] = np.minimum(off[self._turns], np.abs(off[self._turns] - 360.0))
+            yield part, off
+
+    def _beyond(self, state: State, instants: Instants) -> list[FloatArray]:
+        slacks = (selector(state, instants.clocks)[0] for selector in self.plan.selectors)
+        return [np.maximum(-np.broadcast_to(slack, len(instants)), 0.0) for slack in slacks]

@@ -55,6 +55,22 @@ def test_what_a_command_imports(tmp_path: Path, arguments: list[str], allowed: s
     assert set(line.split()) & HEAVY <= allowed, done.stderr
 
 
+@pytest.mark.parametrize("command", [["check"], ["run", "-o", "crank.gif"], ["solve", "-o", "poses.csv"]])
+def test_what_takes_longer_to_load_than_a_small_scene_to_solve(tmp_path: Path, command: list[str]) -> None:
+    (tmp_path / "crank.mov").write_text(CRANK)
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, command[0], "crank.mov", *command[1:]],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=environment(),
+        timeout=120,
+        check=False,
+    )
+    line = next(line for line in done.stdout.splitlines() if line.startswith("details:"))
+    assert not set(line.split()) & {"numpy.ma", "movimentum.analysis.diagnose.failure"}, done.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "module"),
     [(["--version"], None), (["check", "missing.mov"], "check"), (["golden", "check", "missing.mov"], "golden")],

@@ -17,6 +17,7 @@ from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.scene.lower import OPERATION_OF
 from movimentum.scene.model import VariableComponent
 from movimentum.scene.names import expression_name
+from movimentum.solver.arithmetic.alike import Alike
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Arithmetic
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
@@ -62,6 +63,17 @@ def test_numpy_code(operation: Operation) -> None:
     places = np.array(PLACES).T
     (found,) = compiled([node(operation)], Clocks())(places, [])
     np.testing.assert_allclose(found, values(operation), rtol=1e-14)
+
+
+@each
+def test_all_of_a_shape_at_once(operation: Operation) -> None:
+    places = np.array(PLACES).T
+    other = Expr(operation.name, tuple(const(PLACES[1][n]) for n in range(operation.arity)), payload(operation))
+    together = Alike([node(operation), other, node(operation)], Clocks())
+    found = np.concatenate([some for _, some in together.values(places, [], len(PLACES))], axis=1)
+    expected = values(operation)
+    np.testing.assert_allclose(found, [expected, [expected[1]] * len(PLACES), expected], rtol=1e-14)
+    assert len(together.shapes) == 2
 
 
 @each

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from movimentum.analysis.freedom.motions import FreeMotion, motions_of, told_by
-from movimentum.analysis.freedom.rank import at_one, beside, rank_at, values_of
+from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
 from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
@@ -21,7 +21,7 @@ from movimentum.scene.model import ThingAngle
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
 
 STRESSED = 1e-6
 """Of the largest: from here, a row takes part in a dependence among rows."""
@@ -81,7 +81,7 @@ def generic_moment(stretch: Stretch) -> tuple[Piece, float] | None:
     """A moment of the stretch in general position: somewhere in the middle, not at a round fraction."""
     for piece in stretch.pieces:
         if not isinstance(piece, Dead):
-            gap = min((t.begin for t in stretch.troubles if t.kind == "gap"), default=piece.end)
+            gap = min((t.begin for t in stretch.troubles if t.kind is TroubleKind.GAP), default=piece.end)
             end = min(piece.end, gap)
             return piece, piece.begin + 0.37931 * (end - piece.begin)
     return None
@@ -118,17 +118,15 @@ def block_ranks(stretch: Stretch) -> list[BlockRank]:
             motions = motions_of(stretch.plan, block, one, instants.clocks, x, free, scale) if block.free else ()
             if not block.free:  # singular for another reason: checks tell what is left
                 rank = min(len(x), block.rows)
-            dependent = _dependent(rows, rank) if rank < block.rows else ()
+            dependent = _dependent(stress_of(block, rows, rank)) if rank < block.rows else ()
             equations = tuple(sorted({block.row_equations[i] for i in dependent}))
             result.append(BlockRank(block.number, block.rows, rank, freedom, motions, nearby, equations, free))
     return result
 
 
-def _dependent(rows: FloatArray, rank: int) -> tuple[int, ...]:
+def _dependent(stress: FloatArray) -> tuple[int, ...]:
     """The rows that take part in a dependence: those with a component in the left null space."""
-    left = np.linalg.svd(np.nan_to_num(rows))[0][:, rank:]
-    size = np.sqrt(np.sum(left**2, axis=1))
-    return tuple(np.nonzero(size > STRESSED * np.max(size, initial=0.0))[0].tolist())
+    return tuple(np.nonzero(stress > STRESSED * np.max(stress, initial=0.0))[0].tolist())
 
 
 def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[ConnectedPart]:
@@ -186,7 +184,7 @@ def _twists(stretch: Stretch, ranks: Sequence[BlockRank]) -> dict[int, FloatArra
         if isinstance(piece, Dead) or piece.end <= piece.begin:
             continue
         length = piece.end - piece.begin
-        gap = min((t.begin for t in stretch.troubles if t.kind == "gap"), default=piece.end)
+        gap = min((t.begin for t in stretch.troubles if t.kind is TroubleKind.GAP), default=piece.end)
         for place in (0.37931, 0.71713):
             tau = piece.begin + place * (min(piece.end, gap) - piece.begin)
             with np.errstate(all="ignore"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Dead
 from movimentum.text import number
 
@@ -112,7 +113,7 @@ def free_directions(
     return [(_told(plan, block, one, v, drawn), v) for v, drawn in _basis(plan, block, one, clocks, x, free, scale)]
 
 
-def free_motions_at(motion: Motion, time: Fraction) -> list[FreeMotion]:
+def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
     """The free motions at one moment of a motion; none if there is no solution."""
     timeline = motion.timeline
     stretch = motion.stretches[timeline.segment_at(time)]
@@ -186,12 +187,18 @@ def _seen(plan: Plan, block: Newton, one: State, velocity: FloatArray) -> FloatA
     return np.array(values)
 
 
+@lru_cache(maxsize=8)
+def _pose_of(plan: Plan) -> dict[int, tuple[int | None, ...]]:
+    """The numbers of the unknowns (x, y, cosine, sine) of each thing's pose."""
+    return {body.thing: (body.x, body.y, body.c, body.s) for body in plan.bodies}
+
+
 def _moved(
     plan: Plan, one: State, speeds: dict[int, float], thing: int
 ) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
     """A thing's (x, y, cosine, sine, vx, vy, turn) and its anchors' velocities, given the speeds of its unknowns."""
     system = plan.system
-    numbers = [system.number_of.get(kind(thing)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
+    numbers = _pose_of(plan)[thing]
     vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
     frame = system.frame(thing)
     pose = (0.0, 0.0, *frame.of_thing(1.0, 0.0))

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 
 import numpy as np
 
+from movimentum.analysis.freedom.sparse_rank import SparseRank
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.plan import Plan
@@ -44,8 +46,23 @@ def rank_at(
 ) -> tuple[FloatArray, int, FloatArray]:
     """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
     rows = scaled(BlockProblem.of(block, one, clocks, scale).jacobian(x[None]), scale)[0][0]
+    if isinstance(block, Free) and block.sparse is not None:
+        with suppress(np.linalg.LinAlgError):
+            found = SparseRank(rows, RANK_TOLERANCE)
+            return rows, found.rank, found.free
     rank, free, _ = null_space(rows, RANK_TOLERANCE)
     return rows, rank, free
+
+
+def stress_of(block: Block, rows: FloatArray, rank: int) -> FloatArray:
+    """(m,) how much each of a block's scaled ``rows`` takes part in dependences among them: the length of its share in
+    their left null space.
+    """
+    if isinstance(block, Free) and block.sparse is not None:
+        with suppress(np.linalg.LinAlgError):
+            return SparseRank(rows, RANK_TOLERANCE).stress()
+    left = np.linalg.svd(np.nan_to_num(rows))[0][:, rank:]
+    return np.sqrt(np.sum(left**2, axis=1))
 
 
 def beside(

@@ -13,7 +13,7 @@ from movimentum.planning.blocks.kinds import Block, Integral, Newton, Quadratic,
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.solver.block import closed_form
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
 
@@ -39,7 +39,7 @@ class BranchReport:
     close: bool
 
 
-def branches(motion: Motion) -> Iterator[BranchReport]:
+def branches(motion: PathMotion) -> Iterator[BranchReport]:
     """All blocks that have more than one solution, step by step."""
     for stretch in motion.stretches:
         for piece in stretch.pieces:
@@ -62,7 +62,7 @@ def _names(stretch: Stretch, block: Block) -> tuple[str, ...]:
     return tuple(stretch.plan.system.unknowns[n].name for n in block.unknowns)
 
 
-def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Quadratic) -> BranchReport:
+def _quadratic(motion: PathMotion, stretch: Stretch, piece: Piece, block: Quadratic) -> BranchReport:
     instants = piece.instants(piece.nodes)
     state = piece.before(block.number, instants)
     quadratic = closed_form.quadratic(block, state, instants.clocks)

@@ -43,6 +43,23 @@ class RefinedPoses(Poses):
     size: float
     things: tuple[Thing, ...]
 
+    @property
+    def spelled(self) -> RefinedPoses | None:
+        """Itself, where more digits are asked for than a float has."""
+        return None if self.evaluator.arithmetic.shown is None else self
+
+    def turn(self, thing: int) -> Number:
+        """(F,) a thing's turn in degrees, with all digits."""
+        return self.pose[thing].angle
+
+    def scalar(self, name: str, axis: int | None) -> Number:
+        """(F,) a variable, or one component of it, with all digits."""
+        return self.scalars[name, axis]
+
+    def clock(self) -> Number:
+        """(F,) the times, exactly."""
+        return self.instants
+
     def coordinate(self, thing: int, local: tuple[float, float], axis: int) -> Number:
         """(F,) one world coordinate of a thing's point, with all digits."""
         pose = self.pose[thing]

@@ -283,6 +283,8 @@ class WideArithmetic:
 
     digits = 19
     """What is asked of a solution, relative to its size: a float64's 53 bits and some to round from."""
+    shown = None
+    """Numbers are told as floats."""
 
     def rationals(self, values: Sequence[Fraction]) -> Wide:
         """Exact rational numbers, as (F,)."""

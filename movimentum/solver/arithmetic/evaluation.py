@@ -29,6 +29,11 @@ class Arithmetic(Protocol):
         """How many digits a solution should have, relative to its size."""
         ...
 
+    @property
+    def shown(self) -> int | None:
+        """How many digits a number is told with; None: those of a float."""
+        ...
+
     def rationals(self, values: Sequence[Fraction]) -> Number:
         """Rational numbers, as (F,)."""
         ...

@@ -83,6 +83,19 @@ class DenseTangent:
         moves = free @ along.T
         return v + moves @ damped(reach, missing, damping, moves / self.scale[:, None], slopes * self.gradients)
 
+    def accelerated(
+        self, v: FloatArray, want: FloatArray, pull: FloatArray, pull_rate: FloatArray, bending: FloatArray
+    ) -> FloatArray:
+        """The time derivative (n,) of a least velocity ``v`` with its ``pull``, where these change as they do: J v' =
+        ``want`` (m,), ``pull_rate`` (n,), and the Jacobian by ``bending`` (m, n) per unit of time.
+
+        ``v`` = W y makes y' y + 2 y' p least (p = W' pull), so y + p + (J W)' l = 0; the derivative of that is linear.
+        """
+        y = np.linalg.solve(self.white, v)
+        multipliers = -(self.inverse.T @ (y + self.white.T @ pull)) / self.lengths
+        turned = self.white.T @ (pull_rate + bending.T @ multipliers)
+        return self.white @ (self.inverse @ (want / self.lengths) - self.free @ (self.free.T @ turned))
+
 
 def tangent_at(problem: BlockProblem, x: FloatArray) -> Tangent:
     """The block linearised at core values ``x`` (n,) at one instant."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
+from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
@@ -38,17 +39,26 @@ class Local:
     low: float
     high: float
     sizes: FloatArray | None = None
+    _seen: tuple[float, BlockProblem, float] | None = None
+    _linear: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
 
     def around(self, tau: float) -> tuple[BlockProblem, float]:
         """The problem at [tau, later, earlier] and the time between the latter two; inside [low, high] where
-        possible.
+        possible. Looked up once for all that is asked of one instant.
         """
+        if self._seen is not None and self._seen[0] == tau:
+            return self._seen[1:]
         later = min(tau + self.delta, max(self.high, tau))
         earlier = max(tau - self.delta, min(self.low, tau))
         if later - earlier < self.delta:
             later, earlier = tau + self.delta, tau
         points = np.array([tau, later, earlier])
-        return self.probe(points), later - earlier
+        self._seen = tau, self.probe(points), later - earlier
+        return self._seen[1:]
+
+    def at(self, tau: float) -> BlockProblem:
+        """The problem at ``tau`` alone."""
+        return self.around(tau)[0].first()
 
     def rate(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, float]:
         """The velocity of the core unknowns (per unit of time), and the smallest singular value of the scaled Jacobian
@@ -66,6 +76,7 @@ class Local:
         left, singular, turned = np.linalg.svd(rows[0], full_matrices=False)
         smallest = float(singular[-1] / singular[0]) if len(singular) and singular[0] > 0 else 0.0
         keep = singular > 1e-11 * singular[0]
+        self._linear = tau, x, rows[0], singular
         y = turned[keep].T @ ((left[:, keep].T @ right) / singular[keep])
         return y * scale, smallest
 
@@ -76,15 +87,19 @@ class Local:
         """
         if self.block.rows != len(self.block.core):
             return 0.0
-        rows, _ = scaled(self.probe(np.array([tau])).jacobian(x[None]), scale)
-        if not np.isfinite(rows).all():
-            return 0.0
-        singular = np.linalg.svd(rows[0], compute_uv=False)
+        if self._linear is not None and self._linear[0] == tau and self._linear[1] is x:  # `rate` was just asked for
+            charge()
+            _, _, rows, singular = self._linear
+        else:
+            (rows,), _ = scaled(self.at(tau).jacobian(x[None]), scale)
+            if not np.isfinite(rows).all():
+                return 0.0
+            singular = np.linalg.svd(rows, compute_uv=False)
         if not singular[-1] > SINGULAR * singular[0]:
             return 0.0
-        return float(np.linalg.slogdet(rows[0])[0])
+        return float(np.linalg.slogdet(rows)[0])
 
     def corrected(self, tau: float, x: FloatArray) -> tuple[FloatArray, bool]:
         """Newton from core values ``x`` (n,) at an instant: where it ends (n,), and whether that is a solution."""
-        outcome = newton(self.probe(np.array([tau])), x[None, :], iterations=8)
+        outcome = newton(self.at(tau), x[None, :], iterations=8)
         return outcome.x[0], bool(outcome.converged[0])

@@ -9,9 +9,10 @@ from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.sorting import without
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.coincidences import FINEST
-from movimentum.solver.continuation.tracks import Gap, Path
+from movimentum.solver.continuation.tracks import Circles, Gap, Path
 
 INITIAL_INTERVALS = 24
 LARGEST_PHASE = 15.0
@@ -20,7 +21,7 @@ MAXIMAL_NODES = 400_000
 
 
 class Grid:
-    """Nodes, and the state at them of all blocks followed so far."""
+    """Nodes, and the state at them of all blocks followed so far; ``circles``: those of dyads, by block number."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -31,10 +32,11 @@ class Grid:
             self.tau[1:-1] += shift
         self.state: State = [None] * len(path.plan.system.unknowns)
         self.instants: Instants = path.instants(self.tau)
+        self.circles: dict[int, Circles] = {}
 
     def insert(self, more: FloatArray) -> None:
         """Add the times ``more`` to the nodes, with the state at them."""
-        more = np.setdiff1d(more, self.tau)
+        more = without(more, self.tau)
         if len(more) == 0:
             return
         state, _ = self.path.evaluate(self.path.instants(more))
@@ -98,5 +100,7 @@ class Grid:
 
 def ended(path: Path, block: Block, gaps: list[Gap]) -> float:
     """When the first of the blocks that ``block`` depends on comes to the end of its path."""
+    if not gaps:
+        return np.inf
     above = {*path.upstream(block.number)}
     return min((gap.begin for gap in gaps if gap.block in above), default=np.inf)

@@ -77,10 +77,10 @@ class FreeVelocity:
         if block.wishes is None:
             return v
         errors, slopes = problem.wishes(repeated)
-        wished = self._wished(errors[0], (errors[1] - errors[2]) / span)
+        wished = self.wished(errors[0], (errors[1] - errors[2]) / span)
         return tangent.toward(v, slopes[0], wished, self.damping)
 
-    def _wished(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
+    def wished(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
         """How fast each error should change (p,): with its target, and what it is off by down; no faster than a wish's
         own speed, nor than if it were `FARTHEST` off.
         """

@@ -9,6 +9,7 @@ from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.codegen.elimination import newton_steps, pivot_order
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.newton import freedom_of, newton, unrolled
@@ -135,7 +136,7 @@ def _new_stepper(path: Path, block: Newton, track: NodeTrack) -> Compiled | None
     size = len(block.core)
     if block.rows != size or block.free or size > LARGEST_UNROLLED or len(track.tau) < 2:
         return None
-    chosen = np.unique(np.linspace(0, len(track.tau) - 1, 9).astype(np.int64))
+    chosen = distinct(np.linspace(0, len(track.tau) - 1, 9).astype(np.int64))
     instants = path.instants(track.tau[chosen])
     scale = track_scale(path.plan, block)
     problem = BlockProblem.of(block, path.before(block.number, instants), instants.clocks, scale)

@@ -59,12 +59,17 @@ def evaluate(block: Quadratic, track: SignTrack, state: State, instants: Instant
 def follow(path: Path, grid: Grid, block: Quadratic, choice: Choice, gaps: list[Gap]) -> SignTrack:
     """The track of a quadratic block, with its change points; where it has no solution is added to ``gaps``."""
     circles = _circles(path, grid, block)
+    grid.circles.pop(block.number, None)
+    near: list[Circles] = []
+    if grid.circles:  # which is rare, and in a chain of n dyads n^2 / 2 depend on one another
+        above = {*path.upstream(block.number)}
+        near += [some for number, some in grid.circles.items() if number in above]
+    if circles is not None:
+        grid.circles[block.number] = circles
+        near.append(circles)
     if circles is not None and not circles.largest > ALWAYS_ONE * _unit(path.plan):
         gaps += [Gap(path.begin, path.end, block.number)]  # whatever came out would be rounding
         return SignTrack(choice.sign, np.zeros(0), circles)
-    above = (path.tracks[number] for number in path.upstream(block.number))
-    near = [t.circles for t in above if isinstance(t, SignTrack) and t.circles is not None]
-    near += [circles] if circles is not None else []
 
     def margin_of(state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
         margin = np.broadcast_to(closed_form.quadratic(block, state, clocks).margin, count)

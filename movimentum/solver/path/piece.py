@@ -13,7 +13,9 @@ from fractions import Fraction
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
@@ -42,6 +44,7 @@ class Piece:
     _signs: dict[int, FloatArray | float] = field(default_factory=dict[int, "FloatArray | float"])
     _switching: list[int] = field(default_factory=list[int])
     steppers: dict[int, Compiled | None] = field(default_factory=dict[int, "Compiled | None"])
+    _idle: frozenset[int] | None = None
 
     def upstream(self, number: int) -> tuple[int, ...]:
         """The numbers of the blocks that block ``number`` depends on, in order."""
@@ -97,8 +100,10 @@ class Piece:
                 assert isinstance(track, SignTrack)
                 signs[number] = track.sign(instants.tau)
         with np.errstate(all="ignore"):
-            for item in plan.schedule(windings):
+            for item in plan.schedule(windings=True):
                 if isinstance(item, int):
+                    if not windings and item in self._idle_windings():
+                        continue
                     failed = dispatch.evaluate(self, plan.blocks[item], self.tracks[item], state, instants)
                     if failed is not None:
                         bad |= failed
@@ -107,6 +112,18 @@ class Piece:
                     if margin is not None:
                         bad |= ~(np.asarray(margin) >= -MARGIN_TOLERANCE)
         return state, bad
+
+    def _idle_windings(self) -> frozenset[int]:
+        """The numbers of the continuous angles that nothing depends on. Who does not want them leaves them out: a
+        schedule without them would be the same code compiled once more.
+        """
+        if self._idle is None:
+            plan = self.plan
+            awaited = {n for block in plan.blocks for n in block.inputs}
+            awaited |= {n for selector in plan.system.selectors for n in symbol_numbers(selector.value)}
+            windings = (block for block in plan.blocks if isinstance(block, Winding))
+            self._idle = frozenset(block.number for block in windings if awaited.isdisjoint(block.unknowns))
+        return self._idle
 
     def evaluate(self, instants: Instants, only: Iterable[int] | None = None) -> tuple[State, BoolArray]:
         """Solve the blocks ``only`` (default: all, in order) at ``instants``, one by one; while the piece is being

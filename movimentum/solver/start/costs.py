@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +29,12 @@ def squared(value: float) -> float:
     return value * value
 
 
+def pair(value: Any) -> tuple[float, float]:
+    """A value at the two instants: what is a number, or one array of one, is the same at both."""
+    one, *more = np.ravel(value).tolist()
+    return one, more[0] if more else one
+
+
 class Measures:
     """Compares states (at two instants, ``ahead`` apart) with what is carried over."""
 
@@ -36,6 +43,13 @@ class Measures:
         self.carry = carry
         self.ahead = ahead
         self.carried = tuple(self._is_carried(n) for n in range(len(plan.system.unknowns)))
+        self._before: dict[int, float | None] = {}
+
+    def before(self, unknown: int) -> float | None:
+        """The value carried over, or None where there is none."""
+        if unknown not in self._before:
+            self._before[unknown] = self.carry.now.value(self.plan.system, unknown)
+        return self._before[unknown]
 
     def _is_carried(self, unknown: int) -> bool:
         known = self.plan.system.unknowns[unknown]
@@ -48,16 +62,16 @@ class Measures:
         system = self.plan.system
         slower = 0.0
         for n in block.unknowns:
-            before = self.carry.now.value(system, n) if self.carried[n] else None
+            before = self.before(n) if self.carried[n] else None
             if before is None or isinstance(system.unknowns[n].payload, ThingAngle):
                 continue
             scale = 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else self.plan.size
-            now = np.broadcast_to(state[n], 2)
-            if not abs(float(now[0]) - before) <= SAME * scale:
+            now, later = pair(state[n])
+            if not abs(now - before) <= SAME * scale:
                 return 1.0
             rate = self.carry.rate(system, n)
             if rate is not None and self.ahead > 0.0:
-                slower = max(slower, abs((float(now[1]) - float(now[0])) / self.ahead - rate) * self.ahead / scale)
+                slower = max(slower, abs((later - now) / self.ahead - rate) * self.ahead / scale)
         return min(0.5, slower)
 
     def distances(self, unknowns: Sequence[int], state: State) -> tuple[float, float, float]:
@@ -70,14 +84,13 @@ class Measures:
             payload = system.unknowns[n].payload
             if isinstance(payload, Anonymous):
                 continue
-            now = np.broadcast_to(state[n], 2)
-            value = float(now[0])
+            value, _ = pair(state[n])
             if isinstance(payload, ThingAngle | VariableComponent):
                 if not self.carried[n]:
                     turned += TIE * squared(value / (TURN if isinstance(payload, ThingAngle) else self.plan.size))
                 if isinstance(payload, ThingAngle):
                     continue
-            before = self.carry.now.value(system, n)
+            before = self.before(n)
             if before is None:
                 continue
             if self.carried[n]:
@@ -96,7 +109,7 @@ class Measures:
         where it belongs), in radians.
         """
         system = self.plan.system
-        parts = (np.broadcast_to(state[system.number_of[part(thing)]], 2)[1] for part in (PoseCos, PoseSin))
-        cosine, sine = system.frame(thing).to_thing(*map(float, parts))
+        c, s = (pair(state[system.number_of[part(thing)]])[1] for part in (PoseCos, PoseSin))
+        cosine, sine = system.frame(thing).to_thing(c, s)
         before = self.carry.now.things[thing]
         return math.acos(min(1.0, max(-1.0, cosine * before.c + sine * before.s)))

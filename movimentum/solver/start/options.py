@@ -8,8 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.planning.blocks.kinds import Block, Free, Integral, Newton, Ode, Winding, simultaneous
-from movimentum.planning.lowering.unknowns import BodyUnknowns
+from movimentum.planning.blocks.kinds import (
+    Assign,
+    Block,
+    Free,
+    Integral,
+    Linear,
+    Newton,
+    Ode,
+    Quadratic,
+    Winding,
+    simultaneous,
+)
+from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
@@ -21,7 +32,7 @@ from movimentum.solver.kinds import dispatch
 from movimentum.solver.kinds.newton import choice_of
 from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.solver.solutions.newton_starts import Starts, all_of, begun_start, free_start
-from movimentum.solver.start.costs import Measures
+from movimentum.solver.start.costs import Measures, pair
 from movimentum.solver.start.rejections import Rejection
 
 NO_COST = (0.0, 0.0, 0.0, 0.0)
@@ -37,6 +48,15 @@ class BlockSolution:
 
     choice: Choice
     cost: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Known:
+    """The ``options`` of a block for what it was ``given``, and the ``rejections`` that came with them."""
+
+    given: tuple[tuple[float, float] | None, ...]
+    options: list[BlockSolution]
+    rejections: list[Rejection]
 
 
 class BlockOptions:
@@ -59,23 +79,62 @@ class BlockOptions:
         self.tried = 0
         self._every: dict[int, AllSolutions] = {}
         self._free: dict[int, tuple[tuple[float, ...], Starts]] = {}
+        self._known: dict[int, _Known] = {}
+        self._reads: dict[int, tuple[int, ...]] = {}
+        self._taken: tuple[Block, Choice] | None = None
+        self._bodies = {body.thing: body for body in plan.bodies}
         self.measures = Measures(plan, carry, ahead)
 
     def begin_from(self, carry: Carry) -> None:
         """Compare with this pose from here on."""
         self._free.clear()
+        self._known.clear()
         self.carry = carry
         self.measures = Measures(self.plan, carry, self.ahead)
 
     def take(self, block: Block, choice: Choice) -> None:
-        """Set the state (at both instants) that ``choice`` means."""
+        """Set the state (at both instants) that ``choice`` means; nothing is to be done for what was set last."""
+        if self._taken is not None and self._taken[0] is block and self._taken[1] is choice:
+            return
+        self._taken = block, choice
         dispatch.take(self, block, choice)
 
     def candidates(self, block: Block, rejections: list[Rejection]) -> list[BlockSolution]:
         """All solutions of one block, the likeliest first. For blocks that stand still, `Choice.values` holds all its
         unknowns.
+
+        Asked again while all that it reads is the same, a block in closed form is not solved again: the search begins
+        where the drawing was just looked at.
         """
         self.tried += 1
+        if not isinstance(block, Assign | Linear | Quadratic):
+            return self._solved(block, rejections)
+        given = tuple(None if (v := self.state[n]) is None else pair(v) for n in self._read_by(block))
+        known = self._known.get(block.number)
+        if known is None or known.given != given:
+            refused: list[Rejection] = []
+            known = self._known[block.number] = _Known(given, self._solved(block, refused), refused)
+        rejections += known.rejections
+        return list(known.options)
+
+    def _read_by(self, block: Block) -> tuple[int, ...]:
+        """What a block's solutions and their costs depend on: what it is given, and the other half of directions of
+        which it finds one.
+        """
+        found = self._reads.get(block.number)
+        if found is None:
+            system = self.plan.system
+            read = set(block.inputs)
+            for n in block.unknowns:
+                payload = system.unknowns[n].payload
+                if isinstance(payload, PoseCos | PoseSin):
+                    other = (PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)
+                    read.add(system.number_of[other])
+            found = self._reads[block.number] = tuple(sorted(read - set(block.unknowns)))
+        return found
+
+    def _solved(self, block: Block, rejections: list[Rejection]) -> list[BlockSolution]:
+        self._taken = None
         found = dispatch.begin(self, block)
         self.effort += found.effort
         self.enumerated &= found.complete
@@ -120,14 +179,15 @@ class BlockOptions:
         """The option that ``choice`` is, with its costs; None where it gives no finite values."""
         self.take(block, choice)
         state = self.state
-        values = [float(np.broadcast_to(state[n], 2)[0]) for n in block.unknowns]
-        if not all(np.isfinite(state[n]).all() for n in block.unknowns):
+        both = [pair(state[n]) for n in block.unknowns]
+        if not all(math.isfinite(now) and math.isfinite(later) for now, later in both):
             return None
         rates = None
         if block.moving and isinstance(block, Newton | Ode):
             carried = [self.carry.rate(self.plan.system, n) for n in block.core]
             rates = None if any(r is None for r in carried) else tuple(float(r or 0.0) for r in carried)
-        kept = Choice(choice.sign, choice.values if block.moving else tuple(values), rates)
+        kept = Choice(choice.sign, choice.values if block.moving else tuple(now for now, _ in both), rates)
+        self._taken = block, kept
         cost = (self.measures.break_of(block, state), *self.measures.distances(block.unknowns, state))
         return BlockSolution(kept, cost)
 
@@ -160,14 +220,14 @@ class BlockOptions:
     def _is_begun(self, block: Block) -> bool:
         """Whether the poses of the block's things, as far as they are known, are those to begin from."""
         things = {self.plan.system.unknowns[n].thing for n in block.unknowns}
-        return all(self._is_there(body) for body in self.plan.bodies if body.thing in things)
+        return all(self._is_there(self._bodies[thing]) for thing in things if thing in self._bodies)
 
     def _is_there(self, body: BodyUnknowns) -> bool:
         """Whether a thing is where it is to begin, as far as that is known."""
         for n, scale in ((body.x, self.plan.size), (body.y, self.plan.size), (body.c, 1.0), (body.s, 1.0)):
             if n is None or self.state[n] is None:
                 continue
-            before = self.carry.now.value(self.plan.system, n)
-            if before is None or not abs(float(np.ravel(self.state[n])[0]) - before) <= CLOSED * scale:
+            before = self.measures.before(n)
+            if before is None or not abs(pair(self.state[n])[0] - before) <= CLOSED * scale:
                 return False
         return True

@@ -1,0 +1,160 @@
+"""How much is done for a motion, counted: what was saved once cannot come back unseen."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.penrose import transformable
+from movimentum.analysis import examine as examination
+from movimentum.analysis.diagnose.verify import first_shortfall
+from movimentum.analysis.freedom import rank
+from movimentum.analysis.freedom.degrees import block_ranks, generic_moment
+from movimentum.analysis.freedom.sparse_rank import SparseRank
+from movimentum.interop.linkages import linkage_script
+from movimentum.planning.blocks.kinds import Free
+from movimentum.planning.codegen.generate import structures_compiled
+from movimentum.solver.block.scaling import null_space
+from movimentum.solver.continuation import trace
+from movimentum.solver.kinds import dispatch
+from movimentum.solver.motion import Motion
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.start.options import BlockOptions, Option
+from movimentum.source import SourceText
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, examined, moved, understand
+from tests.command import ROOT
+
+FOUR_BAR = (ROOT / "scripts" / "four-bar.mov").read_text(encoding="utf-8")
+WALSCHAERTS = ROOT / "scripts" / "walschaerts.mov"
+
+
+def motion_of(text: str) -> Motion:
+    return moved(arranged(understand(SourceText("test.mov", text)), Choices()))
+
+
+def chain(count: int) -> str:
+    """Four-bars, each driven by the rocker of the one before."""
+    things = ["Crank : .bar O=[0,0] P=[20,0];"]
+    step = ["Crank.O=[0,0]; Crank.angle=20*.sin(360*.t);"]
+    last, at = "Crank.P", (20.0, 0.0)
+    for i in range(count):
+        ground, top = (at[0] + 40.0, at[1] - 50.0), (at[0] + 40.0, at[1])
+        things.append(f"C{i} : .bar A=[{at[0]},{at[1]}] B=[{top[0]},{top[1]}];")
+        things.append(f"R{i} : .bar B=[{top[0]},{top[1]}] D=[{ground[0]},{ground[1]}];")
+        step.append(f"C{i}.A={last}; C{i}.B=R{i}.B; R{i}.D=[{ground[0]},{ground[1]}];")
+        last, at = f"R{i}.B", top
+    return "\n".join([".config(8);", *things, "@0", *step, "@1", ""])
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str) -> Counter[str]:
+    """Counts the calls of a function or method from here on."""
+    calls: Counter[str] = Counter()
+    original: Callable[..., Any] = getattr(owner, name)
+
+    def count(*arguments: Any, **named: Any) -> Any:
+        calls[name] += 1
+        return original(*arguments, **named)
+
+    monkeypatch.setattr(owner, name, count)
+    return calls
+
+
+def test_a_closed_drawing_is_solved_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search for a beginning takes over what the look at the drawing has found."""
+    begun = counted(monkeypatch, dispatch, "begin")
+    motion = motion_of(chain(6))
+    once = begun["begin"]
+    original = BlockOptions.candidates
+
+    def forgetful(self: BlockOptions, *arguments: Any) -> list[Option]:
+        self.__dict__["_known"].clear()
+        return original(self, *arguments)
+
+    monkeypatch.setattr(BlockOptions, "candidates", forgetful)
+    motion_of(chain(6))
+    assert begun["begin"] - once >= once + len(motion.stretches[0].plan.blocks)
+
+
+def test_following_a_chain_looks_for_nothing_upstream(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = counted(monkeypatch, Piece, "finders")
+    motion_of(chain(12))
+    assert not asked
+
+
+def test_what_is_before_a_block_is_evaluated_once_an_instant(monkeypatch: pytest.MonkeyPatch) -> None:
+    attempts = counted(monkeypatch, trace, "_attempt")
+    evaluated = counted(monkeypatch, Piece, "before")
+    timeline = arranged(understand(SourceText(str(WALSCHAERTS), WALSCHAERTS.read_text(encoding="utf-8"))), Choices())
+    moved(timeline)
+    assert attempts["_attempt"] > 200
+    assert evaluated["before"] < 1.2 * attempts["_attempt"]  # one for each of three questions, it was nearly three
+
+
+def test_verifying_frames_compiles_nothing() -> None:
+    motion = motion_of(FOUR_BAR)
+    before = structures_compiled()
+    assert first_shortfall(motion) is None
+    assert structures_compiled() == before
+
+
+def test_one_schedule_serves_with_and_without_turns() -> None:
+    motion = motion_of(FOUR_BAR)
+    piece = motion.stretches[0].pieces[0]
+    assert isinstance(piece, Piece)
+    instants = piece.instants(np.linspace(0.0, 1.0, 5))
+    whole, _ = piece.solve(instants)
+    before = structures_compiled()
+    part, _ = piece.solve(instants, windings=False)
+    assert structures_compiled() == before
+    left_out = [n for n, value in enumerate(part) if value is None and whole[n] is not None]
+    assert [motion.stretches[0].plan.system.unknowns[n].name for n in left_out]
+    for n, value in enumerate(part):
+        assert n in left_out or np.array_equal(value, whole[n])
+
+
+def test_reports_of_steps_are_made_for_who_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    parts = counted(monkeypatch, examination, "parts_of")
+    solution = examined(arranged(understand(SourceText("test.mov", FOUR_BAR)), Choices()), Choices())
+    assert not parts
+    assert len(solution.steps) == len(list(solution.steps)) == parts["parts_of"]
+
+
+def test_large_blocks_need_no_dense_decomposition(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = motion_of(linkage_script(transformable(1), "tiling"))
+    decomposed = counted(monkeypatch, rank, "null_space")
+    (found,) = block_ranks(motion.stretches[0])
+    assert (found.freedom, len(found.motions), found.rows - found.rank) == (4, 4, 1)
+    assert not decomposed
+
+
+def test_sparse_rank_is_the_rank() -> None:
+    motion = motion_of(linkage_script(transformable(1), "tiling"))
+    stretch = motion.stretches[0]
+    moment = generic_moment(stretch)
+    assert moment is not None
+    piece, tau = moment
+    instants = piece.instants(np.array([tau]))
+    state, _ = piece.evaluate(instants)
+    (block,) = (block for block in stretch.plan.blocks if isinstance(block, Free))
+    scale = np.full(len(block.core), stretch.plan.size)
+    rows, found, free = rank.rank_at(block, rank.at_one(state), instants.clocks, rank.values_of(block, state), scale)
+    expected, null, _ = null_space(rows, rank.RANK_TOLERANCE)
+    assert found == expected < len(block.core)
+    assert np.abs(rows @ free).max() < 1e-12
+    assert free == pytest.approx(null @ (null.T @ free), abs=1e-11)
+    left = np.linalg.svd(rows)[0][:, expected:]
+    assert SparseRank(rows, rank.RANK_TOLERANCE).stress() == pytest.approx(np.linalg.norm(left, axis=1), abs=1e-9)
+
+
+def test_more_free_motions_than_are_looked_for_first() -> None:
+    rows = np.zeros((3, 60))
+    rows[[0, 1, 2], [5, 17, 40]] = 1.0
+    found = SparseRank(rows, 1e-5)
+    assert found.rank == 3
+    assert found.free.shape == (60, 57)
+    assert np.abs(rows @ found.free).max() < 1e-9
