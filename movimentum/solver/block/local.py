@@ -40,6 +40,7 @@ class Local:
     high: float
     sizes: FloatArray | None = None
     _seen: tuple[float, BlockProblem, float] | None = None
+    _here: tuple[float, BlockProblem] | None = None
     _linear: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
 
     def around(self, tau: float) -> tuple[BlockProblem, float]:
@@ -52,13 +53,15 @@ class Local:
         earlier = max(tau - self.delta, min(self.low, tau))
         if later - earlier < self.delta:
             later, earlier = tau + self.delta, tau
-        points = np.array([tau, later, earlier])
-        self._seen = tau, self.probe(points), later - earlier
-        return self._seen[1:]
+        problem = self.probe(np.array([tau, later, earlier]))
+        self._seen = tau, problem, later - earlier
+        return problem, later - earlier
 
     def at(self, tau: float) -> BlockProblem:
         """The problem at ``tau`` alone."""
-        return self.around(tau)[0].first()
+        if self._here is None or self._here[0] != tau:
+            self._here = tau, self.around(tau)[0].first()
+        return self._here[1]
 
     def rate(self, tau: float, x: FloatArray, scale: FloatArray) -> tuple[FloatArray, float]:
         """The velocity of the core unknowns (per unit of time), and the smallest singular value of the scaled Jacobian
