@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.api.names import Names, Readout
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import usage_error
 from movimentum.solver.motion import AnyMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import counted
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 def values_of(reading: Readout, chunks: Iterable[Poses]) -> FloatArray:

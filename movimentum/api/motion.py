@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.api.moments import Moments, rates_of, values_of
 from movimentum.api.names import Names
 from movimentum.api.options import Limits, Number, exact, frame_choice, one_of, positive, words
 from movimentum.api.output import Written, data_frame, silent
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import told_in, usage_error
 from movimentum.settings import Accuracy, FailurePolicy
@@ -27,10 +27,6 @@ from movimentum.timeline.model import Timeline
 from movimentum.workflow.choices import Choices, Picture
 from movimentum.workflow.frames import PoseChunks
 from movimentum.workflow.stages import Solution, afterwards
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 class Origin(Protocol):

@@ -10,11 +10,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.solver.block.sparse import factored
-
-FloatArray = NDArray[np.float64]
 
 SHIFT = 1e-12
 """Of the square of a row's length, which is one: far below the square of what still counts for rank."""

@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, walk
 from movimentum.planning.codegen import numeric
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.unknowns import unknown_number
-
-FloatArray = NDArray[np.float64]
 
 AT_ONCE = 200_000
 """Numbers of which the values of all operations on one shape may consist: what the processor's cache has room for."""

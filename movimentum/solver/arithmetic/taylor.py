@@ -11,12 +11,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray
 from movimentum.expressions import RADIANS, Expr
 from movimentum.planning.codegen import numeric
 
-BoolArray = NDArray[np.bool_]
 Series = tuple[Any, ...]
 """Coefficients x_0, x_1, …: the k-th derivative divided by k!, each a float64 scalar or (F,). Missing ones are 0."""
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from movimentum.arrays import BoolArray
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Newton, Ode, Quadratic, Winding
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import (
     AngleTrack,
-    BoolArray,
     Choice,
     FlowTrack,
     Gap,

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.calculus import with_respect_to
@@ -16,8 +16,6 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.arithmetic.evaluation import ordered
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient
 from movimentum.solver.basis.instants import Instants
-
-FloatArray = NDArray[np.float64]
 
 SINGULAR = 1e-13
 """Reciprocal condition number of a Jacobian below which it tells nothing."""

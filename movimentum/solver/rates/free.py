@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, substitute, symbol
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.calculus import with_respect_to
@@ -22,8 +22,6 @@ from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.rates.block import Moment
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(slots=True, eq=False)

@@ -21,8 +21,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, symbols
 from movimentum.planning.blocks.kinds import Block, Free
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
@@ -38,9 +38,6 @@ from movimentum.solver.path.removable import FEWER, ONE_SIDED, POINTS, TWO_FEWER
 from movimentum.solver.rates.block import SINGULAR, BlockRows, Moment, differentiated, rows_of
 from movimentum.solver.rates.free import FreeBlock
 from movimentum.solver.segment_motion import Dead, Stretch
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 NEARLY_SINGULAR = 1e-3
 """Reciprocal condition number below which a limit from beside the instant may be the better answer."""
