@@ -23,7 +23,7 @@ from movimentum.solver.continuation import trace
 from movimentum.solver.kinds import dispatch
 from movimentum.solver.motion import Motion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.start.options import BlockOptions, Option
+from movimentum.solver.start.options import BlockOptions
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, moved, understand
@@ -71,7 +71,7 @@ def test_a_closed_drawing_is_solved_once(monkeypatch: pytest.MonkeyPatch) -> Non
     once = begun["begin"]
     original = BlockOptions.candidates
 
-    def forgetful(self: BlockOptions, *arguments: Any) -> list[Option]:
+    def forgetful(self: BlockOptions, *arguments: Any) -> Any:
         self.__dict__["_known"].clear()
         return original(self, *arguments)
 
