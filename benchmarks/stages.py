@@ -20,7 +20,7 @@ from mechanisms import Array, Mechanism, anchors, program
 
 from movimentum.planning.blocks.kinds import method_of
 from movimentum.scene.build import build
-from movimentum.solver.motion import BATCH, Motion
+from movimentum.solver.motion import BATCH, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Stretch
 from movimentum.solver.solver import solve
@@ -29,7 +29,7 @@ from movimentum.syntax.parser import parse
 from movimentum.timeline.arrange import arrange
 
 INSIDE = {
-    "plan": "movimentum.planning.planner:compile_segment",
+    "plan": "movimentum.planning.planner:compile_structure",
     "code": "movimentum.planning.codegen.generate:compiled",
 }
 """What is timed inside of solving: planning, and of that, generating code."""
@@ -79,7 +79,7 @@ def _watched(totals: dict[str, float]) -> Iterator[None]:
             setattr(module, name, original)
 
 
-def _solved(motion: Motion, stretch: Stretch, piece: Piece, frames: int) -> None:
+def _solved(motion: PathMotion, stretch: Stretch, piece: Piece, frames: int) -> None:
     """Solve all frames, in the batches in which poses are made."""
     for begin in range(0, frames, BATCH):
         piece.solve(motion.instants(stretch, begin, min(begin + BATCH, frames)), windings=False)
@@ -103,7 +103,7 @@ def run(m: Mechanism, frames: int, repeats: int = 1) -> Solved:
     )
     inside: dict[str, float] = {}
     with _watched(inside):
-        motion: Motion = stage("path", lambda: solve(timeline))
+        motion: PathMotion = stage("path", lambda: solve(timeline))
     seconds.update(inside)
     seconds["path"] -= inside["plan"]
     stretch = motion.stretches[0]

@@ -1,75 +1,74 @@
 """Movimentum: animate mechanisms by stating what is connected to what.
 
-From Python, a script passes through the stages like this::
+    >>> import movimentum as mv
+    >>> script = mv.load("scripts/slider-crank.mov")
+    >>> motion = script.solve()
+    >>> motion
+    Motion(slider-crank.mov: 51 frames, 6 things, 0 to 2)
+    >>> motion["Rod.B"].shape  # (frames, 2), world pixels, y up
+    (51, 2)
+    >>> motion.velocity("Rod.B").shape  # exact, not differences
+    (51, 2)
 
-    import movimentum as mv
-
-    source = mv.SourceText("crank.mov", text)
-    scene = mv.build(mv.parse(source), source, mv.image_size)
-    motion = mv.solve_timeline(mv.arrange(scene))
-    report = mv.examine(motion)  # diagnostics, a report for each step
-    poses = motion.poses(0, motion.timeline.frame_count)
-
-Names are imported when they are first used, so ``import movimentum`` costs nothing.
+The stages one by one are in `movimentum.stages`. Names are imported when they are first used, so ``import movimentum``
+costs nothing.
 """
 
 from __future__ import annotations
 
 TYPE_CHECKING = False  # `typing` would be the first import of every command, when Ctrl-C is not handled yet
 if TYPE_CHECKING:
-    from movimentum.analysis.examine import Examination as Examination
-    from movimentum.analysis.examine import examine as examine
+    from movimentum import stages as stages
+    from movimentum.api.moments import Moments as Moments
+    from movimentum.api.motion import Motion as Motion
+    from movimentum.api.options import Limits as Limits
+    from movimentum.api.output import Written as Written
+    from movimentum.api.script import Script as Script
+    from movimentum.api.script import load as load
+    from movimentum.api.script import loads as loads
     from movimentum.diagnostics import Diagnostic as Diagnostic
     from movimentum.diagnostics import Severity as Severity
     from movimentum.errors import MovimentumError as MovimentumError
     from movimentum.errors import NoSolutionError as NoSolutionError
     from movimentum.errors import ScriptError as ScriptError
+    from movimentum.errors import UnknownNameError as UnknownNameError
     from movimentum.errors import UsageError as UsageError
-    from movimentum.rendering.images import image_size as image_size
-    from movimentum.scene.build import build as build
-    from movimentum.scene.model import Scene as Scene
-    from movimentum.solver.motion import Motion as Motion
-    from movimentum.solver.poses import Poses as Poses
-    from movimentum.solver.solver import solve as solve_timeline  # noqa: F401  # pyright: ignore[reportUnusedImport]
-    from movimentum.source import SourceText as SourceText
-    from movimentum.syntax.parser import parse as parse
-    from movimentum.timeline.arrange import arrange as arrange
-    from movimentum.timeline.model import Timeline as Timeline
+    from movimentum.settings import Accuracy as Accuracy
+    from movimentum.settings import FailurePolicy as FailurePolicy
 
 __version__ = "0.1.0"
 
 _HOME = {
+    "Accuracy": "movimentum.settings",
     "Diagnostic": "movimentum.diagnostics",
-    "Examination": "movimentum.analysis.examine",
-    "Motion": "movimentum.solver.motion",
+    "FailurePolicy": "movimentum.settings",
+    "Limits": "movimentum.api.options",
+    "Moments": "movimentum.api.moments",
+    "Motion": "movimentum.api.motion",
     "MovimentumError": "movimentum.errors",
     "NoSolutionError": "movimentum.errors",
-    "Poses": "movimentum.solver.poses",
-    "Scene": "movimentum.scene.model",
+    "Script": "movimentum.api.script",
     "ScriptError": "movimentum.errors",
     "Severity": "movimentum.diagnostics",
-    "SourceText": "movimentum.source",
-    "Timeline": "movimentum.timeline.model",
+    "UnknownNameError": "movimentum.errors",
     "UsageError": "movimentum.errors",
-    "arrange": "movimentum.timeline.arrange",
-    "build": "movimentum.scene.build",
-    "examine": "movimentum.analysis.examine",
-    "image_size": "movimentum.rendering.images",
-    "parse": "movimentum.syntax.parser",
-    "solve_timeline": "movimentum.solver.solver:solve",
+    "Written": "movimentum.api.output",
+    "load": "movimentum.api.script",
+    "loads": "movimentum.api.script",
 }
 
-__all__ = ["__version__", *_HOME]  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = ["__version__", "stages", *_HOME]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> object:
+    from importlib import import_module
+
+    if name == "stages":
+        return import_module("movimentum.stages")
     home = _HOME.get(name)
     if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    module, _, inside = home.partition(":")
-    return getattr(import_module(module), inside or name)
+    return getattr(import_module(home), name)
 
 
 def __dir__() -> list[str]:

@@ -15,7 +15,12 @@ MAX_MESSAGES = 200
 
 
 class Severity(StrEnum):
-    """How serious it is: an error stops the work, a warning may stop it (``--strict``), a note never does."""
+    """How bad it is: an error stops the work, a warning may (``--strict``), a note never does.
+
+    >>> import movimentum as mv
+    >>> [severity.value for severity in mv.Severity]
+    ['error', 'warning', 'note']
+    """
 
     ERROR = "error"
     WARNING = "warning"
@@ -35,6 +40,11 @@ class Diagnostic:
     """One message: a stable ``code`` (``"constraint/conflict"``), a headline that stands alone,
     the narrowest span (``None`` where the whole script is meant) with an optional ``label``,
     further ``labels``, ``notes`` (numbers in script units) and ``helps`` that can be typed.
+
+    >>> import movimentum as mv
+    >>> (free,) = mv.loads("Rod : .bar A=[0,0] B=[50,0]; @0 Rod.A = [9,9]; @1").diagnostics
+    >>> free.code, free.severity.value
+    ('constraint/free-motion', 'warning')
     """
 
     code: str

@@ -4,39 +4,96 @@
 
     MovimentumError
     ├── ScriptError        1   the script is at fault (syntax, names, kinds, files, conflicts)
+    │   └── UnknownNameError   what is asked of a motion has no such name; a KeyError too
     ├── UsageError         2   wrong options, unwritable output
     └── NoSolutionError    3   the scene has no solution at some time
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager
 
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Severity, render_text
+from movimentum.source import SourceText
 
 
 class MovimentumError(Exception):
-    """Base of all errors that a user can cause; ``diagnostics`` says everything."""
+    """Base of all errors that a user can cause; ``diagnostics`` says everything, about the text ``source``.
+
+    Printed, it looks as in a terminal: codes, places, lines with carets, helps.
+
+    >>> import movimentum as mv
+    >>> try:
+    ...     mv.loads("@0 x = ;")
+    ... except mv.MovimentumError as error:
+    ...     print(error.diagnostics[0].code, error.exit_code)
+    syntax/unexpected 1
+    """
 
     exit_code = 1
 
-    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+    def __init__(self, diagnostics: Iterable[Diagnostic], source: SourceText | None = None) -> None:
         self.diagnostics = tuple(diagnostics)
+        self.source = source
         super().__init__("; ".join(item.message for item in self.diagnostics))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.diagnostics, self.source)
+
+    def __str__(self) -> str:
+        shown = [item for item in self.diagnostics if item.severity is not Severity.NOTE] or self.diagnostics
+        return render_text(shown, self.source or SourceText("movimentum", "")).rstrip("\n")
 
 
 class ScriptError(MovimentumError):
-    """The script is at fault."""
+    """The script is at fault.
+
+    >>> import movimentum as mv
+    >>> mv.loads("Rod : .bar A = [0,0] B = [9,0]; @0 Rod.A = 5;")
+    Traceback (most recent call last):
+        ...
+    movimentum.errors.ScriptError: error[kind/mismatch]: ...
+    """
+
+
+class UnknownNameError(ScriptError, KeyError):
+    """A motion is asked for what the scene does not have.
+
+    >>> import movimentum as mv
+    >>> motion = mv.loads("Rod : .bar A = [0,0] B = [9,0]; @0 Rod.A = [5,5]; Rod.angle = 0;").solve()
+    >>> try:
+    ...     motion["Rood.A"]
+    ... except KeyError as error:
+    ...     print(error.diagnostics[0].helps[0])
+    did you mean `Rod.A`?
+    """
 
 
 class UsageError(MovimentumError):
-    """The command is at fault: options that do not fit together, a file that cannot be written."""
+    """The command, or the call, is at fault: options that do not fit, a file that cannot be read or written.
+
+    >>> import movimentum as mv
+    >>> mv.load("no-such-script.mov")
+    Traceback (most recent call last):
+        ...
+    movimentum.errors.UsageError: error[usage/script]: cannot read no-such-script.mov: no such file or directory
+    """
 
     exit_code = 2
 
 
 class NoSolutionError(MovimentumError):
-    """The scene has no solution at some time."""
+    """The scene has no solution at some time; its diagnostics say when, and what is in the way.
+
+    >>> import movimentum as mv
+    >>> script = mv.loads("Rod : .bar A=[0,0] B=[9,0]; @0 Rod.A = [0,0]; Rod.B = [8 + 2*.t, y]; y > 0; @1")
+    >>> try:
+    ...     script.solve()
+    ... except mv.NoSolutionError as error:
+    ...     print(error.diagnostics[0].code)
+    solve/unreachable
+    """
 
     exit_code = 3
 
@@ -49,3 +106,14 @@ def usage_error(code: str, message: str, *helps: str) -> UsageError:
 def script_error(code: str, message: str, *helps: str) -> ScriptError:
     """A `ScriptError` with one diagnostic, which is not about a place in the script."""
     return ScriptError([Diagnostic(code, Severity.ERROR, message, helps=helps)])
+
+
+@contextmanager
+def told_in(source: SourceText) -> Generator[None, None, None]:
+    """Errors inside show the lines of ``source`` that they are about."""
+    try:
+        yield
+    except MovimentumError as error:
+        if error.source is None:
+            error.source = source
+        raise

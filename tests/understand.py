@@ -11,14 +11,14 @@ from movimentum.scene.build import build
 from movimentum.scene.model import AnchorCoordinate, Anonymous, Constraint, Relation, Scene, VariableComponent
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
-from movimentum.syntax.tree import Script, Statement
+from movimentum.syntax.tree import ScriptTree, Statement
 from movimentum.timeline.arrange import arrange
 from movimentum.timeline.model import Timeline
 
 BAR = "Bar : .bar P = [0,0] Q = [10,0];\n"
 
 
-def script_of(text: str) -> Script:
+def script_of(text: str) -> ScriptTree:
     return parse(SourceText("test.mov", text))
 
 

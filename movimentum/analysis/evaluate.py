@@ -6,14 +6,13 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, substitute, symbol, symbols
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.poses import Poses
 
-FloatArray = NDArray[np.float64]
 Reader = Callable[[Poses], list[FloatArray]]
 """From the poses of F moments to one (F,) array for each expression; nan if an expression has no value."""
 

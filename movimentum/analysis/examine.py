@@ -25,8 +25,8 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.planning.blocks.kinds import Free
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
 from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.motion import Motion
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
 from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
 
@@ -71,13 +71,15 @@ class _Reports(Sequence[StepReport]):
         return len(self._stretches)
 
 
-def examine(motion: Motion) -> Examination:
-    """Diagnose a motion. Evaluates every frame once, to make sure that the paths keep their promises."""
-    with np.errstate(all="ignore"):  # an overflow is reported as what it makes impossible
-        return _examined(motion)
+def examine(motion: PathMotion, *, every_frame: bool = True) -> Examination:
+    """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds, and what the script
+    claims; without ``every_frame`` these two are left out.
+    """
+    with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
+        return _examined(motion, every_frame)
 
 
-def _examined(motion: Motion) -> Examination:
+def _examined(motion: PathMotion, every_frame: bool) -> Examination:
     found: list[Diagnostic] = []
     every: list[list[BlockRank]] = []
     fault = 0
@@ -116,11 +118,11 @@ def _examined(motion: Motion) -> Examination:
         from movimentum.analysis.diagnose.wishes import wish_diagnostics
 
         found.extend(wish_diagnostics(motion))
-    missing = None if motion.accuracy == "draft" else first_shortfall(motion)  # it reports its own error
+    missing = first_shortfall(motion) if every_frame else None
     if missing is not None and fault == 0:
         found.append(_unsolved_frame(motion, missing))
         fault = 3
-    if motion.accuracy != "draft":
+    if every_frame:
         broken = list(claim_diagnostics(motion))
         found.extend(broken)
         fault = fault or (1 if broken else 0)
@@ -148,7 +150,7 @@ def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
         )
 
 
-def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
+def _inaccurate(motion: PathMotion, stretch: Stretch) -> Iterator[Diagnostic]:
     """Free motion that was integrated with less accuracy than usual, because otherwise it would not have ended."""
     for piece in stretch.pieces:
         if isinstance(piece, Dead):
@@ -176,10 +178,10 @@ def _inaccurate(motion: Motion, stretch: Stretch) -> Iterator[Diagnostic]:
             )
 
 
-def _ill_conditioned(motion: Motion, index: int) -> Iterator[Diagnostic]:
+def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     stretch = motion.stretches[index]
     span = motion.span(index, 0, motion.timeline.frame_count)
-    if span is None or any(t.kind == "start" for t in stretch.troubles):
+    if span is None or any(t.kind is TroubleKind.START for t in stretch.troubles):
         return
     from movimentum.analysis.diagnose.conditioning import nearly_singular
 
@@ -205,7 +207,7 @@ def _ill_conditioned(motion: Motion, index: int) -> Iterator[Diagnostic]:
 
 
 def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
-    if any(t.kind == "start" for t in stretch.troubles):
+    if any(t.kind is TroubleKind.START for t in stretch.troubles):
         return
     system = stretch.plan.system
     for rank in ranks:
@@ -241,7 +243,7 @@ def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnost
             )
 
 
-def _idle_selectors(motion: Motion) -> Iterator[Diagnostic]:
+def _idle_selectors(motion: PathMotion) -> Iterator[Diagnostic]:
     decisive: set[int] = set()
     stated: dict[int, Span] = {}
     for stretch in motion.stretches:
@@ -273,7 +275,7 @@ def _idle_selectors(motion: Motion) -> Iterator[Diagnostic]:
 # --- the final check
 
 
-def _unsolved_frame(motion: Motion, missing: Shortfall) -> Diagnostic:
+def _unsolved_frame(motion: PathMotion, missing: Shortfall) -> Diagnostic:
     """The first frame that the paths promised and that could not be solved after all."""
     stretch = missing.stretch
     time = time_text(float(motion.timeline.frame_time(missing.frame)))

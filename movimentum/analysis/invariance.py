@@ -13,7 +13,7 @@ from movimentum.expressions import Expr, clock, ratio, sub, substitute, walk
 from movimentum.scene.model import Constraint, Relation
 from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Dead
 from movimentum.solver.solver import solve
 from movimentum.text import number, time_text
@@ -37,7 +37,7 @@ class Apart:
     first: float | None
 
 
-def _apart(one: Motion, other: Motion, times: Sequence[Fraction], backwards: bool = False) -> Apart:
+def _apart(one: PathMotion, other: PathMotion, times: Sequence[Fraction], backwards: bool = False) -> Apart:
     """Compare at ``times`` (ascending); ``backwards``: the other motion runs from the end to the beginning.
 
     A step's own time belongs to that step, whichever way time runs. So the times of steps are left out then.
@@ -65,13 +65,13 @@ def _apart(one: Motion, other: Motion, times: Sequence[Fraction], backwards: boo
     return replace(worst, first=None if first is None else float(times[int(first)]))
 
 
-def _times(motion: Motion) -> list[Fraction]:
+def _times(motion: PathMotion) -> list[Fraction]:
     timeline = motion.timeline
     stride = -(-timeline.frame_count // MOST_TIMES)
     return [timeline.frame_time(frame) for frame in range(0, timeline.frame_count, stride)]
 
 
-def frame_rate_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
+def frame_rate_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     """Solve the scene at another frame rate and compare at both rates' frame times."""
     timeline = motion.timeline
     other = solve(arrange(timeline.scene, fps=timeline.fps * OTHER_RATE, max_frames=10**9))
@@ -101,7 +101,7 @@ def _told(code: str, how: str, found: Apart) -> Diagnostic:
 # --- backwards -------------------------------------------------------------------------------------------
 
 
-def reverse_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
+def reverse_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     """Follow the motion from its end back to its beginning, and compare.
 
     Some scenes are not reversible and not tried: those with integrals and derivatives (they depend on the direction of
@@ -122,7 +122,7 @@ def reverse_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
     )
 
 
-def _irreversible(motion: Motion) -> str | None:
+def _irreversible(motion: PathMotion) -> str | None:
     for stretch in motion.stretches:
         when = f"in the step at t = {time_text(float(stretch.segment.start))}"
         if stretch.troubles or any(isinstance(piece, Dead) for piece in stretch.pieces):

@@ -17,6 +17,7 @@ from click.core import ParameterSource
 from movimentum import budget
 from movimentum.cli.parameters import FrameRangeType, RationalType
 from movimentum.console import Console
+from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.limits import MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS
 
@@ -55,6 +56,14 @@ def with_choices(command: Callable[..., int]) -> Callable[..., int]:
     return gathering
 
 
+def _accuracy(_context: click.Context, _parameter: click.Parameter, word: str) -> Accuracy:
+    return Accuracy(word)
+
+
+def _failure_policy(_context: click.Context, _parameter: click.Parameter, word: str) -> FailurePolicy:
+    return FailurePolicy(word)
+
+
 def _keep_memory(context: click.Context, _: click.Parameter, megabytes: int) -> int:
     if isinstance(context.obj, Console) and context.get_parameter_source("max_memory") is not ParameterSource.DEFAULT:
         context.obj.megabytes = megabytes
@@ -89,16 +98,18 @@ FRAMES = click.option(
 STRICT = click.option("--strict", is_flag=True, help="Treat warnings as errors (exit code 1).")
 ACCURACY = click.option(
     "--accuracy",
-    type=click.Choice(["draft", "standard", "high", "exact"]),
-    default="standard",
+    type=click.Choice([tier.value for tier in Accuracy]),
+    default=Accuracy.STANDARD.value,
+    callback=_accuracy,
     show_default=True,
     help="How exactly the equations are solved: interpolated (with a reported error), to the precision of a float, to "
     "its last bits, or to any number of digits.",
 )
 ON_FAILURE = click.option(
     "--on-failure",
-    type=click.Choice(["stop", "hold", "skip"]),
-    default="stop",
+    type=click.Choice([policy.value for policy in FailurePolicy]),
+    default=FailurePolicy.STOP.value,
+    callback=_failure_policy,
     show_default=True,
     help="If the scene has no solution at some time: write nothing, hold the last good pose, or leave those frames out "
     "(the exit code is 3 in each case).",

@@ -22,6 +22,7 @@ from movimentum.cli.options import (
 from movimentum.cli.parameters import FrameRange
 from movimentum.cli.work import carried_out, output_or_stdout
 from movimentum.console import Console
+from movimentum.settings import Accuracy
 from movimentum.text import counted
 from movimentum.workflow.choices import Choices, Outcome
 from movimentum.workflow.limits import MAX_DIGITS
@@ -84,7 +85,7 @@ def solve(
     from movimentum.interop.tables import SUFFIXES
     from movimentum.workflow.tabulate import tabulate
 
-    if choices.digits is not None and choices.accuracy != "exact":
+    if choices.digits is not None and choices.accuracy is not Accuracy.EXACT:
         raise click.UsageError("--digits needs --accuracy exact: the other tiers have the digits of a float64.")
     if output != "-" and Path(output).suffix.lower() not in SUFFIXES:
         raise click.UsageError(f"{output}: a table ends in one of {', '.join(SUFFIXES)}, or is - for CSV on stdout.")

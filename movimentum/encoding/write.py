@@ -36,7 +36,7 @@ from movimentum.encoding.runs import coded_runs, timed_frames, workers_that_pay
 from movimentum.encoding.stills import JPEG_LARGEST, SequenceWriter, coder_of
 from movimentum.encoding.video import write_video
 from movimentum.encoding.webp import WebpCoder, WebpWriter
-from movimentum.errors import UsageError
+from movimentum.errors import usage_error
 from movimentum.output.files import whole_file, whole_folder
 from movimentum.rendering.painter import Painter, PaintSession
 from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, pieces, thinned
@@ -79,14 +79,14 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
     suffix, name = path.suffix.lower(), path.name
     if suffix not in SUFFIXES:
         known = ", ".join(SUFFIXES)
-        raise _usage("output/format", f"cannot tell a format from `{name}`: known are {known}", "-o out.gif")
+        raise usage_error("output/format", f"cannot tell a format from `{name}`: known are {known}", "-o out.gif")
     if suffix not in _STILLS:
         return suffix[1:]
     if transparent and suffix != ".png":
-        raise _usage("output/opaque", "a JPEG has no transparency", f"-o {typed(path.with_suffix('.png'))}")
+        raise usage_error("output/opaque", "a JPEG has no transparency", f"-o {typed(path.with_suffix('.png'))}")
     if "%" not in name:
         if frames is not None and frames > 1:
-            raise _usage(
+            raise usage_error(
                 "output/one-picture",
                 f"{frames} frames do not fit into one picture `{name}`",
                 f"-o {typed(path.with_name(path.stem + '-%04d' + path.suffix))}",
@@ -95,7 +95,7 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
             )
         return _STILLS[suffix]
     if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", name):
-        raise _usage(
+        raise usage_error(
             "output/pattern",
             f"`{name}` must have one %d (or %04d) for the frame's number",
             f"-o out-%04d{path.suffix}",
@@ -126,7 +126,7 @@ def write_animation(
     total = count(source)
     kind = check_output(path, total, transparent=painter.transparent)
     if total == 0:
-        raise _usage("output/no-frames", "there is no frame to draw")
+        raise usage_error("output/no-frames", "there is no frame to draw")
     job = _Job(painter, source, total, fps, loop, workers, progress)
     match kind:
         case "gif":
@@ -296,7 +296,7 @@ def _refuse_large_jpeg(painter: Painter, path: Path) -> None:
 def _refuse_larger(painter: Painter, limit: int, name: str) -> None:
     if max(painter.size) > limit:
         width, height = painter.size
-        raise _usage(
+        raise usage_error(
             "limit/pixels", f"{width} x {height} pixels: the limit of {name} is {limit} each way", "--scale 0.5"
         )
 
@@ -309,7 +309,3 @@ def _too_fast(fps: Fraction) -> Diagnostic:
         notes=("browsers slow faster animations down to 10 frames a second",),
         helps=(f"--fps {gif.FASTEST}", "-o out.webp"),
     )
-
-
-def _usage(code: str, message: str, *helps: str) -> UsageError:
-    return UsageError([Diagnostic(code, Severity.ERROR, message, helps=helps)])

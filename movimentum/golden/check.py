@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.golden import pictures
@@ -19,14 +19,10 @@ from movimentum.golden.record import Golden, Rendition, renderer, rendition
 from movimentum.interop.tables import columns
 from movimentum.output.files import read_limited
 from movimentum.rendering.images import picture_file
-from movimentum.solver.accuracy.refinement import RefinedMotion
-from movimentum.solver.motion import Motion
 from movimentum.source import SourceText
 from movimentum.terminal import typed
 from movimentum.text import counted, listed, number, time_text
 from movimentum.workflow.read import reads
-
-FloatArray = NDArray[np.float64]
 
 TOLERANCE = 1e-8
 """Of the scene's size: how far an anchor may be from where it was. A millionth of a pixel in a scene of 100 pixels."""
@@ -188,7 +184,7 @@ def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[D
     place = {name: k for k, name in enumerate(header)}
     old = {name: table[:, place[name]] for name in names}
     now = {column.name: np.asarray(column.values(poses), dtype=np.float64) for column in chosen}
-    limit = TOLERANCE * solved_size(motion)
+    limit = TOLERANCE * motion.size
     apart = dict(_distances(made, old, now))
     off = {name: far for name, far in apart.items() if not (far <= limit).all()}
     if not off:
@@ -216,11 +212,6 @@ def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[D
         f"{what}, at t = {_time(now, here)} (frame {frame}), first seen there{agree}",
         *notes,
     )
-
-
-def solved_size(motion: Motion | RefinedMotion) -> float:
-    """The scene's size in pixels."""
-    return motion.base.size if isinstance(motion, RefinedMotion) else motion.size
 
 
 def _time(now: dict[str, FloatArray], row: int) -> str:

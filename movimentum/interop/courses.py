@@ -6,11 +6,9 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.syntax.printer import float_text
-
-FloatArray = NDArray[np.float64]
 
 SAME = 2e-13
 """Of the largest value and 1: the allowed error of a statement at a frame."""

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-import numpy as np
-from numpy.typing import NDArray
-
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.interop.courses import course, time_text
 from movimentum.interop.formula_values import (
@@ -24,8 +22,6 @@ from movimentum.interop.formulas import Formula, Formulas, literal
 from movimentum.interop.names import script_name
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
-
-FloatArray = NDArray[np.float64]
 
 TURN = 60
 """Degrees by which a free angle grows in a time unit."""

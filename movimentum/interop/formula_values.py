@@ -6,14 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-import numpy as np
-from numpy.typing import NDArray
-
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formulas, evaluate, literal
-
-FloatArray = NDArray[np.float64]
 
 USUAL_FPS = Fraction(24)
 _STARTS = range(0, 360, 15)  # degrees of the trial values for the beginning of a free angle

@@ -29,12 +29,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import ScriptError
 from movimentum.planning.codegen.numeric import sincosd
 from movimentum.source import SourceText, Span
-
-FloatArray = NDArray[np.float64]
 
 SHAPES = {
     "PLA": "PLa",

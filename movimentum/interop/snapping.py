@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.interop.linkages import Linkage, turn
-
-FloatArray = NDArray[np.float64]
 
 NEARLY = 1e-4
 """Lengths that differ by less, relative to their size, are taken as equal."""

@@ -22,11 +22,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
+from movimentum.arrays import FloatArray
 from movimentum.scene.model import Scene
 
 if TYPE_CHECKING:
-    from movimentum.solver.accuracy.wide_poses import RefinedPoses
-    from movimentum.solver.poses import FloatArray, Poses
+    from movimentum.solver.poses import Poses, SpelledPoses
 
 SUFFIXES = (".csv", ".json", ".npz")
 
@@ -39,7 +39,7 @@ class Column:
 
     name: str
     values: Callable[[Poses], FloatArray]
-    texts: Callable[[RefinedPoses], list[str]]
+    texts: Callable[[SpelledPoses], list[str]]
 
 
 def columns(scene: Scene, without: Container[str] = ()) -> tuple[Column, ...]:
@@ -53,17 +53,17 @@ def columns(scene: Scene, without: Container[str] = ()) -> tuple[Column, ...]:
         )
 
     def angle(name: str, thing: int) -> Column:
-        return Column(name, lambda poses: poses.angle[thing], lambda poses: poses.texts(poses.pose[thing].angle))
+        return Column(name, lambda poses: poses.angle[thing], lambda poses: poses.texts(poses.turn(thing)))
 
     def variable(name: str, axis: int | None) -> Column:
         def values(poses: Poses) -> FloatArray:
             return poses.variables[name] if axis is None else poses.variables[name][:, axis]
 
         title = name if axis is None else f"{name}.{'xy'[axis]}"
-        return Column(title, values, lambda poses: poses.texts(poses.scalars[name, axis]))
+        return Column(title, values, lambda poses: poses.texts(poses.scalar(name, axis)))
 
     bodies = [thing for thing in scene.things if thing.is_body]
-    found = [Column("time", lambda poses: poses.times, lambda poses: poses.texts(poses.instants))]
+    found = [Column("time", lambda poses: poses.times, lambda poses: poses.texts(poses.clock()))]
     for thing in bodies:
         for anchor in thing.anchors:
             for axis, letter in enumerate("xy"):
@@ -163,12 +163,6 @@ def _block(chosen: tuple[Column, ...], poses: Poses) -> tuple[list[int], FloatAr
 
 
 def _texts(chosen: tuple[Column, ...], poses: Poses) -> Iterator[tuple[str, ...]] | None:
-    """The rows of a chunk with the digits asked for; None if those are a float's."""
-    if not hasattr(poses, "scalars"):
-        return None
-    from movimentum.solver.accuracy.wide_poses import RefinedPoses
-    from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
-
-    if not isinstance(poses, RefinedPoses) or not isinstance(poses.evaluator.arithmetic, DigitsArithmetic):
-        return None
-    return zip(*(column.texts(poses) for column in chosen), strict=True)
+    """The rows of a chunk with the digits asked for; None where those are a float's."""
+    spelled = poses.spelled
+    return None if spelled is None else zip(*(column.texts(spelled) for column in chosen), strict=True)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formula, Formulas, evaluate
@@ -17,11 +17,9 @@ from movimentum.interop.joints import Joint, scene_joints
 from movimentum.planning.blocks.kinds import Block, Newton, Ode, Quadratic
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Scene
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import listed
-
-FloatArray = NDArray[np.float64]
 
 STILL = 1e-13
 SAME = 1e-12
@@ -40,7 +38,7 @@ class Triangles:
     error: float
 
 
-def triangles_of(motion: Motion) -> Triangles:
+def triangles_of(motion: PathMotion) -> Triangles:
     """The formulas that give the scene's joints at all of its frames.
 
     Raises `ScriptError` if a block is not a triangle, if steps change the constraints, or if a triangle turns over on
@@ -55,7 +53,7 @@ def triangles_of(motion: Motion) -> Triangles:
     return builder.finished()
 
 
-def _only_plan(motion: Motion) -> Plan:
+def _only_plan(motion: PathMotion) -> Plan:
     scene = motion.timeline.scene
     plans = [s.plan for s in motion.stretches if s.segment.end > s.segment.start] or [motion.stretches[-1].plan]
     other = next((p for p in plans if p.system.segment.active != plans[0].system.segment.active), None)

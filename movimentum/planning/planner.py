@@ -60,18 +60,8 @@ def _structure(base: System, driven: frozenset[int], merged: frozenset[int]) -> 
     return Structure(base, driven, merged, system, decomposition)
 
 
-def compile_segment(scene: Scene, segment: Segment, size: float, merged: frozenset[int] = frozenset()) -> Plan:
-    """Plan ``segment``.
-
-    ``size`` is the scene's size in world pixels (for scaling); ``merged`` are unknowns whose whole connected
-    part is to be solved as one block, see `planning.structure.decompose.decompose`. Raises `CyclicRateError`.
-    """
-    structure = structure_of(scene, segment)
-    return compile_structure(structure.with_merged(merged) if merged else structure, size)
-
-
 def compile_structure(structure: Structure, size: float) -> Plan:
-    """Compile the blocks of a structure; ``size`` as for `compile_segment`."""
+    """Compile the blocks of a structure; ``size`` is the scene's size in world pixels (for scaling)."""
     system, decomposition, driven = structure.system, structure.decomposition, structure.driven
     hanging = measured(system, decomposition.groups)
     moved = partial(in_what_moves, system, driven, hanging)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -11,34 +10,33 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.repl.reading import Reading
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.scene.model import Claim as SceneClaim
-from movimentum.source import SourceText, Span
+from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import (
     Blank,
     Call,
-    ClaimStatement,
     Clock,
     Comparison,
     Expression,
     Name,
-    Script,
+    ScriptTree,
     Statement,
     StepHeader,
     postorder,
 )
 from movimentum.workflow.stages import arranged, built, moved
+from movimentum.workflow.typed import NOT_A_READING, claimed, parsed_statement
 
 if TYPE_CHECKING:
     from movimentum.expressions import Expr
     from movimentum.scene.model import Scene
     from movimentum.solver.poses import Poses
 
-FloatArray = NDArray[np.float64]
-NOT_A_READING = "claim/not-a-reading"
 _RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], NDArray[np.bool_]]] = {
     Comparison.BELOW: np.less,
     Comparison.AT_MOST: np.less_equal,
@@ -92,7 +90,7 @@ def _solved_for(session: Session, text: str) -> Reading:
     variable = Name(name, span=statement.left.span)
     items.insert(headers[step] + 1, Statement(variable, Comparison.EQUAL, statement.left, span=statement.left.span))
     try:
-        changed = built(Script(tuple(items)), session.work.source)
+        changed = built(ScriptTree(tuple(items)), session.work.source)
         motion = moved(arranged(changed, session.work.choices))
     except MovimentumError as error:
         raise Refused(error.diagnostics[:1], SourceText("<prompt>", text.strip())) from error
@@ -136,29 +134,18 @@ def condition(session: Session, text: str) -> Callable[[Poses], NDArray[np.bool_
 
 def _parsed(whole: str, text: str) -> Statement:
     try:
-        items = parse(SourceText("<prompt>", whole)).items
+        statement = parsed_statement(whole, text)
     except ScriptError as error:
-        item, end = error.diagnostics[0], len(text.rstrip())
-        if item.span is not None and item.span.start >= end:  # at what stands there for the parser's sake
-            message = re.sub(r"found `[^`]*`$", "found its end", item.message)
-            item = replace(item, message=message, span=Span(max(end - 1, 0), end), labels=(), helps=())
-        raise Refused([item], SourceText("<prompt>", text.rstrip())) from error
-    if len(items) != 1 or not isinstance(items[0], Statement):
+        raise Refused(error.diagnostics, SourceText("<prompt>", text.rstrip())) from error
+    if statement is None:
         raise refused("expression", f"`{text.strip()}` is not a single expression or condition")
-    return items[0]
+    return statement
 
 
 def _claimed(session: Session, text: str, expression: Expression) -> SceneClaim:
-    """The typed expression inside the scene: put there as a claim, which has no influence on anything, and which holds
-    from the step of the moment to the end.
-    """
-    number = session.step  # where the script is at fault, that is what is told
-    items = list(parse(session.work.source).items)
-    headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
-    items.insert(headers[number] + 1, ClaimStatement(expression, Comparison.EQUAL, expression, span=expression.span))
+    """The typed expression inside the scene, from the step of the moment on."""
     try:
-        scene = built(Script(tuple(items)), session.work.source)
-        timeline = arranged(scene, session.work.choices)
+        claim = claimed(session.work.source, session.work.choices, session.step, expression)
     except ScriptError as error:
         item = error.diagnostics[0]
         if item.code == "claim/undetermined":
@@ -166,7 +153,6 @@ def _claimed(session: Session, text: str, expression: Expression) -> SceneClaim:
         if item.code == NOT_A_READING:
             item = replace(item, message="this has to be solved for, which `show`, `watch` and `plot` do", helps=())
         raise Refused([item], SourceText("<prompt>", text.strip())) from error
-    place = scene.steps[number].claims[0]
-    if not isinstance(place, SceneClaim):
+    if claim is None:
         raise refused("expression", f"`{text.strip()}` says nothing")
-    return next(held.claim for held in timeline.claims if held.claim.number == place.number)
+    return claim

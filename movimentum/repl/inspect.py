@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.diagnose.valueless import lacks
+from movimentum.arrays import FloatArray
 from movimentum.output.files import whole_file
 from movimentum.planning.blocks.kinds import method_of
 from movimentum.repl.command import Answer, Command, plain, split_output, table
@@ -18,8 +18,6 @@ from movimentum.repl.session import Session, refused
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
 from movimentum.workflow.animate import animate
-
-FloatArray = NDArray[np.float64]
 
 DIGITS = 10
 COLUMNS, ROWS = 64, 12

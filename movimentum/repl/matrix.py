@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.interactive.matrix import PartMatrix, RowName
+from movimentum.arrays import FloatArray
 from movimentum.repl.command import table
 from movimentum.repl.session import Session
 from movimentum.text import counted, listed, number
-
-FloatArray = NDArray[np.float64]
 
 MOST = 24
 """Rows and columns of the largest matrix that is shown; for a larger one, the number of entries of a motion that are

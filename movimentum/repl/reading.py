@@ -6,13 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+from movimentum.arrays import FloatArray
 
 if TYPE_CHECKING:
     from movimentum.solver.poses import Poses
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
     from movimentum.repl.reading import Reading
     from movimentum.scene.model import Scene
-    from movimentum.solver.motion import Motion
+    from movimentum.solver.motion import PathMotion
     from movimentum.solver.poses import Poses
     from movimentum.solver.segment_motion import Stretch
     from movimentum.timeline.model import Timeline
@@ -82,14 +82,14 @@ class Work:
         return self._understood[1] is not None
 
     @cached_property
-    def _solved(self) -> Motion | MovimentumError:
+    def _solved(self) -> PathMotion | MovimentumError:
         try:
             return moved(self.timeline)
         except MovimentumError as error:
             return error
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> PathMotion:
         """The motion, as far as there is one; `Refused` if the script is at fault."""
         solved = self._solved
         if isinstance(solved, MovimentumError):

@@ -6,7 +6,7 @@ from movimentum.scene.build import build
 from movimentum.scene.model import Scene
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
-from movimentum.syntax.tree import Item, Script, Statement, StepHeader
+from movimentum.syntax.tree import Item, ScriptTree, Statement, StepHeader
 
 
 class Amender:
@@ -27,5 +27,5 @@ class Amender:
         headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
         end = headers[step + 1] if step + 1 < len(headers) else len(items)
         sizes = {thing.image: thing.image_size for thing in self.scene.things if thing.image is not None}
-        script = Script((*items[:end], *more, *items[end:]))
+        script = ScriptTree((*items[:end], *more, *items[end:]))
         return build(script, self.scene.source, lambda path: sizes.get(path) or (1, 1))

@@ -43,14 +43,14 @@ from movimentum.syntax.tree import (
     ConfigStatement,
     Definition,
     Name,
-    Script,
+    ScriptTree,
     Statement,
     StepHeader,
     postorder,
 )
 
 
-def build(script: Script, source: SourceText, image_size: ImageSize, *, max_pixels: int = MAX_PIXELS) -> Scene:
+def build(script: ScriptTree, source: SourceText, image_size: ImageSize, *, max_pixels: int = MAX_PIXELS) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
     ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
@@ -99,7 +99,7 @@ def _folder(source: SourceText) -> str:
 # --- steps ----------------------------------------------------------------------------------------
 
 
-def _steps(script: Script, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[Draft]]:
+def _steps(script: ScriptTree, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[Draft]]:
     """Step times and spans, and the statements whose names are all known."""
     times: list[Fraction] = []
     spans: list[Span] = []
@@ -147,7 +147,7 @@ def _shown(time: Fraction) -> str:
     return str(time) if time.denominator == 1 and abs(time) < 10**9 else f"{float(time):.6g}"
 
 
-def _report_no_step(script: Script, findings: Findings) -> None:
+def _report_no_step(script: ScriptTree, findings: Findings) -> None:
     first = next((item for item in script.items if isinstance(item, Statement)), None)
     findings.error(
         "timeline/no-step",

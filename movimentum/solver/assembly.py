@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.codegen.numeric import sincosd
 from movimentum.planning.lowering.unknowns import PosePart, Rate
 from movimentum.planning.plan import Plan
@@ -20,11 +21,9 @@ from movimentum.solver.judge import TOLERANCE, Judge
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
 from movimentum.solver.valued import first_value, has_value
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Values = FloatArray | np.float64
 
 
@@ -100,7 +99,7 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
 def carry_at(stretch: Stretch, piece: Piece, time: float, base: Carry) -> Carry:
     """What is carried on from ``piece`` at offset ``time``, with the velocity there where the piece has a length."""
     span = 1e-6 * (piece.end - piece.begin)
-    gap = next((t for t in stretch.troubles if t.kind == "gap" and t.begin <= time <= t.until), None)
+    gap = next((t for t in stretch.troubles if t.kind is TroubleKind.GAP and t.begin <= time <= t.until), None)
     if gap is not None:
         time = max(gap.begin, piece.begin)
     earlier = time - span

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from copy import copy
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.equations import Equation, Form
 from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
@@ -15,9 +15,6 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.arithmetic.alike import Alike
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 TOLERANCE = 1e-7
 """Relative to the scene's size. Far above what rounding makes of a well-posed frame (1e-14), far below what can be

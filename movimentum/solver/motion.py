@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Protocol
 
 import numpy as np
 
+from movimentum.arrays import FloatArray, IntArray
+from movimentum.diagnostics import Diagnostic
 from movimentum.solver.assembly import Assembly
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
-from movimentum.solver.poses import FloatArray, IntArray, Poses
+from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Stretch
 from movimentum.timeline.model import Timeline
 
@@ -18,20 +21,63 @@ BATCH = 4096
 """Frames solved by one call: few enough for the arrays to stay in the processor's caches."""
 
 
+class AnyMotion(Protocol):
+    """A motion of any accuracy: a value from which the poses of any frames can be had.
+
+    A frame's pose depends on its time only, not on which frames are asked for.
+    """
+
+    @property
+    def timeline(self) -> Timeline:
+        """The timeline that was solved."""
+        ...
+
+    @property
+    def size(self) -> float:
+        """The scene's size in pixels, for tolerances."""
+        ...
+
+    @property
+    def path(self) -> PathMotion:
+        """The path that was followed, of standard accuracy: which solution, and with what velocity."""
+        ...
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """What there is to say about the accuracy of the frames computed so far: warnings and notes."""
+        ...
+
+    def poses(self, first: int, stop: int, *, angles: bool = True) -> Poses:
+        """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start)."""
+        ...
+
+    def poses_at(self, times: Sequence[Fraction]) -> Poses:
+        """The poses at any times (ascending), clipped to the timeline."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
-    """A solved timeline: a value from which the poses of any frames can be had.
+class PathMotion:
+    """A solved timeline, of standard accuracy (see `AnyMotion`).
 
     ``stretches``: one for each segment. ``size``: the scene's size (pixels), for tolerances.
     ``doubted``: some frame violates what the script states; poses are then judged before they count as solved.
-    A frame's pose depends on its time only, not on which frames are asked for.
     """
 
     timeline: Timeline
     stretches: tuple[Stretch, ...]
     size: float
-    accuracy: str = "standard"
     doubted: bool = False
+
+    @property
+    def path(self) -> PathMotion:
+        """Itself."""
+        return self
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """Nothing: it is as exact as it is meant to be."""
+        return ()
 
     def poses(self, first: int, stop: int, *, angles: bool = True) -> Poses:
         """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start).

@@ -3,13 +3,36 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
+from movimentum.arrays import BoolArray, FloatArray
+
+
+class SpelledPoses(Protocol):
+    """Poses that have more digits than a float: numbers of an arithmetic of their own, and their texts."""
+
+    def coordinate(self, thing: int, local: tuple[float, float], axis: int) -> Any:
+        """(F,) one world coordinate of a thing's point."""
+        ...
+
+    def turn(self, thing: int) -> Any:
+        """(F,) a thing's turn in degrees."""
+        ...
+
+    def scalar(self, name: str, axis: int | None) -> Any:
+        """(F,) a variable, or one component of it."""
+        ...
+
+    def clock(self) -> Any:
+        """(F,) the times."""
+        ...
+
+    def texts(self, value: Any) -> list[str]:
+        """(F,) such numbers with the digits asked for."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +64,11 @@ class Poses:
     variables: dict[str, FloatArray]
     solved: BoolArray
     missing: dict[str, BoolArray] = field(default_factory=lambda: {}, kw_only=True)  # noqa: PIE807 - typed
+
+    @property
+    def spelled(self) -> SpelledPoses | None:
+        """The same with all digits, where numbers are to be told with more than a float has; else None."""
+        return None
 
     def world(self, thing: int, local: tuple[float, float]) -> FloatArray:
         """(F, 2) world positions of the point ``local`` of thing number ``thing``."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
@@ -20,31 +21,48 @@ class Dead:
     carry: Carry
 
 
+class PathReason(StrEnum):
+    """Why a path begins: a step, an inequality that the one before violates, or (REACH) no solution before."""
+
+    STEP = "step"
+    INEQUALITY = "inequality"
+    REACH = "reach"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PathBeginning:
-    """A path's beginning at offset ``time``: the candidates, the pose before, and why a new path begins ("step",
-    "inequality", or "reach" where there was no solution before).
-    """
+    """A path's beginning at offset ``time``: the candidates, the pose before, and why a new path begins."""
 
     time: float
     selection: Selection
     carry: Carry
-    reason: str
+    reason: PathReason
     selector: int | None = None
+
+
+class TroubleKind(StrEnum):
+    """Why there is no solution.
+
+    START: none to begin with; GAP: a block has none, after a path that ended; SELECTOR: an inequality is violated and
+    no other solution satisfies it; CHECK: an equation, which held so far although others say as much, no longer does.
+    """
+
+    START = "start"
+    GAP = "gap"
+    SELECTOR = "selector"
+    CHECK = "check"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trouble:
     """No solution from offset ``begin`` to ``until``.
 
-    ``kind`` "start": none to begin with (``selection`` has the reasons); "gap": block number ``block`` has none,
-    after a path that ended at ``begin``;
-    "selector": inequality number ``selector`` is violated and no other solution satisfies it (without a ``selection``:
-    what satisfies it violates it again at once, over and over);
-    "check": equation number ``check``, which held so far although others say as much, no longer does.
+    START has a ``selection`` with the reasons; GAP the number of the ``block``; SELECTOR that of the inequality,
+    ``selector`` (without a ``selection``: what satisfies it violates it again at once, over and over); CHECK that of
+    the equation, ``check``.
     """
 
-    kind: str
+    kind: TroubleKind
     begin: float
     until: float = float("inf")
     block: int | None = None

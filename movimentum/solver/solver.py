@@ -1,4 +1,4 @@
-"""Timeline -> Motion: each segment planned, begun, followed, and solved for its frames."""
+"""Timeline -> PathMotion: each segment planned, begun, followed, and solved for its frames."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from movimentum.scene.model import Scene
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.pose_state import Carry, as_drawn
 from movimentum.solver.continuation.tracks import Choice, Gap
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.double_roots import with_redundant_rows
 from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Dead, PathBeginning, Stretch, Trouble
+from movimentum.solver.segment_motion import Dead, PathBeginning, PathReason, Stretch, Trouble, TroubleKind
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.deceptive import deceptive
 from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
@@ -66,10 +66,10 @@ def _extent(points: list[tuple[float, float]]) -> float:
     return max(max(p[axis] for p in points) - min(p[axis] for p in points) for axis in (0, 1))
 
 
-def solve(timeline: Timeline, begin: Carry | None = None) -> Motion:
+def solve(timeline: Timeline, begin: Carry | None = None) -> PathMotion:
     """Find the motion of a whole timeline; it begins with the pose nearest to ``begin`` (None: as drawn).
 
-    Never raises for what a scene may do: where there is no solution the `Motion` says so in ``troubles`` and its poses
+    Never raises for what a scene may do: where there is no solution the motion says so in ``troubles`` and its poses
     mark the frames. Raises `planning.planner.CyclicRateError` for a derivative that depends on itself.
     """
     scene = timeline.scene
@@ -81,7 +81,7 @@ def solve(timeline: Timeline, begin: Carry | None = None) -> Motion:
         if earlier is not None:
             carry = _left_by(earlier)
         stretches.append(_solve_segment(scene, segment, size, carry, earlier))
-    return Motion(timeline, tuple(stretches), size)
+    return PathMotion(timeline, tuple(stretches), size)
 
 
 def _solve_segment(scene: Scene, segment: Segment, size: float, carry: Carry, earlier: Stretch | None) -> Stretch:
@@ -91,7 +91,7 @@ def _solve_segment(scene: Scene, segment: Segment, size: float, carry: Carry, ea
     if earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended:
         # the path ended and nothing new is stated: there is still no solution on it
         stretch = Stretch(segment, plan, carry, [Dead(0.0, length, carry)], [], [])
-        stretch.troubles.append(Trouble("start", 0.0, until=length, selection=selection))
+        stretch.troubles.append(Trouble(TroubleKind.START, 0.0, until=length, selection=selection))
         return stretch
     stretch = _followed(segment, plan, selection, carry, ahead)
     wrong = _disagreement(stretch)
@@ -111,7 +111,7 @@ def _left_by(stretch: Stretch) -> Carry:
 def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float) -> Stretch:
     """A segment's motion from where it begins, piece by piece."""
     length = float(segment.end - segment.start)
-    stretch = Stretch(segment, plan, carry, [], [PathBeginning(0.0, selection, carry, "step")], [])
+    stretch = Stretch(segment, plan, carry, [], [PathBeginning(0.0, selection, carry, PathReason.STEP)], [])
     begin = 0.0
     choices: list[Choice] | None = selection.choices
     if choices is None:
@@ -157,7 +157,7 @@ def _planned_anew(scene: Scene, stretch: Stretch, wrong: tuple[int, float], size
         beginnings=[beginning for beginning in stretch.beginnings if beginning.time <= time],
         troubles=[
             *(trouble for trouble in stretch.troubles if trouble.begin < time),
-            Trouble("check", time, until=length, check=check),
+            Trouble(TroubleKind.CHECK, time, until=length, check=check),
         ],
     )
 
@@ -173,11 +173,11 @@ def _late_beginning(
 
     found = first_beginning(stretch.plan, stretch.segment.start, length, selection, chosen)
     onset, begin, there = found or (length, length, selection)
-    stretch.troubles.append(Trouble("start", 0.0, until=onset, selection=selection))
+    stretch.troubles.append(Trouble(TroubleKind.START, 0.0, until=onset, selection=selection))
     stretch.pieces.append(Dead(0.0, begin, held(carry)))
     if found is None:
         return None, length
-    stretch.beginnings.append(PathBeginning(begin, there, held(carry), "reach"))
+    stretch.beginnings.append(PathBeginning(begin, there, held(carry), PathReason.REACH))
     return there.choices, begin
 
 
@@ -268,9 +268,9 @@ def _continue(
     if violated is not None or gap is not None:
         end = violated[1] if violated is not None else gap.begin if gap is not None else length
         if len(stretch.pieces) >= MAXIMAL_PIECES or _creeps(stretch, end, length):
-            trouble = Trouble("gap", end, until=length, block=None if gap is None else gap.block)
+            trouble = Trouble(TroubleKind.GAP, end, until=length, block=None if gap is None else gap.block)
             if violated is not None:
-                trouble = Trouble("selector", end, until=length, selector=violated[0])
+                trouble = Trouble(TroubleKind.SELECTOR, end, until=length, selector=violated[0])
             stretch.troubles.append(trouble)
             _die(stretch, piece, end, length)
             return None, length
@@ -304,13 +304,15 @@ def _beyond_gap(stretch: Stretch, piece: Piece, gap: Gap, length: float) -> tupl
     if gap.begin < gap.end < length:  # known to the last digit, unless something else is in the way
         times = np.union1d(times, [gap.end])
     found = branch.first(times, gap.begin)
-    stretch.troubles.append(Trouble("gap", gap.begin, until=length if found is None else found[0], block=gap.block))
+    stretch.troubles.append(
+        Trouble(TroubleKind.GAP, gap.begin, until=length if found is None else found[0], block=gap.block)
+    )
     if found is None:
         _die(stretch, piece, gap.begin, length)
         return None, length
     begin, choices = branch.clear_of(found[0], length, found[1])
     carry = _die(stretch, piece, gap.begin, begin)
-    stretch.beginnings.append(PathBeginning(begin, Selection(choices, ()), carry, "reach"))
+    stretch.beginnings.append(PathBeginning(begin, Selection(choices, ()), carry, PathReason.REACH))
     return choices, begin
 
 
@@ -333,8 +335,10 @@ def _beyond_inequality(
     selection = select(plan, stretch.segment.start, resume, ahead, carry, totals_of(plan, carry))
     piece.end = time
     if selection.choices is None:
-        stretch.troubles.append(Trouble("selector", time, until=length, selector=selector, selection=selection))
+        stretch.troubles.append(
+            Trouble(TroubleKind.SELECTOR, time, until=length, selector=selector, selection=selection)
+        )
         stretch.pieces.append(Dead(time, length, carry))
         return None, length
-    stretch.beginnings.append(PathBeginning(resume, selection, carry, "inequality", selector))
+    stretch.beginnings.append(PathBeginning(resume, selection, carry, PathReason.INEQUALITY, selector))
     return selection.choices, resume

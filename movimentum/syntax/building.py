@@ -35,7 +35,7 @@ from movimentum.syntax.tree import (
     Range,
     Reference,
     Rotate,
-    Script,
+    ScriptTree,
     ShapeWord,
     Statement,
     StepHeader,
@@ -74,10 +74,10 @@ class Builder:
 
     # --- items ---
 
-    def start(self, pieces: Sequence[Piece]) -> Script:
+    def start(self, pieces: Sequence[Piece]) -> ScriptTree:
         """A script."""
         items: tuple[Item, ...] = tuple(pieces)
-        return Script(items, span=_span(pieces) if pieces else Span(0, 0))
+        return ScriptTree(items, span=_span(pieces) if pieces else Span(0, 0))
 
     def config(self, pieces: Sequence[Piece]) -> ConfigStatement:
         """``.config(…) options;``."""

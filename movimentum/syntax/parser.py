@@ -18,7 +18,7 @@ from movimentum.syntax.tree import (
     Expression,
     Item,
     Option,
-    Script,
+    ScriptTree,
     Statement,
     StepHeader,
     Text,
@@ -50,7 +50,7 @@ def parse(
     max_nesting: int = MAX_NESTING,
     max_characters: int = MAX_CHARACTERS,
     max_operations: int | None = None,
-) -> Script:
+) -> ScriptTree:
     """The syntax tree of a script. ``max_operations``: how many one expression may have (None: any number).
 
     Raises ScriptError with all syntax errors that were found (``syntax/…``), or with the limit that the text exceeds
@@ -65,7 +65,7 @@ def parse(
     start = 0
     while True:
         found = _parse_from(text, start, max_nesting)
-        if isinstance(found, Script):
+        if isinstance(found, ScriptTree):
             break
         error, start = found
         errors.append(error)
@@ -81,13 +81,13 @@ PER_LEVEL = 16
 """More entries of the parser's stack than one level of nesting can need, whatever the rules of the grammar."""
 
 
-def _parse_from(text: str, start: int, max_nesting: int) -> Script | tuple[Diagnostic, int]:
+def _parse_from(text: str, start: int, max_nesting: int) -> ScriptTree | tuple[Diagnostic, int]:
     """The tree of ``text`` from ``start`` on, or the first error there and where to continue after it.
 
     Text that is nested far too deeply is refused during reading: a million minus signs are not collected first.
     """
     try:
-        return cast("Script", run(text, start, Builder(), PER_LEVEL * (max_nesting + 8)))
+        return cast("ScriptTree", run(text, start, Builder(), PER_LEVEL * (max_nesting + 8)))
     except TooDeep as deep:
         raise ScriptError([_too_deep(Span(deep.place, deep.place + 1), max_nesting)]) from deep
     except Refusal as refusal:
@@ -190,7 +190,7 @@ def _check_operations(text: str, max_operations: int) -> None:
         )
 
 
-def _check_depth(script: Script, max_nesting: int) -> None:
+def _check_depth(script: ScriptTree, max_nesting: int) -> None:
     errors: list[Diagnostic] = []
     for item in script.items:
         for root in _expressions(item):

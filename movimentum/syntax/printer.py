@@ -24,7 +24,7 @@ from movimentum.syntax.tree import (
     Range,
     Reference,
     Rotate,
-    Script,
+    ScriptTree,
     Statement,
     StepHeader,
     Sum,
@@ -37,7 +37,7 @@ from movimentum.syntax.tree import (
 _SUM, _PRODUCT, _UNARY, _POWER, _POSTFIX, _ATOM = range(6)
 
 
-def script_text(script: Script) -> str:
+def script_text(script: ScriptTree) -> str:
     """The script, one item on each line; ends with a newline unless it is empty."""
     lines: list[str] = []
     after_time = False

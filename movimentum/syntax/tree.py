@@ -286,7 +286,7 @@ Item = ConfigStatement | Definition | StepHeader | Statement | ClaimStatement
 
 
 @dataclass(frozen=True, slots=True)
-class Script(Node):
+class ScriptTree(Node):
     """A whole script."""
 
     items: tuple[Item, ...]

@@ -15,13 +15,13 @@ from movimentum.expressions import Expr
 from movimentum.planning.lowering.equations import Equation, Form
 from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
 from movimentum.scene.model import Scene
+from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.draft import drafted
 from movimentum.solver.accuracy.refinement import RefinedMotion, refined
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
-from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.basis.instants import at_times
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
@@ -83,14 +83,14 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     motion = solve(timeline)
     begin = timed(lambda: solve(timeline))
     progress(1, 6)
-    exact = refined(motion, "exact", digits)
+    exact = refined(motion, Accuracy.EXACT, digits)
     exact_start = _first(exact, times)
     began = time.perf_counter()
     truth = exact.poses_at(times)
     exact_frame = (time.perf_counter() - began) / len(times)
     progress(3, 6)
 
-    draft, claim = drafted(motion)
+    draft = drafted(motion)
     draft_start = timed(lambda: drafted(motion))
     every, rough = motion.poses(0, many), draft.poses(0, many)
     chosen = np.array([place for place in places if place < many], dtype=np.int64)
@@ -101,20 +101,20 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
             "draft",
             begin + draft_start,
             timed(lambda: draft.poses(0, many)) / many,
-            _residual(draft, times, WideArithmetic()),
+            _residual(draft.drawn, times, WideArithmetic(), _as_floats(draft.drawn)),
             error,
-            claim,
+            draft.error,
         ),
         Tier(
             "standard",
             begin,
             timed(lambda: motion.poses(0, many)) / many,
-            _residual(motion, times, WideArithmetic()),
+            _residual(motion, times, WideArithmetic(), _as_floats(motion)),
             _farthest(scene, every.select(chosen), truth.select(slice(0, len(chosen)))),
         ),
     ]
     progress(4, 6)
-    high = refined(motion, "high")
+    high = refined(motion, Accuracy.HIGH)
     high_start = _first(high, times)
     some = min(many, 2048)
     better = high.poses_at(times)
@@ -123,12 +123,12 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
             "high",
             begin + high_start,
             timed(lambda: high.poses(0, some)) / some,
-            _residual(high, times, WideArithmetic()),
+            _residual(motion, times, WideArithmetic(), _as_rounded(high)),
             _farthest(scene, better, truth),
         )
     )
     progress(5, 6)
-    residual = _residual(exact, times[:: max(1, len(times) // 12)], exact.arithmetic)
+    residual = _residual(motion, times[:: max(1, len(times) // 12)], exact.arithmetic, _as_digits(exact))
     tiers.append(Tier("exact", begin + exact_start, exact_frame, residual, 0.0))
     progress(6, 6)
     return SolverTrade(count, len(times), motion.size, digits, tuple(tiers))
@@ -152,7 +152,7 @@ def _farthest(scene: Scene, some: Poses, others: Poses) -> float:
     return worst
 
 
-def measure_rate(motion: Motion | RefinedMotion, fps: Fraction) -> float:
+def measure_rate(motion: AnyMotion, fps: Fraction) -> float:
     """How far the fastest anchor moves from one frame to the next at ``fps`` (pixels): what a lower rate loses."""
     timeline = motion.timeline
     count = min(int((timeline.end - timeline.start) * fps) + 1, TIMED_FRAMES)
@@ -168,31 +168,49 @@ def measure_rate(motion: Motion | RefinedMotion, fps: Fraction) -> float:
 # --- residuals
 
 
-def _residual(motion: Motion | RefinedMotion, times: Sequence[Fraction], arithmetic: Arithmetic) -> float:
-    """The largest residual at ``times``, evaluated in ``arithmetic`` from the solution of the tier."""
-    base = motion if isinstance(motion, Motion) else motion.base
+Known = Callable[[int, Piece, list[Fraction], Arithmetic], list[Number] | None]
+"""All unknowns of a piece (of stretch number …) at some times, as a tier has them; None where there is no solution."""
+
+
+def _as_floats(motion: PathMotion) -> Known:
+    def known(number: int, piece: Piece, times: list[Fraction], arithmetic: Arithmetic) -> list[Number] | None:
+        instants = at_times(piece.plan.clocks, motion.stretches[number].segment.start, times)
+        with np.errstate(all="ignore"):
+            floats, bad = evaluated(piece, instants)
+        if bad.any():
+            return None
+        return [None if value is None else arithmetic.floats(np.broadcast_to(value, len(times))) for value in floats]
+
+    return known
+
+
+def _as_digits(motion: RefinedMotion) -> Known:
+    return lambda number, piece, times, _: motion.state(number, piece, times)[0]
+
+
+def _as_rounded(motion: RefinedMotion) -> Known:
+    """As it is told: rounded to floats."""
+    rounded = motion.arithmetic.rounded
+
+    def known(number: int, piece: Piece, times: list[Fraction], arithmetic: Arithmetic) -> list[Number] | None:
+        state = motion.state(number, piece, times)[0]
+        return [None if value is None else arithmetic.floats(rounded(value)) for value in state]
+
+    return known
+
+
+def _residual(motion: PathMotion, times: Sequence[Fraction], arithmetic: Arithmetic, known: Known) -> float:
+    """The largest residual at ``times``, evaluated in ``arithmetic``, of what is ``known``."""
     evaluator = Evaluator(arithmetic)
     worst = 0.0
-    for number, piece, some in _by_piece(base, times):
-        if isinstance(motion, RefinedMotion):
-            state = motion.state(number, piece, some)[0]
-            if not isinstance(arithmetic, DigitsArithmetic):  # as it is reported: rounded to floats
-                rounded = motion.arithmetic.rounded
-                state = [None if value is None else arithmetic.floats(rounded(value)) for value in state]
-        else:
-            instants = at_times(piece.plan.clocks, base.stretches[number].segment.start, some)
-            with np.errstate(all="ignore"):
-                floats, bad = evaluated(piece, instants)
-            if bad.any():
-                continue
-            state = [
-                None if value is None else arithmetic.floats(np.broadcast_to(value, len(some))) for value in floats
-            ]
-        worst = max(worst, _of_state(base, piece, evaluator, state, some))
+    for number, piece, some in _by_piece(motion, times):
+        state = known(number, piece, some, arithmetic)
+        if state is not None:
+            worst = max(worst, _of_state(motion, piece, evaluator, state, some))
     return worst
 
 
-def _by_piece(motion: Motion, times: Sequence[Fraction]) -> Iterator[tuple[int, Piece, list[Fraction]]]:
+def _by_piece(motion: PathMotion, times: Sequence[Fraction]) -> Iterator[tuple[int, Piece, list[Fraction]]]:
     for number, stretch in enumerate(motion.stretches):
         inside = [time for time in times if motion.timeline.segment_at(time) == number]
         for piece, end in _with_ends(stretch):
@@ -208,7 +226,9 @@ def _with_ends(stretch: Stretch) -> Iterator[tuple[Piece | Dead, float]]:
     yield from zip(stretch.pieces, [*begins, float("inf")], strict=True)
 
 
-def _of_state(motion: Motion, piece: Piece, evaluator: Evaluator, state: list[Number], times: list[Fraction]) -> float:
+def _of_state(
+    motion: PathMotion, piece: Piece, evaluator: Evaluator, state: list[Number], times: list[Fraction]
+) -> float:
     system = piece.plan.system
     known = {n for n, value in enumerate(state) if value is not None}
     rows = [

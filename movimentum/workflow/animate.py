@@ -13,23 +13,33 @@ from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError, ScriptError, usage_error
+from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices, Outcome, Picture, Progress
 from movimentum.workflow.frames import PoseChunks, chosen_frames
 from movimentum.workflow.read import reads
-from movimentum.workflow.stages import afterwards, arranged, judged, solved, understand
+from movimentum.workflow.stages import Solution, afterwards, arranged, judged, solved, understand
 
 if TYPE_CHECKING:
     from movimentum.rendering.options import FreeMark, PictureOptions
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
-    from movimentum.solver.accuracy.refinement import RefinedMotion
-    from movimentum.solver.motion import Motion
+    from movimentum.solver.motion import PathMotion
     from movimentum.timeline.model import Timeline
 
 
-def animate(source: SourceText, target: Path, choices: Choices, picture: Picture, progress: Progress) -> Outcome:
-    """Render the script to ``target``, whose suffix names the format; a picture without ``%d`` is the first frame."""
+def animate(
+    source: SourceText,
+    target: Path,
+    choices: Choices,
+    picture: Picture,
+    progress: Progress,
+    solution: Solution | None = None,
+) -> Outcome:
+    """Render the script to ``target``, whose suffix names the format; a picture without ``%d`` is the first frame.
+
+    ``solution``: where it has been solved with these ``choices`` already.
+    """
     from movimentum.analysis.diagnose.off_canvas import OUTSIDE
     from movimentum.encoding.write import STILL_KINDS, check_output, write_animation
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
@@ -39,7 +49,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
     kind = check_output(target, transparent=picture.transparent)
     background = None if picture.background is None else _color(picture.background)
     refuse_unwritable(target)
-    timeline = arranged(understand(source, choices, picture.max_pixels), choices)
+    timeline = solution.motion.timeline if solution else _arranged(source, choices, picture)
     scene = timeline.scene
     numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
     refuse_overwriting(target, reads(source, scene), numbers)
@@ -47,14 +57,14 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
     frames = _frames(timeline, picture)
     ready = None
     if scene.config.size is not None and not options.traces and Show.FREE not in options.show:
-        ready = make_painter(scene, (), options)  # files that are too large or unreadable are refused before the work
-    solution = solved(timeline, choices)
-    motion, skip = solution.motion, choices.on_failure == "skip"
+        ready = make_painter(scene, (), options)  # what is too large or cannot be read is refused before the work
+    solution = solution or solved(timeline, choices)
+    motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
     shown = (picture.at,) if picture.at is not None else frames[:1] if kind in STILL_KINDS else frames
     poses: PoseSource = PoseChunks(motion, shown, skip).held()
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
-        options = replace(options, free=_free_marks(motion, times))
+        options = replace(options, free=_free_marks(motion.path, times))
     if not any(len(chunk.frames) for chunk in poses):
         message = "none of the frames asked for has a solution"
         raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
@@ -68,13 +78,7 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
         place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
         written = write_animation(
-            painter,
-            poses,
-            place,
-            fps=timeline.fps,
-            loop=picture.loop,
-            workers=picture.workers,
-            progress=progress,
+            painter, poses, place, fps=timeline.fps, loop=picture.loop, workers=picture.workers, progress=progress
         )
         said, notes = afterwards(solution, choices)
         diagnostics, warned = judged((*said, *written.diagnostics), choices)
@@ -82,6 +86,10 @@ def animate(source: SourceText, target: Path, choices: Choices, picture: Picture
             raise ScriptError(diagnostics)
     unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: report it
     return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
+
+
+def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timeline:
+    return arranged(understand(source, choices, picture.max_pixels), choices)
 
 
 def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
@@ -113,13 +121,11 @@ FREE_MOMENTS = 24
 """Moments of an animation at which its free motions are found again; in between, arrows turn with their things."""
 
 
-def _free_marks(motion: Motion | RefinedMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
+def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
     """Arrows for all free motions at ``times`` (ascending): one for each moving anchor, numbered by motion."""
     from movimentum.analysis.freedom.motions import free_motions_at
     from movimentum.rendering.options import FreeMark
-    from movimentum.solver.motion import Motion
 
-    motion = motion if isinstance(motion, Motion) else motion.base
     if len(times) > FREE_MOMENTS:
         times = [times[round(k * (len(times) - 1) / (FREE_MOMENTS - 1))] for k in range(FREE_MOMENTS)]
     edges = [-math.inf, *(float((a + b) / 2) for a, b in itertools.pairwise(times)), math.inf]

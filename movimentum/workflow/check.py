@@ -52,11 +52,9 @@ def check(
     found, fault = solution.diagnostics, solution.fault
     if fault == 0:
         from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
-        from movimentum.solver.motion import Motion
 
-        assert isinstance(solution.motion, Motion)
-        more = [*frame_rate_diagnostics(solution.motion)] if fps_invariance else []
-        more += reverse_diagnostics(solution.motion) if reverse else []
+        more = [*frame_rate_diagnostics(solution.motion.path)] if fps_invariance else []
+        more += reverse_diagnostics(solution.motion.path) if reverse else []
         fault = 1 if any(item.severity is Severity.ERROR for item in more) else 0
         found = (*found, *more)
     return CheckReport(limited(found), solution.steps, frames, duration, fault), source

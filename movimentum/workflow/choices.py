@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic
+from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.workflow.limits import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, MAX_PIXELS
 
 FrameChoice = Callable[[int], tuple[int, int]]
@@ -22,9 +23,9 @@ class Choices:
     """How to read and solve a script: the choices that all commands have in common."""
 
     fps: Fraction | None = None
-    accuracy: str = "standard"
+    accuracy: Accuracy = Accuracy.STANDARD
     digits: int | None = None
-    on_failure: str = "stop"
+    on_failure: FailurePolicy = FailurePolicy.STOP
     strict: bool = False
     max_frames: int = MAX_FRAMES
     max_nesting: int = MAX_NESTING

@@ -73,11 +73,9 @@ def exported(source: SourceText, target: Path | None, form: str, at: Fraction | 
     """Write a script's scene as a linkage file, as it is at time ``at``, or its plan as Pyslvs' formulas."""
     from movimentum.interop.linkage_export import linkage_of
     from movimentum.interop.linkages import linkage_text
-    from movimentum.solver.motion import Motion
 
     timeline = arranged(understand(source, choices), choices)
     solution = solved(timeline, choices)
-    assert isinstance(solution.motion, Motion)
     found: tuple[Diagnostic, ...] = ()
     if form == "linkages":
         moment = timeline.start if at is None else at
@@ -90,7 +88,7 @@ def exported(source: SourceText, target: Path | None, form: str, at: Fraction | 
         from movimentum.interop.formulas import formulas_text
         from movimentum.interop.triangles import triangles_of
 
-        triangles = triangles_of(solution.motion)
+        triangles = triangles_of(solution.motion.path)
         comments = [
             f"{visible(Path(source.path).name)}: angles in degrees; a list has a value for each frame",
             *(f"{name}: {told}" for name, told in triangles.names),

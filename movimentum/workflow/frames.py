@@ -11,8 +11,7 @@ from movimentum.errors import usage_error
 from movimentum.workflow.choices import FrameChoice
 
 if TYPE_CHECKING:
-    from movimentum.solver.accuracy.refinement import RefinedMotion
-    from movimentum.solver.motion import Motion
+    from movimentum.solver.motion import AnyMotion
     from movimentum.solver.poses import Poses
     from movimentum.timeline.model import Timeline
 
@@ -40,7 +39,7 @@ class PoseChunks:
     ``skip`` leaves out frames without a solution.
     """
 
-    motion: Motion | RefinedMotion
+    motion: AnyMotion
     frames: range | tuple[Fraction, ...]
     skip: bool
 

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError, ScriptError
+from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.limits import MAX_PIXELS
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
     from movimentum.scene.model import Scene
-    from movimentum.solver.accuracy.refinement import RefinedMotion
-    from movimentum.solver.motion import Motion
+    from movimentum.solver.motion import AnyMotion, PathMotion
     from movimentum.source import SourceText
-    from movimentum.syntax.tree import Script
+    from movimentum.syntax.tree import ScriptTree
     from movimentum.timeline.model import Timeline
 
 
@@ -30,7 +30,7 @@ def understand(source: SourceText, choices: Choices | None = None, max_pixels: i
     return built(script, source, max_pixels)
 
 
-def built(script: Script, source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
+def built(script: ScriptTree, source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
     """Resolve a parsed script; raises `ScriptError` with all its errors."""
     from movimentum.scene.build import build
 
@@ -50,7 +50,7 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
     return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
 
 
-def moved(timeline: Timeline) -> Motion:
+def moved(timeline: Timeline) -> PathMotion:
     """The motion, as far as there is one; `ScriptError` if a derivative depends on itself."""
     from movimentum.planning.planner import CyclicRateError
     from movimentum.solver.solver import solve
@@ -68,14 +68,13 @@ class Solution:
     """A motion, all its diagnostics (the scene's warnings first), and a report for each step.
 
     ``fault`` is the exit code for it as it is: 0, 1 (it contradicts itself, or warnings with ``strict``) or 3 (no
-    solution at some time). ``notes`` are about the accuracy asked for, and are shown even where other notes are not.
+    solution at some time).
     """
 
-    motion: Motion | RefinedMotion
+    motion: AnyMotion
     diagnostics: tuple[Diagnostic, ...]
     steps: Sequence[StepReport]
     fault: int
-    notes: tuple[Diagnostic, ...] = ()
 
 
 def examined(timeline: Timeline, choices: Choices) -> Solution:
@@ -83,24 +82,24 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
     from movimentum.analysis.examine import examine
 
     before = timeline.scene.diagnostics
-    motion = moved(timeline)
-    notes: tuple[Diagnostic, ...] = ()
-    if choices.accuracy == "draft":
-        from movimentum.analysis.diagnose.accuracy import draft_note
+    path = moved(timeline)
+    motion: AnyMotion = path
+    if choices.accuracy is Accuracy.DRAFT:
         from movimentum.solver.accuracy.draft import drafted
 
-        motion, error = drafted(motion)
-        notes = (draft_note(error),)
-    examination = examine(motion)
+        motion = drafted(path)
+        examination = examine(motion.drawn, every_frame=False)  # it says itself what it is off by
+    else:
+        examination = examine(path)
     found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
     fault = examination.fault or (1 if warned else 0)
     if examination.doubted:
-        motion = replace(motion, doubted=True)
-    if choices.accuracy in ("high", "exact"):
+        motion = path = replace(path, doubted=True)
+    if choices.accuracy in (Accuracy.HIGH, Accuracy.EXACT):
         from movimentum.solver.accuracy.refinement import refined
 
-        motion = refined(motion, choices.accuracy, choices.digits)
-    return Solution(motion, found, examination.steps, fault, notes)
+        motion = refined(path, choices.accuracy, choices.digits)
+    return Solution(motion, found, examination.steps, fault)
 
 
 def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
@@ -118,7 +117,7 @@ def solved(timeline: Timeline, choices: Choices) -> Solution:
     solution = examined(timeline, choices)
     if solution.fault == 1:
         raise ScriptError(solution.diagnostics)
-    if solution.fault and choices.on_failure == "stop":
+    if solution.fault and choices.on_failure is FailurePolicy.STOP:
         raise NoSolutionError(solution.diagnostics)
     return solution
 
@@ -127,17 +126,12 @@ def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, 
     """The messages when the frames have been computed: (diagnostics, notes); `ScriptError` for warnings with
     ``strict``.
     """
-    from movimentum.solver.motion import Motion
-
-    if isinstance(solution.motion, Motion):
-        return solution.diagnostics, solution.notes
-    from movimentum.analysis.diagnose.accuracy import refinement_diagnostics
-
-    warnings, notes = refinement_diagnostics(solution.motion)
+    said = solution.motion.notes
+    warnings = [item for item in said if item.severity is not Severity.NOTE]
     diagnostics, warned = judged((*solution.diagnostics, *warnings), choices)
     if warned:
         raise ScriptError(diagnostics)
-    return diagnostics, (*solution.notes, *notes)
+    return diagnostics, tuple(item for item in said if item.severity is Severity.NOTE)
 
 
 def judged(diagnostics: Iterable[Diagnostic], choices: Choices) -> tuple[tuple[Diagnostic, ...], bool]:

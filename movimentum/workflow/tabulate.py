@@ -7,20 +7,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.errors import usage_error
+from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices, FrameChoice, Outcome, Progress
 from movimentum.workflow.frames import PoseChunks, chosen_frames
 from movimentum.workflow.read import reads
-from movimentum.workflow.stages import afterwards, arranged, solved, understand
+from movimentum.workflow.stages import Solution, afterwards, arranged, solved, understand
 
 if TYPE_CHECKING:
     from movimentum.solver.poses import Poses
 
 
 def tabulate(
-    source: SourceText, target: Path | None, choices: Choices, frames: FrameChoice | None, progress: Progress
+    source: SourceText,
+    target: Path | None,
+    choices: Choices,
+    frames: FrameChoice | None,
+    progress: Progress,
+    solution: Solution | None = None,
 ) -> Outcome:
-    """Write the poses to ``target`` (None: CSV on stdout).
+    """Write the poses to ``target`` (None: CSV on stdout). ``solution``: where it has been solved already.
 
     Raises `UsageError` for more digits than ``choices`` allow (``limit/digits``), before anything is read.
     """
@@ -28,23 +34,22 @@ def tabulate(
     from movimentum.interop import tables
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.output.text import standard_output
-    from movimentum.solver.motion import Motion
 
     if choices.digits is not None and choices.digits > choices.max_digits:
         message = f"{choices.digits:,} digits are more than the limit of {choices.max_digits:,}"
         raise usage_error("limit/digits", message, f"`--max-digits {choices.digits}` raises the limit")
     if target is not None:
         refuse_unwritable(target)
-    timeline = arranged(understand(source, choices), choices)
+    timeline = arranged(understand(source, choices), choices) if solution is None else solution.motion.timeline
     if target is not None:
         refuse_overwriting(target, reads(source, timeline.scene))
     start, stop = chosen_frames(timeline, frames)
-    solution = solved(timeline, choices)
+    solution = solution or solved(timeline, choices)
     motion = solution.motion
-    without = never_valued(motion if isinstance(motion, Motion) else motion.base)
+    without = never_valued(motion.path)
 
     def chunks() -> Iterator[Poses]:
-        for poses in PoseChunks(motion, range(start, stop), choices.on_failure == "skip"):
+        for poses in PoseChunks(motion, range(start, stop), choices.on_failure is FailurePolicy.SKIP):
             yield poses
             if len(poses.frames):
                 progress(int(poses.frames[-1]) + 1 - start, stop - start)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from movimentum.analysis.examine import Examination, examine
 from movimentum.analysis.report import StepReport
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, moved, understand
@@ -56,7 +56,7 @@ def rigidity_freedom(points: Points, rods: Rods, fixed: Iterable[int] = ()) -> i
     return 2 * len(used) - int(np.linalg.matrix_rank(np.array(matrix), tol=1e-7))
 
 
-def examined_script(text: str) -> tuple[Motion, Examination]:
+def examined_script(text: str) -> tuple[PathMotion, Examination]:
     """A script's motion and all that is said of it."""
     motion = moved(arranged(understand(SourceText("test.mov", text)), Choices()))
     return motion, examine(motion)

@@ -9,7 +9,7 @@ import pytest
 
 from movimentum.analysis.diagnose.wishes import wish_diagnostics
 from movimentum.diagnostics import Diagnostic
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
@@ -27,7 +27,7 @@ Loose : .bar P = [20,40] Q = [80,50];
 """
 
 
-def motion_of(text: str) -> Motion:
+def motion_of(text: str) -> PathMotion:
     return moved(arranged(understand(SourceText("test.mov", text)), Choices()))
 
 
@@ -35,7 +35,7 @@ def told(text: str) -> dict[str, Diagnostic]:
     return {item.code: item for item in wish_diagnostics(motion_of(text))}
 
 
-def place(motion: Motion, poses: Poses, name: str) -> np.ndarray:
+def place(motion: PathMotion, poses: Poses, name: str) -> np.ndarray:
     thing = next(t for t in motion.timeline.scene.things if t.name == name.split(".")[0])
     anchor = next(a for a in thing.anchors if a.name == name.split(".")[1])
     return poses.world(thing.number, anchor.local)

@@ -11,18 +11,18 @@ import pytest
 
 from movimentum.analysis.freedom.degrees import BlockRank, ConnectedPart, block_ranks, parts_of
 from movimentum.interop.linkages import Linkage, linkage_script, turn
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, moved, understand
 from tests.command import movimentum
 
 
-def motion_of(text: str) -> Motion:
+def motion_of(text: str) -> PathMotion:
     return moved(arranged(understand(SourceText("test.mov", text)), Choices()))
 
 
-def found(text: str) -> tuple[list[BlockRank], list[ConnectedPart], Motion]:
+def found(text: str) -> tuple[list[BlockRank], list[ConnectedPart], PathMotion]:
     motion = motion_of(text)
     ranks = block_ranks(motion.stretches[0])
     return ranks, parts_of(motion.stretches[0], ranks), motion

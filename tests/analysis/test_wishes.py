@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import ScriptError
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, moved, understand
@@ -38,7 +38,7 @@ def wish_of(found: Iterable[Diagnostic]) -> Diagnostic:
     return wish
 
 
-def path(motion: Motion, name: str, fps: int = 50) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def path(motion: PathMotion, name: str, fps: int = 50) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Times (F,) and places (F, 2) of an anchor."""
     start, end = motion.timeline.start, motion.timeline.end
     poses = motion.poses_at([start + Fraction(k, fps) for k in range(int((end - start) * fps) + 1)])

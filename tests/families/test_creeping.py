@@ -10,7 +10,7 @@ import pytest
 
 from movimentum.analysis.diagnose import trials
 from movimentum.solver.basis.effort import GivenUp, charge, limited
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.solver import CREEPING
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
@@ -25,7 +25,7 @@ A : .bar P = [0,0] Q = [10,0];
 """
 
 
-def motion_of(text: str) -> Motion:
+def motion_of(text: str) -> PathMotion:
     return moved(arranged(understand(SourceText("a.mov", text)), Choices()))
 
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.solver import solve
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
@@ -19,11 +19,11 @@ from tests.families.tilings import at_another_place, tiling_script
 SIZE = 100.0
 
 
-def begun(text: str) -> Motion:
+def begun(text: str) -> PathMotion:
     return solve(arranged(understand(SourceText("scene.mov", text)), Choices()))
 
 
-def places_of(motion: Motion) -> tuple[bool, Places]:
+def places_of(motion: PathMotion) -> tuple[bool, Places]:
     """Whether the first frame has a solution, and where everything is there."""
     poses = motion.poses(0, 1)
     things = {thing.name: thing for thing in motion.timeline.scene.things}

@@ -11,7 +11,7 @@ from movimentum.errors import ScriptError
 from movimentum.interop.formula_script import formula_script
 from movimentum.interop.formulas import Formulas, evaluate, formulas_text, read_formulas
 from movimentum.interop.triangles import triangles_of
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import read
@@ -24,7 +24,7 @@ def formulas_of(made: Chain, seed: int) -> Formulas:
     return read_formulas(SourceText("chain.pyslvs", made.text(random.Random(seed))))
 
 
-def places_of(motion: Motion) -> dict[str, list[Complexes]]:
+def places_of(motion: PathMotion) -> dict[str, list[Complexes]]:
     """Where every anchor is in all frames, by its name: points are anchors that are called after them."""
     poses = motion.poses(0, motion.timeline.frame_count)
     found: dict[str, list[Complexes]] = {}
@@ -34,7 +34,7 @@ def places_of(motion: Motion) -> dict[str, list[Complexes]]:
     return found
 
 
-def imported(formulas: Formulas) -> Motion:
+def imported(formulas: Formulas) -> PathMotion:
     """The motion of the script that formulas become, which has no fault but that listed inputs may pass a reach between
     two frames.
     """
@@ -42,7 +42,7 @@ def imported(formulas: Formulas) -> Motion:
     assert found == ()
     timeline = arranged(understand(SourceText("chain.mov", script)), Choices())
     solution = examined(timeline, Choices())
-    assert isinstance(solution.motion, Motion)
+    assert isinstance(solution.motion, PathMotion)
     assert solution.fault == 0 or solution.motion.poses(0, timeline.frame_count).solved.all()
     return solution.motion
 
@@ -70,7 +70,7 @@ def test_many_chains_are_where_their_meaning_puts_them() -> None:
     assert wrong == []
 
 
-def off_after_a_round_trip(motion: Motion) -> float | None:
+def off_after_a_round_trip(motion: PathMotion) -> float | None:
     """How far a motion's joints are off when it is exported and imported again; None where it cannot be exported."""
     try:
         triangles = triangles_of(motion)

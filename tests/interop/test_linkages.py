@@ -12,7 +12,7 @@ from movimentum.errors import ScriptError
 from movimentum.interop.linkage_export import linkage_of
 from movimentum.interop.linkages import Linkage, linkage_script, linkage_text, read_linkage
 from movimentum.interop.snapping import equalised, snapped
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, moved, understand
@@ -39,7 +39,7 @@ a
 """
 
 
-def solved_script(text: str) -> Motion:
+def solved_script(text: str) -> PathMotion:
     return moved(arranged(understand(SourceText("test.mov", text)), Choices()))
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from movimentum.errors import ScriptError, UsageError
 from movimentum.interop.mechanisms import mechanism_script, read_mechanism
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, moved, understand
@@ -41,7 +41,7 @@ STEPHENSON = """M[J[R, P[0.25, -0.625], L[ground, L1]], J[R, P[15.375, 41.125], 
 
 
 @cache
-def driven(text: str, drive: tuple[int, int]) -> tuple[Motion, float]:
+def driven(text: str, drive: tuple[int, int]) -> tuple[PathMotion, float]:
     """The imported mechanism's motion, and the input that it begins with."""
     joints = read_mechanism(SourceText("test.pyslvs", text))
     script = mechanism_script(joints, [drive], "test")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from movimentum.planning.codegen.generate import structures_compiled
-from movimentum.planning.planner import compile_segment
+from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.rendering.images import image_size
 from movimentum.scene.build import build
 from movimentum.source import SourceText
@@ -26,7 +26,7 @@ def compiled_for(text, path=SCRIPTS / "x.mov"):
     timeline = arrange(build(parse(source), source, image_size))
     before = structures_compiled()
     for segment in timeline.segments:
-        compile_segment(timeline.scene, segment, 100.0).schedule(True)
+        compile_structure(structure_of(timeline.scene, segment), 100.0).schedule(True)
     return structures_compiled() - before
 
 

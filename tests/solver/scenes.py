@@ -21,7 +21,7 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.solver import solve
 from movimentum.source import SourceText
@@ -38,7 +38,7 @@ def scene_of(text: str) -> Scene:
     return build(parse(source), source, lambda _path: (100, 100))
 
 
-def motion_of(text: str, fps: int | Fraction | None = None) -> Motion:
+def motion_of(text: str, fps: int | Fraction | None = None) -> PathMotion:
     """The motion of a script's text."""
     return solve(arrange(scene_of(text), fps=fps, max_frames=2_000_000))
 
@@ -49,7 +49,7 @@ def poses_of(text: str, fps: int | Fraction | None = None) -> Poses:
     return motion.poses(0, motion.timeline.frame_count)
 
 
-def anchor(motion: Motion, poses: Poses, name: str) -> np.ndarray:
+def anchor(motion: PathMotion, poses: Poses, name: str) -> np.ndarray:
     """(F, 2) world positions of ``Thing.Anchor``."""
     thing_name, anchor_name = name.split(".")
     thing = next(t for t in motion.timeline.scene.things if t.name == thing_name)
@@ -57,7 +57,7 @@ def anchor(motion: Motion, poses: Poses, name: str) -> np.ndarray:
     return poses.world(thing.number, point.local)
 
 
-def residuals(motion: Motion, poses: Poses) -> dict[int, float]:
+def residuals(motion: PathMotion, poses: Poses) -> dict[int, float]:
     """Constraint number -> largest |left - right| / size over the frames at which it holds (equations that can be read
     off the poses).
     """
@@ -84,7 +84,7 @@ def residuals(motion: Motion, poses: Poses) -> dict[int, float]:
     return result
 
 
-def rigidity(motion: Motion, poses: Poses) -> float:
+def rigidity(motion: PathMotion, poses: Poses) -> float:
     """The largest |c^2 + s^2 - 1|."""
     d = poses.direction.astype(WIDE)
     return float(np.max(np.abs(d[..., 0] ** 2 + d[..., 1] ** 2 - 1)))

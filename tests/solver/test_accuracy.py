@@ -13,13 +13,14 @@ from hypothesis import strategies as st
 
 from movimentum.expressions import Expr, add, call, clock, const, div, mul, power, ratio
 from movimentum.scene.model import Shape
+from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.draft import drafted
 from movimentum.solver.accuracy.refinement import refined
 from movimentum.solver.accuracy.wide_poses import RefinedPoses
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from tests.solver.scenes import motion_of
 
@@ -85,7 +86,7 @@ def digits_right(text: str, truth: mpmath.mpf) -> float:
 
 
 def test_a_slider_crank_to_50_digits() -> None:
-    motion = refined(motion_of(SLIDER), "exact", 50)
+    motion = refined(motion_of(SLIDER), Accuracy.EXACT, 50)
     poses = every(motion)
     texts = poses.texts(poses.scalars["x", None])
     worst = min(digits_right(text, slider(Fraction(k, 12))) for k, text in enumerate(texts))
@@ -97,7 +98,7 @@ def test_a_slider_crank_to_50_digits() -> None:
 @pytest.mark.parametrize("digits", [5, 20, 50, 120 - 20, 300])
 def test_a_four_bar_to_any_digits(digits: int) -> None:
     MP.dps = max(120, digits + 30)
-    poses = refined(motion_of(FOUR_BAR), "exact", digits).poses(0, 6)
+    poses = refined(motion_of(FOUR_BAR), Accuracy.EXACT, digits).poses(0, 6)
     for k in range(6):
         x, y = four_bar(Fraction(k, 7))
         assert digits_right(poses.texts(poses.coordinate(1, (4.1, 0.1), 0))[k], x) >= digits - 0.5
@@ -105,7 +106,7 @@ def test_a_four_bar_to_any_digits(digits: int) -> None:
 
 
 def test_high_is_right_to_the_last_bit() -> None:
-    poses = every(refined(motion_of(FOUR_BAR), "high"))
+    poses = every(refined(motion_of(FOUR_BAR), Accuracy.HIGH))
     for k in range(36):
         assert poses.world(1, (4.1, 0.1))[k].tolist() == [float(value) for value in four_bar(Fraction(k, 7))]
 
@@ -116,7 +117,7 @@ def test_a_dead_centre_narrowly_missed(missed: str) -> None:
         ".config(10, 400, 300); Rod : .bar A = [0,0] B = A + [50,0];"
         f"@0 Rod.A = [0,0]; Rod.B = [x, 50 - {missed} - 20*.t*.t]; x > 0; @1"
     )
-    standard, high, exact = every(motion), every(refined(motion, "high")), every(refined(motion, "exact"))
+    standard, high, exact = every(motion), every(refined(motion, Accuracy.HIGH)), every(refined(motion, Accuracy.EXACT))
     assert isinstance(exact, RefinedPoses)
     texts = exact.texts(exact.scalars["x", None])
     for k, text in enumerate(texts):
@@ -146,8 +147,8 @@ def test_a_dead_centre_hit_exactly() -> None:
             assert [MP.mpf(text) for text in texts] == [45 * k - 45 for k in range(9)], (tier, digits)
 
 
-@pytest.mark.parametrize("tier", ["high", "exact"])
-def test_where_digits_are_lost_it_is_told(tier: str) -> None:
+@pytest.mark.parametrize("tier", [Accuracy.HIGH, Accuracy.EXACT])
+def test_where_digits_are_lost_it_is_told(tier: Accuracy) -> None:
     """Four solutions meet at t = 1/2: no claim is made that does not hold."""
     motion = motion_of(
         """.config(4, 60, 60); Bar : .bar A = [10,10] B = A + [20,0];
@@ -169,7 +170,7 @@ def test_nearly_parallel_lines() -> None:
         @0 R.A = [0,0]; R.angle = 0.1 + .t; S.A = [0,1]; S.angle = 0.1 + .t + 0.0000001;
            Dot.C = R.A + u*(R.B - R.A); Dot.C = S.A + w*(S.B - S.A); @1"""
     )
-    standard, high, exact = every(motion), every(refined(motion, "high")), every(refined(motion, "exact"))
+    standard, high, exact = every(motion), every(refined(motion, Accuracy.HIGH)), every(refined(motion, Accuracy.EXACT))
     assert isinstance(exact, RefinedPoses)
     texts = exact.texts(exact.scalars["u", None])
     for k, text in enumerate(texts):
@@ -190,7 +191,7 @@ def test_constants_are_those_of_the_script() -> None:
         @0 Bar.A = [0.1,0]; Bar.angle = 0;  a = 1/3 + .t; b = .pi*2; c = .sqrt(2)*0.1; d = .sin(10)^2; e = 2^(1/3);
         @1"""
     )
-    poses = refined(motion, "exact", 40).poses(1, 2)
+    poses = refined(motion, Accuracy.EXACT, 40).poses(1, 2)
     expected = {
         "a": mpf(Fraction(1, 3) + Fraction(1, 7)),
         "b": 2 * MP.pi,
@@ -212,7 +213,7 @@ def test_integrals_have_their_digits() -> None:
         @0 Bar.A = [0,0]; Bar.angle = .i(30*.t + 10*.cos(50*.t)); a = .i(.exp(.t/3)*.t); b = .i(1/(1 + .t*.t));
         @2"""
     )
-    better = refined(motion, "exact", 50)
+    better = refined(motion, Accuracy.EXACT, 50)
     poses = better.poses(0, 7)
     for k in range(7):
         t = mpf(Fraction(k, 3))
@@ -224,8 +225,8 @@ def test_integrals_have_their_digits() -> None:
     assert not better.attained.rough
 
 
-@pytest.mark.parametrize("tier", ["high", "exact"])
-def test_integrals_of_integrals_and_over_steps(tier: str) -> None:
+@pytest.mark.parametrize("tier", [Accuracy.HIGH, Accuracy.EXACT])
+def test_integrals_of_integrals_and_over_steps(tier: Accuracy) -> None:
     """Thrown at 40 degrees, caught by another acceleration: two quadratures, each going on through the step."""
     motion = motion_of(
         """.config(3, 100, 100);
@@ -234,7 +235,7 @@ def test_integrals_of_integrals_and_over_steps(tier: str) -> None:
         @1 a = 1/7 - 3*.t;
         @2"""
     )
-    better = refined(motion, tier, 40 if tier == "exact" else None)
+    better = refined(motion, tier, 40 if tier is Accuracy.EXACT else None)
     poses = better.poses(0, 7)
     assert not better.attained.rough
     first = MP.sin(radians(40)) * 7
@@ -246,7 +247,7 @@ def test_integrals_of_integrals_and_over_steps(tier: str) -> None:
             u, v1, x1 = t - 1, mpf(Fraction(1, 3)) + first, mpf(Fraction(1, 3)) + first / 2
             v = v1 + u / 7 - 3 * u * u / 2
             x = x1 + v1 * u + u * u / 14 - u**3 / 2
-        if tier == "exact":
+        if tier is Accuracy.EXACT:
             assert digits_right(poses.texts(poses.scalars["vx", None])[k], v) >= 39.0, k
             assert digits_right(poses.texts(poses.coordinate(0, (0.0, 0.0), 0))[k], x) >= 39.0, k
         assert poses.variables["vx"][k] == float(v)
@@ -257,7 +258,7 @@ def test_what_no_equation_gives_is_told() -> None:
     motion = motion_of(
         ".config(4, 100, 100); Bar : .bar A = [0,0] B = A + [20,0];@0 Bar.A = [0,0]; x = 10 - .i(x); Bar.angle = x; @1"
     )
-    better = refined(motion, "exact")
+    better = refined(motion, Accuracy.EXACT)
     poses = better.poses(0, 5)
     assert better.attained.rough
     assert abs(float(poses.scalars["x", None][4]) - 10 * math.exp(-1)) < 1e-9
@@ -271,12 +272,12 @@ def test_what_a_later_step_does_not_mention_keeps_its_digits() -> None:
         @1 Bar.A = _; Bar.angle = _;
         @2"""
     )
-    poses = refined(motion, "exact", 40).poses(0, 7)
+    poses = refined(motion, Accuracy.EXACT, 40).poses(0, 7)
     x = 10 * MP.cos(radians(mpf(Fraction(100, 3))))
     assert digits_right(poses.texts(poses.coordinate(0, (10.0, 0.0), 0))[6], x) >= 39.0
 
 
-def farthest(motion: Motion, some: Poses, others: Poses) -> float:
+def farthest(motion: PathMotion, some: Poses, others: Poses) -> float:
     ways = [
         np.hypot(*(some.world(thing.number, anchor.local) - others.world(thing.number, anchor.local)).T).max()
         for thing in motion.timeline.scene.things
@@ -290,7 +291,8 @@ def farthest(motion: Motion, some: Poses, others: Poses) -> float:
 @pytest.mark.parametrize("fps", [3, 12, 997])
 def test_a_draft_is_no_worse_than_it_says(script: str, fps: int) -> None:
     motion = motion_of(script, fps)
-    draft, claim = drafted(motion)
+    draft = drafted(motion)
+    claim = draft.error
     off = farthest(motion, every(draft), every(motion))
     assert 0.0 < off <= claim < 0.01 * motion.size, (off, claim)
 
@@ -301,7 +303,8 @@ def test_a_draft_solves_what_it_cannot_interpolate() -> None:
         ".config(40, 100, 100); Rod : .bar A = [30,40] B = A + [21,0];"
         "@0 Rod.A = [30,40]; Rod.B = [30 + 40*.t, y]; y >= 40; @1"
     )
-    draft, claim = drafted(motion)
+    draft = drafted(motion)
+    claim = draft.error
     some, others = every(draft), every(motion)
     assert some.solved.tolist() == others.solved.tolist()
     both = np.nonzero(others.solved)[0]

@@ -11,7 +11,7 @@ from movimentum.planning.blocks import build
 from movimentum.planning.blocks.kinds import Block
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
@@ -20,11 +20,11 @@ from movimentum.workflow.stages import arranged, moved, understand
 from tests.command import ROOT
 
 
-def motion_of(text: str) -> Motion:
+def motion_of(text: str) -> PathMotion:
     return moved(arranged(understand(SourceText("test.mov", text)), Choices()))
 
 
-def free_block(motion: Motion) -> tuple[Piece, Block, NodeTrack]:
+def free_block(motion: PathMotion) -> tuple[Piece, Block, NodeTrack]:
     for piece in motion.stretches[0].pieces:
         assert isinstance(piece, Piece)
         for block, track in zip(piece.plan.blocks, piece.tracks, strict=True):

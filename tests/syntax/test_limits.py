@@ -12,7 +12,7 @@ from movimentum.diagnostics import render_text
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText
 from movimentum.syntax.parser import MAX_ERRORS, parse
-from movimentum.syntax.tree import Script
+from movimentum.syntax.tree import ScriptTree
 from tests.understand import codes_of, scene_of, script_of
 
 DEEP = {
@@ -66,7 +66,7 @@ def test_many_statements_just_work() -> None:
 @settings(max_examples=200, deadline=None)
 def test_any_text(text: str) -> None:
     try:
-        found: Script | ScriptError = parse(SourceText("any", text))
+        found: ScriptTree | ScriptError = parse(SourceText("any", text))
     except ScriptError as error:
         found = error
     if isinstance(found, ScriptError):

@@ -30,7 +30,7 @@ from movimentum.syntax.tree import (
     Range,
     Reference,
     Rotate,
-    Script,
+    ScriptTree,
     ShapeWord,
     Statement,
     StepHeader,
@@ -165,9 +165,9 @@ def test_expressions_come_back(tree) -> None:
     assert expression_text(statement_of(f"x = {text}").right) == text
 
 
-@given(st.lists(items, max_size=5).map(lambda found: Script(tuple(found))))
+@given(st.lists(items, max_size=5).map(lambda found: ScriptTree(tuple(found))))
 @settings(max_examples=150, deadline=None)
-def test_scripts_come_back(tree: Script) -> None:
+def test_scripts_come_back(tree: ScriptTree) -> None:
     assert script_of(script_text(tree)) == tree
 
 

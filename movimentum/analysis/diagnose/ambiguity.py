@@ -17,7 +17,7 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot, ThingPose, as_drawn
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import PathBeginning, Stretch
+from movimentum.solver.segment_motion import PathBeginning, PathReason, Stretch
 from movimentum.solver.start.candidates import Part
 from movimentum.text import listed, time_text
 
@@ -31,7 +31,7 @@ def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
     """
     stretch = trials.motion.stretches[index]
     for beginning in stretch.beginnings:
-        if beginning.reason != "step" or beginning.selection.choices is None:
+        if beginning.reason is not PathReason.STEP or beginning.selection.choices is None:
             continue
         for part in beginning.selection.parts:
             if part.decided_by in ("drawn", "closed"):

@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.evaluate import Reader, reader
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Claim, Relation
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead
 from movimentum.text import counted, number, time_text
 from movimentum.timeline.model import HeldClaim
-
-FloatArray = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 """Of the scene's size (its largest extent, in pixels), for a claim without ``.within``."""
@@ -49,7 +48,7 @@ class Broken:
     instants: int
 
 
-def broken_claims(motion: Motion) -> Iterator[Broken]:
+def broken_claims(motion: PathMotion) -> Iterator[Broken]:
     """The claims of the timeline that do not hold, in the order written. Times without a solution are not judged."""
     timeline = motion.timeline
     judges = [_Judge(motion, held) for held in timeline.claims]
@@ -70,7 +69,7 @@ def broken_claims(motion: Motion) -> Iterator[Broken]:
     yield from (found for judge in judges if (found := judge.verdict()) is not None)
 
 
-def _grid(motion: Motion) -> list[Fraction]:
+def _grid(motion: PathMotion) -> list[Fraction]:
     """The instants at which the solver followed its paths."""
     times: set[Fraction] = set()
     for stretch in motion.stretches:
@@ -100,7 +99,7 @@ def _off(claim: Claim, values: Sequence[FloatArray]) -> FloatArray:
 class _Judge:
     """Checks poses, and remembers where its claim fails."""
 
-    def __init__(self, motion: Motion, held: HeldClaim) -> None:
+    def __init__(self, motion: PathMotion, held: HeldClaim) -> None:
         claim = held.claim
         self.motion, self.held = motion, held
         self.read: Reader = reader(motion.timeline.scene, (*claim.left, *claim.right))
@@ -171,7 +170,7 @@ class _Judge:
         return bad
 
 
-def claim_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
+def claim_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     """An error for each claim that does not hold."""
     for broken in broken_claims(motion):
         yield _told(broken, motion.size)

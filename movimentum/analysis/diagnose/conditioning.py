@@ -8,17 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Integral, Newton, Quadratic, Winding
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
-
-FloatArray = NDArray[np.float64]
 
 WORTH_TELLING = 1e6
 """From this condition on, half of float64's digits are lost at worst."""
@@ -41,7 +40,7 @@ class Singular:
     frames: int
 
 
-def nearly_singular(motion: Motion, stretch: Stretch, low: int, high: int) -> Iterator[Singular]:
+def nearly_singular(motion: PathMotion, stretch: Stretch, low: int, high: int) -> Iterator[Singular]:
     """The blocks of a stretch that come near a singular position in one of the frames ``low`` … ``high - 1``."""
     for piece in stretch.pieces:
         if isinstance(piece, Dead) or len(piece.nodes) < 3:

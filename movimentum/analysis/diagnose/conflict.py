@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
@@ -16,8 +16,6 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.start.contradictions import Contradiction, find_contradiction
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, scattered
 from movimentum.solver.start.fitting import MET, Fitting
-
-FloatArray = NDArray[np.float64]
 
 MOST = 60
 """The number of poses from which the least errors of the members are searched: those found already, and random ones."""

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import ThingProperty, VariableComponent
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.start.candidates import Candidate, Part
-
-FloatArray = NDArray[np.float64]
 
 ONE = 1e-5
 """Of the scene's size (or a direction of length 1): solutions this near to each other are one solution found several

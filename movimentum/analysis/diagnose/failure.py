@@ -11,8 +11,8 @@ from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past,
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Winding
 from movimentum.scene.model import Constraint, Scene
-from movimentum.solver.motion import Motion
-from movimentum.solver.segment_motion import Stretch, Trouble
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.segment_motion import Stretch, Trouble, TroubleKind
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.rejections import Rejection
 from movimentum.text import counted, number, time_text
@@ -31,22 +31,26 @@ STEADY = 1e-4
 """By which fraction the amount of such a contradiction may vary."""
 
 
-def failure_diagnostic(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+def failure_diagnostic(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
     """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
     time).
     """
-    if trouble.kind == "gap" and trouble.block is not None and _is_formula(stretch.plan.blocks[trouble.block]):
+    if (
+        trouble.kind is TroubleKind.GAP
+        and trouble.block is not None
+        and _is_formula(stretch.plan.blocks[trouble.block])
+    ):
         return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
-    if trouble.kind == "gap" and (bound := bind(motion, stretch, trouble)) is not None:
+    if trouble.kind is TroubleKind.GAP and (bound := bind(motion, stretch, trouble)) is not None:
         return bound, 3
-    if trouble.kind == "selector":
+    if trouble.kind is TroubleKind.SELECTOR:
         return _left_nothing(motion, stretch, trouble, trouble.begin), 3
-    if trouble.kind == "check":
+    if trouble.kind is TroubleKind.CHECK:
         return _no_longer(motion, stretch, trouble)
     return _no_beginning(motion, stretch, trouble)
 
 
-def _no_longer(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+def _no_longer(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
     """Constraints that agreed where the path began, and contradict each other from some time on."""
     from movimentum.analysis.diagnose.conflict import find_conflict
 
@@ -80,7 +84,7 @@ def _at(stretch: Stretch, tau: float) -> str:
     return time_text(float(stretch.segment.start) + tau)
 
 
-def _no_beginning(motion: Motion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
     selection = trouble.selection
     assert selection is not None
     selectors = [r for r in selection.rejections if r.selector is not None]
@@ -169,7 +173,7 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
     )
 
 
-def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:
+def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:
     """Every solution violates some inequality.
 
     It is a reach if a later step states something that an earlier inequality does not allow, or a length that is
@@ -201,7 +205,7 @@ def _left_nothing(motion: Motion, stretch: Stretch, trouble: Trouble, tau: float
     step = stretch.segment.step
     reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
-        code="constraint/conflict" if trouble.kind == "start" and not reached else "solve/unreachable",
+        code="constraint/conflict" if trouble.kind is TroubleKind.START and not reached else "solve/unreachable",
         severity=Severity.ERROR,
         message=message,
         span=constraint.span if constraint else None,

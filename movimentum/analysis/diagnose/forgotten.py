@@ -7,14 +7,12 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Scene, Thing
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.text import listed
-
-FloatArray = NDArray[np.float64]
 
 MOST_NOTES = 8
 """Up to this many things have a note each; more are reported together."""
@@ -26,7 +24,7 @@ LEAVING = 1e-3
 """Of the scene's size: how far it has moved."""
 
 
-def forgotten(motion: Motion) -> Iterator[Diagnostic]:
+def forgotten(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each thing that no statement mentions and that nevertheless looks like a part.
 
     It looks like one if its name is like that of a mentioned thing (`Rod2` beside `Rod1`), or if one of its anchors is
@@ -71,7 +69,7 @@ def _namesake(scene: Scene, thing: Thing) -> str | None:
     return None
 
 
-def _left_behind(motion: Motion, still: list[Thing]) -> dict[int, str]:
+def _left_behind(motion: PathMotion, still: list[Thing]) -> dict[int, str]:
     """By thing number: why it looks as if it should have moved with another thing's anchor."""
     timeline = motion.timeline
     scene = timeline.scene

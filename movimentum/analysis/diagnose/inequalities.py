@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.numeric import atan2d
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
@@ -24,8 +24,6 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.follow import follow
 from movimentum.solver.segment_motion import PathBeginning, Stretch
 from movimentum.solver.start.candidates import Candidate, Part, Selection
-
-FloatArray = NDArray[np.float64]
 
 MOST_CANDIDATES = 6
 LARGE = 1000

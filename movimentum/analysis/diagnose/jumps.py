@@ -11,9 +11,9 @@ import numpy as np
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Scene
 from movimentum.solver.basis.pose_state import Carry, Snapshot
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import PathBeginning, Stretch
+from movimentum.solver.segment_motion import PathBeginning, PathReason, Stretch
 from movimentum.source import Span
 from movimentum.text import number, time_text
 
@@ -23,22 +23,22 @@ LEAST = 1e-6
 """Of the scene's size, or in radians: less is never a jump."""
 
 
-def jumps(motion: Motion, index: int) -> Iterator[Diagnostic]:
+def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     """A warning for each beginning of a path in stretch number ``index`` where something jumps: the anchor that goes
     farthest, and the thing of one anchor that turns most (no anchor shows that).
     """
     stretch = motion.stretches[index]
     scene = motion.timeline.scene
     for beginning in stretch.beginnings:
-        if beginning.reason == "reach":
+        if beginning.reason is PathReason.REACH:
             continue  # the return of a solution is reported with the time without one
-        if beginning.reason == "step" and (index == 0 or stretch.segment.step == 0):
+        if beginning.reason is PathReason.STEP and (index == 0 or stretch.segment.step == 0):
             continue
         after = _after(stretch, beginning)
         if after is None:
             continue
         carry = beginning.carry
-        over = beginning.reason == "inequality"
+        over = beginning.reason is PathReason.INEQUALITY
         seen = stretch.segment.visible if over else motion.stretches[index - 1].segment.visible
         least = LEAST * motion.size
         far, thing = _farthest(scene, carry.now, after, seen)
@@ -80,7 +80,7 @@ def _told(stretch: Stretch, beginning: PathBeginning, thing: int, amount: str, n
     name = scene.things[thing].name
     when = time_text(float(stretch.segment.start) + beginning.time)
     span: Span | None
-    if beginning.reason == "inequality":
+    if beginning.reason is PathReason.INEQUALITY:
         selector = stretch.plan.system.selectors[beginning.selector or 0]
         constraint = selector.constraint if selector.constraint is not None else selector.equation_of
         span = next((c.span for c in stretch.segment.active if c.number == constraint), None)
@@ -133,7 +133,7 @@ def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset
     return best, owner
 
 
-def _travel_per_frame(motion: Motion, beginning: PathBeginning) -> float:
+def _travel_per_frame(motion: PathMotion, beginning: PathBeginning) -> float:
     """How far the fastest anchor moves in a frame just before."""
     carry = beginning.carry
     if carry.before is None:
@@ -142,6 +142,6 @@ def _travel_per_frame(motion: Motion, beginning: PathBeginning) -> float:
     return _farthest(motion.timeline.scene, carry.before, carry.now, everything)[0] * _frames(motion, carry)
 
 
-def _frames(motion: Motion, carry: Carry) -> float:
+def _frames(motion: PathMotion, carry: Carry) -> float:
     """The length of a frame in units of the time between the carried moments."""
     return 1.0 / carry.span / float(motion.timeline.fps) if carry.span > 0.0 else 0.0

@@ -8,14 +8,13 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.looks import DISC_RADIUS, LABEL_HEIGHT, width_of
 from movimentum.scene.model import Scene, Shape, Thing
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import listed, number, time_text
-
-FloatArray = NDArray[np.float64]
 
 OUTSIDE, CUT_OFF = "canvas/outside", "canvas/cut-off"
 CHUNK = 2048
@@ -28,7 +27,7 @@ LETTERS = (0.3, 0.8)
 Points = list[tuple[float, float]]
 
 
-def leaving(motion: Motion) -> Iterator[Diagnostic]:
+def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for things of which nothing is left to see at some time, and one for moving things that are cut off.
 
     A thing may be meant to leave, so this is not a warning. It is checked only if the script gives the canvas a size.
@@ -67,7 +66,7 @@ def leaving(motion: Motion) -> Iterator[Diagnostic]:
         yield _told(motion, cut, CUT_OFF, "cut off by the edge of the canvas", low, high)
 
 
-def _looked_at(motion: Motion, things: int) -> Iterator[Poses]:
+def _looked_at(motion: PathMotion, things: int) -> Iterator[Poses]:
     count = motion.timeline.frame_count
     every = -(-count * things // MOST)
     if every <= 1:
@@ -124,7 +123,7 @@ def _opaque(thing: Thing, poses: Poses) -> NDArray[np.bool_]:
 
 
 def _told(
-    motion: Motion, when: dict[int, float], code: str, where: str, low: FloatArray, high: FloatArray
+    motion: PathMotion, when: dict[int, float], code: str, where: str, low: FloatArray, high: FloatArray
 ) -> Diagnostic:
     scene = motion.timeline.scene
     assert scene.config.size is not None

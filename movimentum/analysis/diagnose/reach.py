@@ -11,9 +11,9 @@ from movimentum.planning.blocks.kinds import Block, Newton, Ode
 from movimentum.scene.model import Constraint, Scene
 from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Stretch, Trouble
+from movimentum.solver.segment_motion import Stretch, Trouble, TroubleKind
 from movimentum.solver.start.candidates import Selection
 from movimentum.text import number, time_text
 
@@ -36,7 +36,7 @@ def driven_past(stretch: Stretch, selection: Selection) -> bool:
     return any(block.moving or (stretch.segment.step > 0 and not block.free) for block in blocks)
 
 
-def bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic | None:
+def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> Diagnostic | None:
     """A path ended, or could not begin: which constraints bind, and their errors at the next frame.
 
     None if it could not begin and nothing shows that there is no solution: the search only found none.
@@ -48,7 +48,7 @@ def bind(motion: Motion, stretch: Stretch, trouble: Trouble) -> Diagnostic | Non
     carry = stretch.base if piece is None else carry_at(stretch, piece, trouble.begin, stretch.base)
     until = _until(motion, stretch, trouble)
     tau, conflict = _conflict(motion, stretch, trouble, block, carry)
-    if trouble.kind == "start" and isinstance(block, Newton | Ode) and conflict is None:
+    if trouble.kind is TroubleKind.START and isinstance(block, Newton | Ode) and conflict is None:
         return None
     where, label, labels = "", "binds", list[Label]()
     chosen: list[Constraint] = []
@@ -104,20 +104,20 @@ def _at(stretch: Stretch, tau: float, length: float) -> str:
     return number(round(float(stretch.segment.start) + tau, places), 15)
 
 
-def _until(motion: Motion, stretch: Stretch, trouble: Trouble) -> str:
+def _until(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> str:
     """When there is a solution again, perhaps because a later step states something else."""
     length = float(stretch.segment.end - stretch.segment.start)
     end = trouble.until
     if end >= length:
         following = motion.stretches[motion.stretches.index(stretch) + 1 :]
-        if not following or any(t.kind == "start" and t.begin == 0.0 for t in following[0].troubles):
+        if not following or any(t.kind is TroubleKind.START and t.begin == 0.0 for t in following[0].troubles):
             return "on"
         end = length
     return f"until t = {_at(stretch, end, length)}"
 
 
 def _conflict(
-    motion: Motion, stretch: Stretch, trouble: Trouble, block: Block, carry: Carry
+    motion: PathMotion, stretch: Stretch, trouble: Trouble, block: Block, carry: Carry
 ) -> tuple[float, Conflict | None]:
     """What contradicts at the next frame (or in the middle, if there is none before there is a solution again), and
     when that is, as an offset.
@@ -130,7 +130,7 @@ def _conflict(
     first = float(timeline.start)
     frame = int(np.floor((start + trouble.begin - first) * float(timeline.fps) + 1e-9)) + 1
     following = first + frame / float(timeline.fps) - start
-    if trouble.kind == "start":
+    if trouble.kind is TroubleKind.START:
         following = trouble.begin
     places = [tau for tau in (following,) if trouble.begin <= tau <= end] + [0.5 * (trouble.begin + end)]
     for tau in places:
@@ -155,7 +155,7 @@ def _amount(scene: Scene, conflict: Conflict) -> str:
     return f"`{thing.name}` is {number(abs(gap))} too {'short' if gap > 0 else 'long'}"
 
 
-def _last_good(motion: Motion, stretch: Stretch, trouble: Trouble) -> str:
+def _last_good(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> str:
     """The last frame strictly before the end of the path, and its time."""
     timeline = motion.timeline
     begin = float(stretch.segment.start) + trouble.begin

@@ -11,7 +11,7 @@ from movimentum.planning.planner import CyclicRateError
 from movimentum.scene.amended import Amender
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Stretch
 from movimentum.solver.solver import solve
@@ -34,7 +34,7 @@ class Trials:
     too.
     """
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: PathMotion) -> None:
         self.motion = motion
         self._script = Amender(motion.timeline.scene)
         coupled = [len(b.core) for s in motion.stretches for b in s.plan.blocks if isinstance(b, Newton | Ode)]
@@ -43,13 +43,13 @@ class Trials:
         self._left = most if max(coupled, default=0) <= COUPLED else 0
         self._whole = _values(motion) <= LARGEST
         self._effort = EFFORT
-        self._known: dict[tuple[int, str], Motion | None] = {}
+        self._known: dict[tuple[int, str], PathMotion | None] = {}
 
     def able(self, index: int) -> bool:
         """Whether anything more can be tried for stretch number ``index``."""
         return self._left > 0 and (self._whole or index == 0)
 
-    def with_statement(self, step: int, text: str) -> Motion | None:
+    def with_statement(self, step: int, text: str) -> PathMotion | None:
         """The motion of the script with the statements ``text`` at the end of step number ``step``; None if that is not
         a valid script.
         """
@@ -79,7 +79,7 @@ class Trials:
                 return None
         return tried.stretches[index]
 
-    def _solved(self, step: int, text: str) -> Motion:
+    def _solved(self, step: int, text: str) -> PathMotion:
         timeline = self.motion.timeline
         scene = self._script.amended(step, text)
         found = arrange(scene, fps=timeline.fps, max_frames=timeline.frame_count + 1)
@@ -89,7 +89,7 @@ class Trials:
         return solve(found)
 
 
-def _values(motion: Motion) -> int:
+def _values(motion: PathMotion) -> int:
     """How many values a motion keeps: those on its grid, and those at the steps of the paths that are followed in
     steps.
     """

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.valued import has_value
 from movimentum.text import listed, time_text
 
@@ -29,7 +29,7 @@ class Lack:
         return f"{since} on" if self.end is None else f"{since} to t = {time_text(self.end)}"
 
 
-def lacks(motion: Motion, name: str) -> tuple[Lack, ...]:
+def lacks(motion: PathMotion, name: str) -> tuple[Lack, ...]:
     """When a variable of the scene has no value, in order of time."""
     is_vector = motion.timeline.scene.variables[name].is_vector
     found: list[Lack] = []
@@ -45,12 +45,12 @@ def lacks(motion: Motion, name: str) -> tuple[Lack, ...]:
     return (*found, Lack(begin, None)) if lacking else tuple(found)
 
 
-def never_valued(motion: Motion) -> frozenset[str]:
+def never_valued(motion: PathMotion) -> frozenset[str]:
     """The variables that have no value at any time."""
     return frozenset(name for name in motion.timeline.scene.variables if lacks(motion, name) == (Lack(None, None),))
 
 
-def valueless(motion: Motion) -> Iterator[Diagnostic]:
+def valueless(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each variable that has no value for some of the time."""
     for name, variable in motion.timeline.scene.variables.items():
         found = lacks(motion, name)

@@ -9,7 +9,7 @@ import numpy as np
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.judge import TOLERANCE, Judge
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.segment_motion import Dead, Stretch
 
@@ -29,7 +29,7 @@ class Shortfall:
     amount: float = 0.0
 
 
-def first_shortfall(motion: Motion) -> Shortfall | None:
+def first_shortfall(motion: PathMotion) -> Shortfall | None:
     """Evaluate every frame; None if all are solved. Frames for which a path already has no solution are not counted."""
     count = motion.timeline.frame_count
     judges: dict[int, Judge] = {}
@@ -45,7 +45,7 @@ def first_shortfall(motion: Motion) -> Shortfall | None:
     return None
 
 
-def _of_stretch(motion: Motion, judge: Judge, stretch: Stretch, low: int, high: int) -> Shortfall | None:
+def _of_stretch(motion: PathMotion, judge: Judge, stretch: Stretch, low: int, high: int) -> Shortfall | None:
     instants = motion.instants(stretch, low, high)
     begins = np.array([piece.begin for piece in stretch.pieces[1:]])
     of_piece = np.searchsorted(begins, instants.tau, side="right")

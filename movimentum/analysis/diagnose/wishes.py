@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.planning.blocks.kinds import Free, simultaneous, wishes_drawing
 from movimentum.planning.lowering.equations import Wish
@@ -17,12 +18,10 @@ from movimentum.scene.model import Constraint
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.free.velocity import FOLLOWING
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
 from movimentum.text import listed, number, time_text
-
-FloatArray = NDArray[np.float64]
 
 REACHED = 1e-3
 """Of the scene's size: how far from its goal a wish may be and count as reached."""
@@ -45,7 +44,7 @@ class _Life:
     stretches: list[tuple[Stretch, list[int]]]
 
 
-def wish_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
+def wish_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note (a warning where it is stuck) for each wish that pulls free motion, for the first `MOST` of them."""
     lives = _lives(motion)
     evaluated = _Evaluated()
@@ -58,7 +57,7 @@ def wish_diagnostics(motion: Motion) -> Iterator[Diagnostic]:
         yield Diagnostic("limit/messages", Severity.NOTE, message)
 
 
-def _lives(motion: Motion) -> list[_Life]:
+def _lives(motion: PathMotion) -> list[_Life]:
     lives: dict[int, _Life] = {}
     for stretch in motion.stretches:
         plan = stretch.plan
@@ -87,7 +86,7 @@ class _Evaluated:
         return self._found
 
 
-def _told(motion: Motion, life: _Life, evaluated: _Evaluated) -> Diagnostic | None:
+def _told(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic | None:
     times: list[FloatArray] = []
     offs: list[FloatArray] = []
     for stretch, errors in life.stretches:
@@ -133,7 +132,7 @@ def _off(
     return off, bad | ~np.isfinite(off)
 
 
-def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
+def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnostic:
     """Why a wish has not reached its goal at the end: it is under way, blocked, or stuck."""
     stretch, errors = life.stretches[-1]
     plan = stretch.plan
@@ -177,7 +176,7 @@ def _missed(motion: Motion, life: _Life, last: float, name: str) -> Diagnostic:
     )
 
 
-def _opposed(motion: Motion, life: _Life, last: float, name: str, wishes: Sequence[Wish]) -> Diagnostic:
+def _opposed(motion: PathMotion, life: _Life, last: float, name: str, wishes: Sequence[Wish]) -> Diagnostic:
     """Other wishes of the same part hold it back."""
     scene = motion.timeline.scene
     others = {wish.constraint for wish in wishes} - {life.constraint.number}

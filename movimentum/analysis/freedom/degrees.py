@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.motions import FreeMotion, motions_of, told_by
 from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
+from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.equations import System
@@ -21,9 +21,7 @@ from movimentum.scene.model import ThingAngle
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Dead, Stretch
-
-FloatArray = NDArray[np.float64]
+from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
 
 STRESSED = 1e-6
 """Of the largest: from here, a row takes part in a dependence among rows."""
@@ -83,7 +81,7 @@ def generic_moment(stretch: Stretch) -> tuple[Piece, float] | None:
     """A moment of the stretch in general position: somewhere in the middle, not at a round fraction."""
     for piece in stretch.pieces:
         if not isinstance(piece, Dead):
-            gap = min((t.begin for t in stretch.troubles if t.kind == "gap"), default=piece.end)
+            gap = min((t.begin for t in stretch.troubles if t.kind is TroubleKind.GAP), default=piece.end)
             end = min(piece.end, gap)
             return piece, piece.begin + 0.37931 * (end - piece.begin)
     return None
@@ -186,7 +184,7 @@ def _twists(stretch: Stretch, ranks: Sequence[BlockRank]) -> dict[int, FloatArra
         if isinstance(piece, Dead) or piece.end <= piece.begin:
             continue
         length = piece.end - piece.begin
-        gap = min((t.begin for t in stretch.troubles if t.kind == "gap"), default=piece.end)
+        gap = min((t.begin for t in stretch.troubles if t.kind is TroubleKind.GAP), default=piece.end)
         for place in (0.37931, 0.71713):
             tau = piece.begin + place * (min(piece.end, gap) - piece.begin)
             with np.errstate(all="ignore"):

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.blocks.wishes import with_wishes
 from movimentum.planning.codegen.generate import Clocks, Compiled
@@ -19,8 +19,6 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
-
-FloatArray = NDArray[np.float64]
 
 TRIES, STEPS, STEP, SHORTEST = 3, 60, 0.05, 1e-6
 FARTHEST = 0.05

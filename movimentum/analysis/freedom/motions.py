@@ -8,9 +8,9 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.rank import RANK_TOLERANCE, at_one, rank_at, values_of
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
@@ -19,11 +19,9 @@ from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Dead
 from movimentum.text import number
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +113,7 @@ def free_directions(
     return [(_told(plan, block, one, v, drawn), v) for v, drawn in _basis(plan, block, one, clocks, x, free, scale)]
 
 
-def free_motions_at(motion: Motion, time: Fraction) -> list[FreeMotion]:
+def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
     """The free motions at one moment of a motion; none if there is no solution."""
     timeline = motion.timeline
     stretch = motion.stretches[timeline.segment_at(time)]

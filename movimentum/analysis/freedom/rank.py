@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.sparse_rank import SparseRank
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State, fill_explicit
@@ -17,7 +17,6 @@ from movimentum.solver.block.scaling import null_space, relative_error, scaled
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import projected
 
-FloatArray = NDArray[np.float64]
 Clocks = tuple[FloatArray, ...]
 
 RANK_TOLERANCE = 1e-5

@@ -6,18 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.diagnose.conditioning import conditions
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block, Integral, Newton, Quadratic, Winding
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.solver.block import closed_form
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Dead, Stretch
-
-FloatArray = NDArray[np.float64]
 
 CLOSE = 0.01
 """Of the scene's size: if a rival solution comes nearer than that, the choice was close."""
@@ -41,7 +39,7 @@ class BranchReport:
     close: bool
 
 
-def branches(motion: Motion) -> Iterator[BranchReport]:
+def branches(motion: PathMotion) -> Iterator[BranchReport]:
     """All blocks that have more than one solution, step by step."""
     for stretch in motion.stretches:
         for piece in stretch.pieces:
@@ -64,7 +62,7 @@ def _names(stretch: Stretch, block: Block) -> tuple[str, ...]:
     return tuple(stretch.plan.system.unknowns[n].name for n in block.unknowns)
 
 
-def _quadratic(motion: Motion, stretch: Stretch, piece: Piece, block: Quadratic) -> BranchReport:
+def _quadratic(motion: PathMotion, stretch: Stretch, piece: Piece, block: Quadratic) -> BranchReport:
     instants = piece.instants(piece.nodes)
     state = piece.before(block.number, instants)
     quadratic = closed_form.quadratic(block, state, instants.clocks)

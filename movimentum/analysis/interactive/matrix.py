@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.rank import at_one, rank_at
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.build import dense_block
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.equations import Equation, Form, System
@@ -24,8 +24,6 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Stretch
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.analysis.freedom.motions import FreeMotion, free_directions
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
@@ -19,8 +19,6 @@ from movimentum.solver.free.velocity import projected
 from movimentum.solver.kinds.dispatch import evaluate
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Stretch
-
-FloatArray = NDArray[np.float64]
 
 FRAMES = 24
 """Of one motion, there and back."""

@@ -6,9 +6,8 @@ Each takes and returns float64 arrays (or scalars) that broadcast; undefined val
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from movimentum.arrays import FloatArray
 
 _RADIANS = np.pi / 180.0
 _COSINE = np.array([1.0, 0.0, -1.0, 0.0])

@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY
 from movimentum.planning.structure.linear_rows import LinearMap
 
-FloatArray = NDArray[np.float64]
 Entries = tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]
 """Rows, columns and values of a sparse matrix, each place at most once."""
 

@@ -7,25 +7,29 @@ compared. Intervals in which something has no solution are solved frame by frame
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.diagnostics import Diagnostic
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
+from movimentum.solver.accuracy.notes import draft_note
 from movimentum.solver.assembly import Placement, placements
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
+from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead, Stretch
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from movimentum.timeline.model import Timeline
 
 WITHIN = (0.25, 0.5, 0.75)
 """Where in an interval the interpolation is compared with the path."""
@@ -105,8 +109,42 @@ def _normalise(plan: Plan, state: State) -> None:
                 state[n], state[m] = state[n] / length, state[m] / length
 
 
-def drafted(motion: Motion) -> tuple[Motion, float]:
-    """``motion`` with its poses interpolated, and the error of that: the farthest any anchor is from its place."""
+@dataclass(frozen=True, slots=True, eq=False)
+class DraftMotion:
+    """``path`` with its poses interpolated, as ``drawn`` has them; ``error``: the farthest that any anchor is from its
+    place (pixels).
+    """
+
+    path: PathMotion
+    drawn: PathMotion
+    error: float
+
+    @property
+    def timeline(self) -> Timeline:
+        """The timeline that was solved."""
+        return self.path.timeline
+
+    @property
+    def size(self) -> float:
+        """The scene's size in pixels."""
+        return self.path.size
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """How far off it is."""
+        return (draft_note(self.error),)
+
+    def poses(self, first: int, stop: int, *, angles: bool = True) -> Poses:
+        """The poses of frames ``first`` … ``stop - 1``."""
+        return self.drawn.poses(first, stop, angles=angles)
+
+    def poses_at(self, times: Sequence[Fraction]) -> Poses:
+        """The poses at any times (ascending), clipped to the timeline."""
+        return self.drawn.poses_at(times)
+
+
+def drafted(motion: PathMotion) -> DraftMotion:
+    """``motion`` with its poses interpolated."""
     worst = 0.0
     stretches: list[Stretch] = []
     for stretch in motion.stretches:
@@ -119,7 +157,7 @@ def drafted(motion: Motion) -> tuple[Motion, float]:
             pieces.append(drawn)
             worst = max(worst, error)
         stretches.append(replace(stretch, pieces=pieces))
-    return replace(motion, stretches=tuple(stretches), accuracy="draft"), MARGIN * worst
+    return DraftMotion(motion, replace(motion, stretches=tuple(stretches)), MARGIN * worst)
 
 
 def _drafted(piece: Piece, base: Snapshot) -> tuple[Piece, float]:

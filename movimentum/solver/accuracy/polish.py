@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.expressions import ONE, ZERO, Expr, add, mul, sub, symbol, symbols
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
 from movimentum.planning.lowering.calculus import with_respect_to
@@ -24,9 +25,6 @@ from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.scaling import scaled
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 FARTHEST = 1e-5
 """How far, in units of its size, a solution may be moved: farther is another solution, not the same one better."""

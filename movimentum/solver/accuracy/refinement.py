@@ -15,12 +15,16 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
+from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import ZERO, Expr
 from movimentum.planning.blocks.kinds import Block, Integral, Ode, Winding
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
+from movimentum.settings import Accuracy
+from movimentum.solver.accuracy.notes import Attained
 from movimentum.solver.accuracy.polish import RowContext, Rows, make_rows, polished
 from movimentum.solver.accuracy.wide_poses import RefinedPoses, WidePose
 from movimentum.solver.arithmetic.double_double import WideArithmetic
@@ -30,36 +34,22 @@ from movimentum.solver.basis.instants import at_times
 from movimentum.solver.block.formulas import UnknownFormulas
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import StillTrack
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead
 from movimentum.timeline.model import Timeline
 
-FloatArray = NDArray[np.float64]
-
 DEFAULT_DIGITS = 50
 AN_INTEGRAL = "an integral"
 
 
-@dataclass(slots=True)
-class Attained:
-    """What could not be made as exact as asked: ``digits``, the fewest at any frame seen so far, at ``time``; ``rough``
-    says what no equation gives (integrals along the path, free motions), which stay those of
-    `standard`.
-    """
-
-    digits: float = math.inf
-    time: Fraction | None = None
-    rough: dict[str, None] = field(default_factory=dict[str, None])
-
-
 @dataclass(slots=True, eq=False)
 class RefinedMotion:
-    """A motion whose poses are computed again in ``arithmetic``; asked for poses as `Motion` is."""
+    """A motion whose poses are computed again in ``arithmetic``; asked for poses as `PathMotion` is."""
 
-    base: Motion
+    base: PathMotion
     arithmetic: Arithmetic
     attained: Attained = field(default_factory=Attained)
     _evaluator: Evaluator = field(init=False)
@@ -80,6 +70,21 @@ class RefinedMotion:
     def timeline(self) -> Timeline:
         """The timeline that was solved."""
         return self.base.timeline
+
+    @property
+    def size(self) -> float:
+        """The scene's size in pixels."""
+        return self.base.size
+
+    @property
+    def path(self) -> PathMotion:
+        """The motion of which this has more digits."""
+        return self.base
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """What the frames computed so far fall short of."""
+        return self.attained.notes(self.arithmetic.shown)
 
     def poses(self, first: int, stop: int, *, angles: bool = True) -> RefinedPoses:
         """The poses of frames ``first`` … ``stop - 1``."""
@@ -386,7 +391,8 @@ def _spread(value: Number, count: int) -> Number:
     return value if len(value) == count else value[np.zeros(count, dtype=np.int64)]
 
 
-def refined(motion: Motion, accuracy: str, digits: int | None = None) -> RefinedMotion:
-    """``motion`` with its poses in the tier "high" or "exact" (to ``digits``, default `DEFAULT_DIGITS`)."""
-    arithmetic: Arithmetic = WideArithmetic() if accuracy == "high" else DigitsArithmetic(digits or DEFAULT_DIGITS)
+def refined(motion: PathMotion, accuracy: Accuracy, digits: int | None = None) -> RefinedMotion:
+    """``motion`` with its poses in the tier HIGH or EXACT (to ``digits``, default `DEFAULT_DIGITS`)."""
+    high = accuracy is Accuracy.HIGH
+    arithmetic: Arithmetic = WideArithmetic() if high else DigitsArithmetic(digits or DEFAULT_DIGITS)
     return RefinedMotion(motion, arithmetic)

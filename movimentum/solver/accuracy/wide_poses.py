@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.lowering.body_frames import stated_point
 from movimentum.scene.model import Thing
 from movimentum.solver.arithmetic.evaluation import Evaluator, Number
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.poses import Poses
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +42,23 @@ class RefinedPoses(Poses):
     instants: Number
     size: float
     things: tuple[Thing, ...]
+
+    @property
+    def spelled(self) -> RefinedPoses | None:
+        """Itself, where more digits are asked for than a float has."""
+        return None if self.evaluator.arithmetic.shown is None else self
+
+    def turn(self, thing: int) -> Number:
+        """(F,) a thing's turn in degrees, with all digits."""
+        return self.pose[thing].angle
+
+    def scalar(self, name: str, axis: int | None) -> Number:
+        """(F,) a variable, or one component of it, with all digits."""
+        return self.scalars[name, axis]
+
+    def clock(self) -> Number:
+        """(F,) the times, exactly."""
+        return self.instants
 
     def coordinate(self, thing: int, local: tuple[float, float], axis: int) -> Number:
         """(F,) one world coordinate of a thing's point, with all digits."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from movimentum.arrays import FloatArray
 
 _SPLITTER = 134217729.0  # 2^27 + 1: halves a float into two of 26 bits
 
@@ -283,6 +283,8 @@ class WideArithmetic:
 
     digits = 19
     """What is asked of a solution, relative to its size: a float64's 53 bits and some to round from."""
+    shown = None
+    """Numbers are told as floats."""
 
     def rationals(self, values: Sequence[Fraction]) -> Wide:
         """Exact rational numbers, as (F,)."""

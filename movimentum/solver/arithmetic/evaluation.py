@@ -14,9 +14,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.expressions import RADIANS, Expr, walk
 
-FloatArray = NDArray[np.float64]
 Number = Any
 """An array (F,), or (1,) for what is the same at all instants, of an arithmetic's own numbers: + - and * work."""
 
@@ -27,6 +27,11 @@ class Arithmetic(Protocol):
     @property
     def digits(self) -> int:
         """How many digits a solution should have, relative to its size."""
+        ...
+
+    @property
+    def shown(self) -> int | None:
+        """How many digits a number is told with; None: those of a float."""
         ...
 
     def rationals(self, values: Sequence[Fraction]) -> Number:

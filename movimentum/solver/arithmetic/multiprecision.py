@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.solver.arithmetic.double_double import nice_fraction
 
-FloatArray = NDArray[np.float64]
 Numbers = NDArray[np.object_]
 
 GUARD = 25

@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from movimentum.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,10 +14,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from movimentum.arrays import BoolArray, FloatArray
+
 Margin = Callable[[FloatArray], FloatArray]
 """The relative discriminant at any offsets: (N,) to (N,)."""
 

@@ -9,12 +9,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block, Linear
 from movimentum.planning.blocks.kinds import Quadratic as QuadraticBlock
 
-FloatArray = NDArray[np.float64]
 State = list[Any]
 """By unknown number: None where not known yet, else a float64 scalar (the same at all instants) or an array (F,)."""
 

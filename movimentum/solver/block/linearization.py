@@ -9,13 +9,11 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
-
-FloatArray = NDArray[np.float64]
 
 SLOW = 0.2
 """A chord step that leaves more of the residual calls for a new linearisation."""
@@ -84,6 +82,19 @@ class DenseTangent:
         reach = np.asarray(along @ along.T, dtype=np.float64)
         moves = free @ along.T
         return v + moves @ damped(reach, missing, damping, moves / self.scale[:, None], slopes * self.gradients)
+
+    def accelerated(
+        self, v: FloatArray, want: FloatArray, pull: FloatArray, pull_rate: FloatArray, bending: FloatArray
+    ) -> FloatArray:
+        """The time derivative (n,) of a least velocity ``v`` with its ``pull``, where these change as they do: J v' =
+        ``want`` (m,), ``pull_rate`` (n,), and the Jacobian by ``bending`` (m, n) per unit of time.
+
+        ``v`` = W y makes y' y + 2 y' p least (p = W' pull), so y + p + (J W)' l = 0; the derivative of that is linear.
+        """
+        y = np.linalg.solve(self.white, v)
+        multipliers = -(self.inverse.T @ (y + self.white.T @ pull)) / self.lengths
+        turned = self.white.T @ (pull_rate + bending.T @ multipliers)
+        return self.white @ (self.inverse @ (want / self.lengths) - self.free @ (self.free.T @ turned))
 
 
 def tangent_at(problem: BlockProblem, x: FloatArray) -> Tangent:

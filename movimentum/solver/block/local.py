@@ -6,15 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
-
-FloatArray = NDArray[np.float64]
 
 Probe = Callable[[FloatArray], BlockProblem]
 """A block's problem at given offsets."""

@@ -10,11 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.solver.block.scaling import RANK_TOLERANCE
-
-FloatArray = NDArray[np.float64]
 
 Rows = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Unknowns (n,) in units of their scale to residuals (m,) and their Jacobian (m, n), rows scaled alike."""

@@ -10,16 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.solver.block.linearization import chord_newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import RANK_TOLERANCE, relative_error, scaled
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 STEP_TOLERANCE = 1e-14
 """In units of the unknowns' scale."""

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.structure.linear_rows import SparseRows
 from movimentum.solver.block.closed_form import State
 
-FloatArray = NDArray[np.float64]
 Values = Mapping[int, FloatArray]
 """By unknown number: (F,), or what broadcasts to it."""
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.solver.basis.effort import charge
-
-FloatArray = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-8
 """Of the largest singular value, rows and unknowns scaled to size one."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import ThingAngle
-
-FloatArray = NDArray[np.float64]
 
 
 def scale_of(plan: Plan, unknowns: Sequence[int]) -> FloatArray:

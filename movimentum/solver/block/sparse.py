@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.structure.linear_rows import SparseRows
 from movimentum.planning.structure.metric import Metric
@@ -21,7 +22,6 @@ from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, damped
 
-FloatArray = NDArray[np.float64]
 RELAXED = 1e-10
 """The square of the relative singular value at which rows begin to be taken for redundant."""
 REFINEMENTS = 3

@@ -7,15 +7,13 @@ from fractions import Fraction
 from math import lcm
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import relative_error
-
-FloatArray = NDArray[np.float64]
 
 TURN = 360.0
 UNCHANGED = 1e-9

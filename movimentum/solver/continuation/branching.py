@@ -8,12 +8,10 @@ on Numerical Methods in Bifurcation Problems*, ch. 5).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.scaling import scaled
-
-FloatArray = NDArray[np.float64]
 
 ASIDE = 1e-4
 """Of the unknowns' scale: how far along a speed the equations are looked at."""

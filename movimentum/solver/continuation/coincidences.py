@@ -13,13 +13,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.tracks import Circles, Path, SignTrack
-
-FloatArray = NDArray[np.float64]
 
 LARGEST_TURN = 0.45
 """Change of a direction's cosine or sine between two nodes."""

@@ -9,13 +9,11 @@ larger system: the equations, and a vector that the Jacobian takes to zero (Moor
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.solver.block.local import SMALLEST_STEP, Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.scaling import scaled
-
-FloatArray = NDArray[np.float64]
 
 CLOSED = 1e-12
 """Relative residual at which a pose still counts as one at the very end of a path."""

@@ -12,15 +12,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
 from movimentum.solver.free.velocity import FreeVelocity
-
-FloatArray = NDArray[np.float64]
 
 TOLERANCE, LARGE_TOLERANCE = 1e-10, 1e-9
 """Error of a step, in units of the unknowns' scale; that of large blocks, whose steps take long."""

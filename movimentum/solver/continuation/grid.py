@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
@@ -13,8 +13,6 @@ from movimentum.solver.basis.sorting import without
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.coincidences import FINEST
 from movimentum.solver.continuation.tracks import Circles, Gap, Path
-
-FloatArray = NDArray[np.float64]
 
 INITIAL_INTERVALS = 24
 LARGEST_PHASE = 15.0

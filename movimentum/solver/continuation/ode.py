@@ -5,14 +5,12 @@ Runge–Kutta pair of Dormand and Prince.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Ode
 from movimentum.solver.block.local import SMALLEST_STEP, Probe
 from movimentum.solver.block.newton import newton
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
-
-FloatArray = NDArray[np.float64]
 
 # Dormand & Prince 5(4), Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, table II.5.2
 _C = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)

@@ -7,12 +7,10 @@ is meaningless. Both leave intervals that refinement does not mend, so p is read
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Integral
 from movimentum.solver.continuation.tracks import Path
-
-FloatArray = NDArray[np.float64]
 
 NEAR, FAR = 16.0, 256.0
 """Widths of the finest interval at which the growth is measured: there the place of the pole is known well enough."""

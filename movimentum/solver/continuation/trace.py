@@ -10,15 +10,13 @@ with.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
 from movimentum.solver.continuation.branching import branch_rate
 from movimentum.solver.continuation.folds import path_end
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
-
-FloatArray = NDArray[np.float64]
 
 HOLE = 1e-6
 """Of the time in which the motion goes one unit of its scale: so near to a crossing rounding hides on which path a

@@ -10,15 +10,12 @@ from fractions import Fraction
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 ONE = 1e-13
 """Of its largest value: a squared distance of two centres below which the circles count as one."""

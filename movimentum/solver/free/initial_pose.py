@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
@@ -15,8 +16,6 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled, toward
-
-FloatArray = NDArray[np.float64]
 
 LONGEST = 0.3
 """In units of the unknowns' scale: the longest step toward the pose to begin with."""

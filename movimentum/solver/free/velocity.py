@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.metric import Metric
@@ -19,8 +19,6 @@ from movimentum.solver.block.linearization import Tangent, chord_newton, tangent
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping
-
-FloatArray = NDArray[np.float64]
 
 FOLLOWING = 8.0
 """How fast a wish is followed: what it is off by falls to a third in an eighth of a time unit."""
@@ -79,10 +77,10 @@ class FreeVelocity:
         if block.wishes is None:
             return v
         errors, slopes = problem.wishes(repeated)
-        wished = self._wished(errors[0], (errors[1] - errors[2]) / span)
+        wished = self.wished(errors[0], (errors[1] - errors[2]) / span)
         return tangent.toward(v, slopes[0], wished, self.damping)
 
-    def _wished(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
+    def wished(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
         """How fast each error should change (p,): with its target, and what it is off by down; no faster than a wish's
         own speed, nor than if it were `FARTHEST` off.
         """

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
@@ -16,8 +14,6 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.solver.solutions.newton_starts import Starts
-
-FloatArray = NDArray[np.float64]
 
 
 class Beginning(Protocol):

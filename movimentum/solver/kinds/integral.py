@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Integral
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.poles import first_pole
-from movimentum.solver.continuation.tracks import Choice, FloatArray, Gap, Path, TotalTrack
+from movimentum.solver.continuation.tracks import Choice, Gap, Path, TotalTrack
 from movimentum.solver.kinds.context import Beginning, Found
 
 

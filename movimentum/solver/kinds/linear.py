@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Assign, Linear
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
-from movimentum.solver.continuation.tracks import FloatArray, Gap, Path
+from movimentum.solver.continuation.tracks import Gap, Path
 
 
 def evaluate(block: Linear, state: State, instants: Instants) -> None:

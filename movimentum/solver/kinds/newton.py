@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.codegen.elimination import newton_steps, pivot_order
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
@@ -18,7 +19,7 @@ from movimentum.solver.block.turns import unwound
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.trace import trace
-from movimentum.solver.continuation.tracks import BoolArray, Choice, FloatArray, Gap, NodeTrack, Path
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path
 from movimentum.solver.kinds.context import Beginning, Found
 from movimentum.solver.solutions.newton_starts import Starts, newton_starts
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from movimentum.arrays import BoolArray
 from movimentum.planning.blocks.kinds import Ode
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.ode import flow
-from movimentum.solver.continuation.tracks import BoolArray, Choice, FlowTrack, Gap, Path
+from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, Path
 from movimentum.solver.kinds import newton
 from movimentum.solver.kinds.context import Beginning, Found
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.plan import Plan
@@ -15,7 +16,7 @@ from movimentum.solver.block.change_points import MARGIN_TOLERANCE, find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.coincidences import with_coincidences
 from movimentum.solver.continuation.grid import Grid, ended
-from movimentum.solver.continuation.tracks import BoolArray, Choice, Circles, FloatArray, Gap, Path, SignTrack
+from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack
 from movimentum.solver.kinds.context import Beginning, Found
 
 ALWAYS_ONE = 1e-20

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.numeric import atan2d
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
-from movimentum.solver.continuation.tracks import AngleTrack, Choice, FloatArray
+from movimentum.solver.continuation.tracks import AngleTrack, Choice
 from movimentum.solver.kinds.context import Beginning, Found
 
 

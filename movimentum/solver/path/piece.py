@@ -12,6 +12,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.lowering.unknowns import symbol_numbers
@@ -19,7 +20,7 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.continuation.tracks import BoolArray, FloatArray, SignTrack, StillTrack, Track
+from movimentum.solver.continuation.tracks import SignTrack, StillTrack, Track
 from movimentum.solver.kinds import dispatch
 
 

@@ -10,16 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import SignTrack
 from movimentum.solver.path.piece import Piece
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 NEAREST, FARTHEST = 20, 6
 """The motion is looked at 2^-20 to 2^-6 of the piece's length beside the instant: where its sides agree best."""

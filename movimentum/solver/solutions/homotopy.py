@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.solver.block.problem import BlockProblem
 
-FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 LARGEST = 512

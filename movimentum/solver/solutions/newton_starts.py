@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
-from movimentum.planning.structure.metric import Metric
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
@@ -24,7 +24,6 @@ from movimentum.solver.free.initial_pose import Turn, least, turns_of
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.solutions.homotopy import AllSolutions
 
-FloatArray = NDArray[np.float64]
 SEEDS = 64
 LARGEST_BATCH = 4_000_000
 """Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
@@ -210,7 +209,7 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     assert isinstance(block, Free)
     origin = carried_values(plan, block, carry)
     metric = block.metric
-    pull = _pull(plan, one, metric, carry, origin)
+    pull = _pull(plan, block, one, carry, origin)
     known = carry.now.known
     unknowns = plan.system.unknowns
     fresh = turns_of(plan, one, _new_things(plan, block, known), carry)
@@ -258,14 +257,14 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     return Starts([min(found, key=cost)] if found else [], True)
 
 
-def _pull(plan: Plan, problem: BlockProblem, metric: Metric, carry: Carry, origin: FloatArray) -> FloatArray:
+def _pull(plan: Plan, block: Free, one: BlockProblem, carry: Carry, origin: FloatArray) -> FloatArray:
     """What unknowns found before the block add to the gradient of its motion: (n,), zero where they did not move."""
-    if not metric.coupled:
+    if not block.metric.coupled:
         return np.zeros(len(origin))
-    there = problem.completed(origin[None])
-    now = np.array([float(np.ravel(there[n])[0]) for n in metric.coupled])
-    before = np.array([carry.now.value(plan.system, n) or 0.0 for n in metric.coupled])
-    return metric.pull(now - before)
+    there = one.completed(origin[None])
+    now = np.array([float(np.ravel(there[n])[0]) for n in block.metric.coupled])
+    before = np.array([carry.now.value(plan.system, n) or 0.0 for n in block.metric.coupled])
+    return block.metric.pull(now - before)
 
 
 def _new_things(plan: Plan, block: Newton, known: Container[int]) -> set[int]:

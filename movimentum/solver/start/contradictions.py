@@ -15,14 +15,13 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
 from movimentum.solver.start.fitting import MET, Fitting, eliminated
 from movimentum.solver.start.irreducible import MemberTrials, irreducible, pulling
 from movimentum.solver.start.rejections import TurnedDown
-
-FloatArray = NDArray[np.float64]
 
 LARGEST = 1500
 """Rows; larger parts are not looked at (each fit takes time with the cube of it)."""

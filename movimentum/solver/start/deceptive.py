@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.lowering.equations import Form, System
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.planner import Structure
@@ -19,8 +19,6 @@ from movimentum.planning.structure.decompose import Group
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.start.placement import pinned, rigid_motion
-
-FloatArray = NDArray[np.float64]
 
 CLOSED = 1e-6
 """Relative to the sizes of a row's terms: what a pose that satisfies the row may be off by."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import Expr, call, sub, symbol
 from movimentum.planning.blocks.build import dense_block
 from movimentum.planning.blocks.kinds import Newton
@@ -29,8 +30,6 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 Member = tuple[str, int]

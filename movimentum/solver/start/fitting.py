@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.solver.start.demands import Demands, Effort
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 Slopes = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Coordinates (F, k) to residuals (F, q) and their slopes (F, q, k)."""

@@ -9,12 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.solver.start.demands import Demands, Member, scattered
 from movimentum.solver.start.fitting import MET, Fit, Fitting
-
-FloatArray = NDArray[np.float64]
 
 STRESSED = 1e-5
 """Of the largest residual of a best fit: a row that pulls less has no part in the contradiction."""

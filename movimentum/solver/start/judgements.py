@@ -6,15 +6,13 @@ import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.start.costs import squared
 from movimentum.solver.start.rejections import Rejection
-
-FloatArray = NDArray[np.float64]
 
 CHECK_TOLERANCE = 1e-8
 """Relative residual above which a redundant equation contradicts."""

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import (
     Assign,
     Block,
@@ -34,8 +34,6 @@ from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.solver.solutions.newton_starts import Starts, all_of, begun_start, free_start
 from movimentum.solver.start.costs import Measures, pair
 from movimentum.solver.start.rejections import Rejection
-
-FloatArray = NDArray[np.float64]
 
 NO_COST = (0.0, 0.0, 0.0, 0.0)
 CLOSED = 1e-5

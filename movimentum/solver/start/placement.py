@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
@@ -21,8 +22,6 @@ from movimentum.planning.structure.graph import groups
 from movimentum.scene.model import AnchorCoordinate, Relation
 from movimentum.solver.basis.pose_state import Carry, ThingPose
 from movimentum.solver.block.closed_form import State
-
-FloatArray = NDArray[np.float64]
 
 FITS = 1e-6
 """Of the scene's size: what a part may be off by where it is laid, to count as fitting."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic, Winding
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.effort import GivenUp, limited
@@ -29,8 +29,6 @@ from movimentum.solver.path.follow import instant
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
-
-FloatArray = NDArray[np.float64]
 
 BEFORE, AFTER = 1e-6, 1e-9
 """Of the stretch: how long before its end a path's pose tells which branch it is on, and how long after its beginning

@@ -16,7 +16,6 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.planning.blocks.kinds import Block, Newton, Ode, Quadratic
 from movimentum.planning.plan import Plan
@@ -34,7 +33,6 @@ from movimentum.solver.start.rejections import Rejection, TurnedDown
 if TYPE_CHECKING:
     from movimentum.solver.start.contradictions import Contradiction
 
-FloatArray = NDArray[np.float64]
 Doubt = Callable[[Sequence[TurnedDown]], "Contradiction | None"]
 
 LEAVES = 256

@@ -7,12 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
-
-FloatArray = NDArray[np.float64]
 
 DISAGREES = 1e-7
 """Of an equation's terms: a redundant one that is off by more does not hold."""

@@ -1,0 +1,109 @@
+"""Values and rates of a motion at moments: what frames and single times have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.api.names import Names, Readout
+from movimentum.errors import usage_error
+from movimentum.solver.motion import AnyMotion
+from movimentum.solver.poses import Poses
+from movimentum.text import counted
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+def values_of(reading: Readout, chunks: Iterable[Poses]) -> FloatArray:
+    """(F,) or (F, 2)."""
+    parts = [np.stack(reading.values(poses), axis=-1) for poses in chunks]
+    table = np.concatenate(parts) + 0.0
+    return table if reading.is_vector else table[:, 0]
+
+
+def rates_of(
+    motion: AnyMotion, reading: Readout, order: int, ascending: Sequence[Fraction], solved: BoolArray
+) -> FloatArray:
+    """(F,) or (F, 2) derivatives; nan where there is no solution."""
+    from movimentum.solver.rates.rates import UndefinedRate, rates_at
+
+    try:
+        table = rates_at(motion.path, reading.expressions, order, ascending)
+    except UndefinedRate as error:
+        scene = motion.timeline.scene
+        what = "it" if error.thing is None else f"`{scene.things[error.thing].name}`"
+        message = f"`{reading.text}` has no acceleration: {what} follows a wish, which has a velocity and no more"
+        raise usage_error("usage/no-acceleration", message, "an equation in place of the wish has one") from error
+    table[:, ~solved] = np.nan
+    return table.T.copy() if reading.is_vector else table[0]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Moments:
+    """A motion at one time or at T times, in the order they were asked for (`Motion.at` makes it).
+
+    >>> import movimentum as mv
+    >>> motion = mv.loads("Arm : .bar O=[0,0] P=[10,0]; @0 Arm.O=[0,0]; Arm.angle = 90*.t; @1").solve()
+    >>> motion.at(1)["Arm.P"].tolist(), motion.at([1, 0])["Arm.angle"].tolist()
+    ([0.0, 10.0], [90.0, 0.0])
+    >>> motion.at("1/3")
+    Moments(<string>: 1 time)
+    """
+
+    motion: AnyMotion
+    names: Names
+    exact: tuple[Fraction, ...]
+    single: bool
+
+    @cached_property
+    def _order(self) -> list[int]:
+        return sorted(range(len(self.exact)), key=self.exact.__getitem__)
+
+    @cached_property
+    def _poses(self) -> Poses:
+        return self.motion.poses_at([self.exact[i] for i in self._order])
+
+    @property
+    def times(self) -> FloatArray:
+        """(T,) the times (a single one: ())."""
+        return self._given(self._poses.times)
+
+    @property
+    def solved(self) -> BoolArray:
+        """(T,) whether the scene has a solution there (a single time: ())."""
+        return self._given(self._poses.solved)
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """(T,) or (T, 2); without T for a single time. Otherwise as `Motion`."""
+        return self._given(values_of(self.names.reading(name), (self._poses,)))
+
+    def velocity(self, name: str) -> FloatArray:
+        """As `Motion.velocity`, at these times."""
+        return self._rates(name, 1)
+
+    def acceleration(self, name: str) -> FloatArray:
+        """As `Motion.acceleration`, at these times."""
+        return self._rates(name, 2)
+
+    def _rates(self, name: str, order: int) -> FloatArray:
+        reading, ascending = self.names.reading(name), [self.exact[i] for i in self._order]
+        return self._given(rates_of(self.motion, reading, order, ascending, self._poses.solved))
+
+    def _given(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values in the order of the times asked for."""
+        result = np.empty_like(values)
+        result[self._order] = values
+        return result[0] if self.single else result
+
+    def __len__(self) -> int:
+        return len(self.exact)
+
+    def __repr__(self) -> str:
+        return f"Moments({self.names.title}: {counted(len(self), 'time')})"

@@ -1,0 +1,365 @@
+"""Motions from Python: arrays by name at frames and at any times, exact velocities, pictures and tables."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.api.moments import Moments, rates_of, values_of
+from movimentum.api.names import Names
+from movimentum.api.options import Limits, Number, exact, frame_choice, one_of, positive, words
+from movimentum.api.output import Written, data_frame, silent
+from movimentum.diagnostics import Diagnostic
+from movimentum.errors import told_in, usage_error
+from movimentum.settings import Accuracy, FailurePolicy
+from movimentum.solver.poses import Poses
+from movimentum.source import SourceText
+from movimentum.text import counted, time_text
+from movimentum.timeline.model import Timeline
+from movimentum.workflow.choices import Choices, Picture
+from movimentum.workflow.frames import PoseChunks
+from movimentum.workflow.stages import Solution, afterwards
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+class Origin(Protocol):
+    """The script that a motion is of; see `movimentum.Script`."""
+
+    @property
+    def source(self) -> SourceText:
+        """Its text."""
+        ...
+
+    @property
+    def limits(self) -> Limits:
+        """What it may cost."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """What it is called in short."""
+        ...
+
+    @property
+    def names(self) -> Names:
+        """What can be asked of its motions."""
+        ...
+
+    def solve(
+        self,
+        accuracy: Accuracy | str = Accuracy.STANDARD,
+        *,
+        digits: int | None = None,
+        fps: Number | None = None,
+        on_failure: FailurePolicy | str = FailurePolicy.STOP,
+        strict: bool = False,
+    ) -> Motion:
+        """Its motion, with other choices."""
+        ...
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion:
+    """A solved script: F frames, each with its time, and everything that can be asked of them.
+
+    Positions are world pixels, y up, origin at the canvas' lower-left corner; angles are degrees, counter-clockwise,
+    continuous, 0 as drawn. `Script.solve` makes it; it never changes.
+
+    >>> import movimentum as mv
+    >>> motion = mv.load("scripts/slider-crank.mov").solve()
+    >>> motion
+    Motion(slider-crank.mov: 51 frames, 6 things, 0 to 2)
+    >>> motion.times[:3].tolist(), motion.solved.all().item()
+    ([0.0, 0.04, 0.08], True)
+    >>> motion["Rod.B"].shape, motion["Rod.angle"].shape, motion["Rod.B.x"].shape
+    ((51, 2), (51,), (51,))
+    >>> motion["(Rod.B - Rod.A).l"].round(9)[:2].tolist()  # any expression of the language
+    [165.0, 165.0]
+    >>> motion["Rod.C"]
+    Traceback (most recent call last):
+        ...
+    movimentum.errors.UnknownNameError: error[name/unknown]: there is no `Rod.C`
+    ...
+       = help: did you mean `Rod.A`?
+    """
+
+    script: Origin
+    solution: Solution
+    choices: Choices
+
+    # --- frames
+
+    @property
+    def timeline(self) -> Timeline:
+        """The timeline that was solved."""
+        return self.solution.motion.timeline
+
+    @property
+    def accuracy(self) -> Accuracy:
+        """How exactly it was solved."""
+        return Accuracy(self.choices.accuracy)
+
+    @cached_property
+    def _chunks(self) -> Iterable[Poses]:
+        skip = self.choices.on_failure == FailurePolicy.SKIP
+        return PoseChunks(self.solution.motion, range(self.timeline.frame_count), skip).held()
+
+    @cached_property
+    def _moments(self) -> tuple[IntArray, FloatArray, BoolArray]:
+        parts = [(poses.frames, poses.times, poses.solved) for poses in self._chunks]
+        frames, times, solved = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return frames, times, solved
+
+    @property
+    def frames(self) -> IntArray:
+        """(F,) the frames' numbers, counted from 0; with ``on_failure="skip"`` some are left out."""
+        return self._moments[0].copy()
+
+    @property
+    def times(self) -> FloatArray:
+        """(F,) the frames' times, in the script's unit."""
+        return self._moments[1].copy()
+
+    @property
+    def solved(self) -> BoolArray:
+        """(F,) whether the scene has a solution there; where not, values are those of the last good pose."""
+        return self._moments[2].copy()
+
+    def __len__(self) -> int:
+        return len(self._moments[0])
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """What there is to say: warnings and notes (with ``on_failure`` "hold" or "skip", errors), and how exact frames
+        have turned out to be so far.
+        """
+        found, notes = afterwards(self.solution, Choices())
+        return (*found, *(note for note in notes if note not in found))
+
+    # --- values
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """(F,) or, for a vector, (F, 2): an anchor ("Rod.B"), a coordinate ("Rod.B.x"), an angle ("Rod.angle"), an
+        opacity or a colour ("Rod.red"), a variable ("x"), or any expression that a claim could be about ("(A.P -
+        B.Q).l"; clocks count from the first step).
+
+        nan where a variable has no value, as no statement in force mentions it. `UnknownNameError` (a KeyError) for a
+        name that there is not, `ScriptError` for what is no expression.
+        """
+        return values_of(self.script.names.reading(name), self._chunks)
+
+    def velocity(self, name: str) -> FloatArray:
+        """(F,) or (F, 2): the time derivative of what `Motion` gives for ``name``, per time unit, in the world's frame.
+
+        Exact: from the derivatives of the equations at the solved poses, not from differences. Free motion has the
+        velocity that it follows. At a step's time it is that of the step that begins, at the very end that of the one
+        that ends. Where several solutions meet (a dead centre that the motion passes through) it is the limit from both
+        sides; nan where there is none (a dead centre that is driven against), no solution, or no value.
+
+        >>> import movimentum as mv
+        >>> motion = mv.loads("Arm : .bar O=[0,0] P=[10,0]; @0 Arm.O=[0,0]; Arm.angle = 90*.t; @1").solve()
+        >>> motion.velocity("Arm.P")[0].round(6).tolist()  # 10 pixels from the pivot, a quarter turn a time unit
+        [0.0, 15.707963]
+        >>> motion.velocity("Arm.angle")[0].item()
+        90.0
+        """
+        return self._rates(name, 1)
+
+    def acceleration(self, name: str) -> FloatArray:
+        """(F,) or (F, 2): the second time derivative, as `velocity` is the first.
+
+        Least motion of what nothing drives has one too. What a wish draws has none: `UsageError`
+        (``usage/no-acceleration``).
+
+        >>> import movimentum as mv
+        >>> motion = mv.loads("Arm : .bar O=[0,0] P=[10,0]; @0 Arm.O=[0,0]; Arm.angle = 90*.t; @1").solve()
+        >>> motion.acceleration("Arm.P")[0].round(6).tolist()  # towards the pivot
+        [-24.674011, 0.0]
+        """
+        return self._rates(name, 2)
+
+    def _rates(self, name: str, order: int) -> FloatArray:
+        frames, _, solved = self._moments
+        exactly = [self.timeline.frame_time(int(frame)) for frame in frames]
+        return rates_of(self.solution.motion, self.script.names.reading(name), order, exactly, solved)
+
+    def at(self, time: Number | Iterable[Number]) -> Moments:
+        """The motion at a time, or at several, between frames too.
+
+        Raises `UsageError` (``usage/at``) for a time outside the animation.
+
+        >>> import movimentum as mv
+        >>> motion = mv.load("scripts/slider-crank.mov").solve()
+        >>> motion.at(0.25)["Rod.B"].shape, motion.at([0, "1/3", 1])["Rod.B"].shape
+        ((2,), (3, 2))
+        """
+        if isinstance(time, str) or not isinstance(time, Iterable):
+            return Moments(self.solution.motion, self.script.names, (self._exact(time),), single=True)
+        return Moments(self.solution.motion, self.script.names, tuple(self._exact(item) for item in time), single=False)
+
+    def _exact(self, time: Number) -> Fraction:
+        """A time; a float that a step's time was rounded to means the step's."""
+        timeline, found = self.timeline, exact(time, "a time")
+        if not timeline.start <= found <= timeline.end:
+            message = (
+                f"time {time_text(float(found))} is outside the animation, from {timeline.start} to {timeline.end}"
+            )
+            raise usage_error("usage/at", message)
+        steps = (*(segment.start for segment in timeline.segments), timeline.end)
+        return next((step for step in steps if float(step) == float(found)), found)
+
+    def poses(self, first: int = 0, stop: int | None = None) -> Poses:
+        """The poses of frames ``first`` … ``stop - 1``, as the stages know them (`movimentum.stages.Poses`): arrays for
+        all things at once. ``stop`` None: to the end.
+
+        >>> import movimentum as mv
+        >>> mv.load("scripts/trammel.mov").solve().poses(0, 3).angle.shape  # things, frames
+        (4, 3)
+        """
+        return self.solution.motion.poses(first, self.timeline.frame_count if stop is None else stop)
+
+    # --- tables
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame: a row a frame (the index), and the columns of `movimentum solve`: ``time``,
+        ``Thing.Anchor.x`` and ``.y``, ``Thing.angle``, and every variable that ever has a value (``v.x``, ``v.y``).
+
+        nan where a variable has no value. Raises ImportError where there is no pandas.
+
+        >>> import movimentum as mv
+        >>> try:
+        ...     mv.load("scripts/trammel.mov").solve().to_dataframe()["Rod.A.x"].size
+        ... except ImportError:  # pandas is no dependency
+        ...     51
+        51
+        """
+        return data_frame(self.solution.motion, self._chunks, self.frames)
+
+    def save(self, path: str | os.PathLike[str], *, frames: slice | range | int | str | None = None) -> Written:
+        """Write the table of `movimentum solve` to ``path``: a ``.csv``, ``.json`` or ``.npz`` file, a row a frame.
+
+        With ``accuracy="exact"`` numbers in CSV and JSON have all their digits. Raises `UsageError` for another kind of
+        file, or one that cannot be written.
+
+        >>> import movimentum as mv, tempfile, os
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     mv.load("scripts/trammel.mov").solve().save(os.path.join(folder, "poses.csv")).frames
+        51
+        """
+        from movimentum.interop.tables import SUFFIXES
+        from movimentum.workflow.tabulate import tabulate
+
+        target = Path(os.fspath(path))
+        if target.suffix.lower() not in SUFFIXES:
+            raise usage_error("usage/format", f"{target}: a table ends in one of {', '.join(SUFFIXES)}")
+        source = self.script.source
+        with told_in(source):
+            outcome = tabulate(source, target, self.choices, frame_choice(frames), silent, self.solution)
+        return Written(target, outcome.frames, outcome.diagnostics)
+
+    # --- pictures
+
+    def render(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        fps: Number | None = None,
+        frames: slice | range | int | str | None = None,
+        at: Number | None = None,
+        scale: float = 1.0,
+        trace: str | Iterable[str] = (),
+        show: str | Iterable[str] = (),
+        background: str | None = None,
+        accuracy: Accuracy | str | None = None,
+        quality: str = "standard",
+        loop: int = 0,
+        transparent: bool = False,
+        strict: bool | None = None,
+        on_failure: FailurePolicy | str | None = None,
+        workers: int | None = None,
+        open: bool = False,  # noqa: A002 - named as the option
+        max_pixels: int | None = None,
+    ) -> Written:
+        """Draw it into the file ``path``, whose suffix names the format: an animation (``.gif``, ``.apng``, ``.webp``,
+        ``.mp4``, ``.webm``), a still (``.png``, ``.jpg``), or numbered pictures (``"frames/%04d.png"``).
+
+        The keywords are the options of `movimentum run`: ``frames`` (``slice(12, 48)``, ``"12:48"``, ``7``) or one time
+        ``at``; ``trace`` ("Rod.B", or several), ``show`` ("names", "free", "anchors", or several), ``background`` (a
+        colour), ``quality`` ("draft", "standard", "high"), ``loop`` (times to play, 0: for ever), ``workers``
+        (processes). ``fps``, ``accuracy``, ``strict`` and ``on_failure`` are as they were solved with, unless they are
+        given: then the script is solved anew for this picture.
+
+        Raises `UsageError` for choices that do not fit and files that cannot be written.
+
+        >>> import movimentum as mv, tempfile, os
+        >>> motion = mv.load("scripts/trammel.mov").solve()
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     motion.render(os.path.join(folder, "trammel.gif"), frames="0:5", scale=0.5, workers=1).frames
+        5
+        """
+        from movimentum.rendering.options import Quality, Show
+
+        if at is not None and frames is not None:
+            raise usage_error("usage/at", "`at` is one picture and `frames` a range of them: give one of the two")
+        motion = self._solved_with(fps, accuracy, strict, on_failure)
+        picture = Picture(
+            frames=frame_choice(frames),
+            at=None if at is None else motion._exact(at),
+            scale=positive(scale, "scale"),
+            traces=words(trace),
+            show=frozenset(str(one_of(Show, word, "word for `show`")) for word in words(show)),
+            background=background,
+            quality=str(one_of(Quality, quality, "quality")),
+            loop=loop,
+            transparent=transparent,
+            workers=workers,
+            max_pixels=self.script.limits.pixels if max_pixels is None else max_pixels,
+        )
+        return motion._drawn(Path(os.fspath(path)), picture, show_it=open)
+
+    def _drawn(self, target: Path, picture: Picture, *, show_it: bool) -> Written:
+        from movimentum.workflow.animate import animate
+
+        source = self.script.source
+        with told_in(source):
+            outcome = animate(source, target, self.choices, picture, silent, self.solution)
+        if show_it:
+            import click
+
+            click.launch(str(target))
+        return Written(target, outcome.frames, outcome.diagnostics)
+
+    def _solved_with(
+        self,
+        fps: Number | None,
+        accuracy: Accuracy | str | None,
+        strict: bool | None,
+        on_failure: FailurePolicy | str | None,
+    ) -> Motion:
+        """Itself, or with other choices."""
+        if fps is None and accuracy is None and strict is None and on_failure is None:
+            return self
+        return self.script.solve(
+            self.choices.accuracy if accuracy is None else accuracy,
+            digits=self.choices.digits if accuracy is None else None,
+            fps=self.choices.fps if fps is None else fps,
+            strict=self.choices.strict if strict is None else strict,
+            on_failure=self.choices.on_failure if on_failure is None else on_failure,
+        )
+
+    def __repr__(self) -> str:
+        timeline = self.timeline
+        things = counted(len(timeline.scene.things), "thing")
+        times = " to ".join(time_text(float(time)) for time in (timeline.start, timeline.end))
+        return f"Motion({self.script.name}: {counted(len(self), 'frame')}, {things}, {times})"

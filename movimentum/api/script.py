@@ -1,0 +1,216 @@
+"""Scripts from Python: read them, ask what is to be said about them, solve them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from movimentum.api.motion import Motion
+from movimentum.api.names import Names
+from movimentum.api.options import Limits, Number, frame_rate, one_of
+from movimentum.diagnostics import Diagnostic, limited
+from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, told_in, usage_error
+from movimentum.scene.model import Scene
+from movimentum.settings import Accuracy, FailurePolicy
+from movimentum.source import SourceText
+from movimentum.syntax.suggest import nearest
+from movimentum.text import counted, listed
+from movimentum.timeline.model import Timeline
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read
+from movimentum.workflow.stages import Solution, arranged, examined, understand
+
+
+def load(path: str | os.PathLike[str], limits: Limits | None = None, /, **constants: object) -> Script:
+    """The script in the file ``path`` (``"-"`` is standard input); its pictures are found from its folder.
+
+    Every keyword sets the script's constant of that name, and nothing else: all other choices are made where they
+    matter, in `Script.solve` and `Motion.render`, so that a constant may be called ``fps``. (The language has no
+    constants yet; each keyword is refused.)
+
+    Raises `UsageError` where the file cannot be read or a constant does not exist (``usage/constant``), and
+    `ScriptError` with everything that is wrong with the script; printed, it looks as in a terminal.
+
+    >>> import movimentum as mv
+    >>> mv.load("scripts/four-bar.mov")
+    Script(four-bar.mov: 5 things, 2 steps)
+    """
+    return _script(read(os.fspath(path)), limits, constants)
+
+
+def loads(text: str, limits: Limits | None = None, /, name: str = "<string>", **constants: object) -> Script:
+    """The script ``text``; otherwise as `load`.
+
+    ``name`` is what messages call it, and pictures are found from its folder as if it were a path.
+
+    >>> import movimentum as mv
+    >>> mv.loads("Crank : .bar O = [0,0] P = [50,0]; @0 Crank.O = [90,90]; Crank.angle = 90*.t; @4")
+    Script(<string>: 1 thing, 2 steps)
+    >>> mv.loads("Crank : .disc(9) O = [0,0]; @0 Crnk.O = [90,90];")
+    Traceback (most recent call last):
+        ...
+    movimentum.errors.ScriptError: error[name/unknown-thing]: there is no thing called `Crnk`
+      --> <string>:1:32
+       |
+     1 | Crank : .disc(9) O = [0,0]; @0 Crnk.O = [90,90];
+       |                                ^^^^
+       = help: did you mean `Crank.O`?
+    """
+    return _script(SourceText(name, text), limits, constants)
+
+
+def _script(source: SourceText, limits: Limits | None, constants: Mapping[str, object]) -> Script:
+    limits = limits or Limits()
+    with told_in(source):
+        scene = understand(source, _choices(limits), limits.pixels)
+        return Script(source, _with_constants(scene, constants), limits)
+
+
+def _with_constants(scene: Scene, constants: Mapping[str, object]) -> Scene:
+    """``scene`` with other values for its constants.
+
+    The language has no constants yet. When it has, this is the place that sets them.
+    """
+    known: tuple[str, ...] = ()
+    for name in constants:
+        guess = nearest(name, known)
+        helps = f"did you mean `{guess}`?" if guess else f"its constants are {listed(known)}" if known else None
+        helps = helps or "the script has no constants, so `load` takes no keywords"
+        raise usage_error("usage/constant", f"there is no constant `{name}`", helps)
+    return scene
+
+
+def _choices(limits: Limits) -> Choices:
+    return Choices(
+        max_frames=limits.frames,
+        max_nesting=limits.nesting,
+        max_operations=limits.operations,
+        max_digits=limits.digits,
+    )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Script:
+    """A script that has been read and understood. `load` and `loads` make it; it never changes.
+
+    >>> import movimentum as mv
+    >>> script = mv.load("scripts/slider-crank.mov")
+    >>> script.path.name, script.text[:2]
+    ('slider-crank.mov', '//')
+    >>> [thing.name for thing in script.scene.things][:2]
+    ['Frame', 'Piston']
+    >>> script.timeline.frame_count
+    51
+    """
+
+    source: SourceText
+    scene: Scene
+    limits: Limits
+
+    @property
+    def text(self) -> str:
+        """The script's text."""
+        return self.source.text
+
+    @property
+    def path(self) -> Path | None:
+        """Where it was read from; None for a text without a name, and for standard input."""
+        return None if self.source.path.startswith("<") else Path(self.source.path)
+
+    @property
+    def name(self) -> str:
+        """What it is called in short: the file's name."""
+        return self.source.path if self.path is None else self.path.name
+
+    @cached_property
+    def timeline(self) -> Timeline:
+        """The scene in time: segments, and exact frame times. `ScriptError` for more frames than the limit."""
+        with told_in(self.source):
+            return arranged(self.scene, _choices(self.limits))
+
+    @property
+    def names(self) -> Names:
+        """What can be asked of its motions."""
+        return self._names
+
+    @cached_property
+    def _names(self) -> Names:
+        return Names(self.scene, _choices(self.limits), self.name)
+
+    @cached_property
+    def _solutions(self) -> dict[Choices, Solution]:
+        return {}
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Everything that `movimentum check` says: errors, warnings and notes, with places, notes and helps.
+
+        Solves the script (once). Nothing is raised: what is wrong is among them.
+
+        >>> import movimentum as mv
+        >>> script = mv.loads("Rod : .bar A=[0,0] B=[50,0]; @0 Rod.A = [9,9]; @1")
+        >>> [(item.code, str(item.severity)) for item in script.diagnostics]
+        [('constraint/free-motion', 'warning')]
+        """
+        try:
+            return limited(self._examined(_choices(self.limits)).diagnostics)
+        except MovimentumError as error:
+            return limited(error.diagnostics)
+
+    def solve(
+        self,
+        accuracy: Accuracy | str = Accuracy.STANDARD,
+        *,
+        digits: int | None = None,
+        fps: Number | None = None,
+        on_failure: FailurePolicy | str = FailurePolicy.STOP,
+        strict: bool = False,
+    ) -> Motion:
+        """The motion. Solved once for each accuracy and frame rate; another ``on_failure`` costs nothing.
+
+        ``accuracy``: "draft", "standard", "high" or "exact" (then to ``digits`` digits, 50 if none are asked for).
+        ``fps``: frames per time unit, instead of the script's. ``strict``: warnings are errors.
+        ``on_failure``, where the scene has no solution at some time: "stop" raises `NoSolutionError`, whose diagnostics
+        say when, what is too short or too long, and by how much; "hold" keeps the last good pose in such frames, "skip"
+        leaves them out.
+
+        Raises `ScriptError` where the script contradicts itself, `UsageError` for choices that do not fit.
+
+        >>> import movimentum as mv
+        >>> script = mv.loads("Rod : .bar A=[0,0] B=[50,0]; @0 Rod.A=[0,0]; Rod.B=[30 + 40*.t, y]; y > 0; @1")
+        >>> script.solve()
+        Traceback (most recent call last):
+            ...
+        movimentum.errors.NoSolutionError: error[solve/unreachable]: ...
+        >>> script.solve(on_failure="hold").solved.mean().round(1).item(), len(script.solve(on_failure="skip"))
+        (0.5, 13)
+        """
+        tier = one_of(Accuracy, accuracy, "accuracy")
+        policy = one_of(FailurePolicy, on_failure, "failure policy")
+        if digits is not None and tier is not Accuracy.EXACT:
+            raise usage_error("usage/digits", 'digits need accuracy="exact": the other tiers have those of a float64')
+        if digits is not None and not 1 <= digits <= self.limits.digits:
+            message = f"{digits:,} digits are outside 1 to {self.limits.digits:,}"
+            raise usage_error("limit/digits", message, "give `load` other `Limits`")
+        choices = replace(_choices(self.limits), fps=frame_rate(fps), accuracy=tier, digits=digits, strict=strict)
+        with told_in(self.source):
+            solution = self._examined(choices)
+            if solution.fault == 1:
+                raise ScriptError(solution.diagnostics)
+            if solution.fault and policy is FailurePolicy.STOP:
+                raise NoSolutionError(solution.diagnostics)
+        return Motion(self, solution, replace(choices, on_failure=policy))
+
+    def _examined(self, choices: Choices) -> Solution:
+        found = self._solutions.get(choices)
+        if found is None:
+            timeline = self.timeline if choices.fps is None else arranged(self.scene, choices)
+            found = self._solutions[choices] = examined(timeline, choices)
+        return found
+
+    def __repr__(self) -> str:
+        parts = [counted(len(self.scene.things), "thing"), counted(len(self.scene.steps), "step")]
+        return f"Script({self.name}: {', '.join(parts)})"

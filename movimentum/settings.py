@@ -1,0 +1,33 @@
+"""Choices out of a few that several layers know, each with its word in the language of options."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Accuracy(StrEnum):
+    """How exactly equations are solved: interpolated, to a float's precision, to its last bits, to any number of
+    digits.
+
+    >>> import movimentum as mv
+    >>> mv.Accuracy("high") is mv.Accuracy.HIGH
+    True
+    """
+
+    DRAFT = "draft"
+    STANDARD = "standard"
+    HIGH = "high"
+    EXACT = "exact"
+
+
+class FailurePolicy(StrEnum):
+    """Where the scene has no solution: write nothing, hold the last good pose, or leave those frames out.
+
+    >>> import movimentum as mv
+    >>> list(map(str, mv.FailurePolicy))
+    ['stop', 'hold', 'skip']
+    """
+
+    STOP = "stop"
+    HOLD = "hold"
+    SKIP = "skip"

@@ -1,0 +1,302 @@
+"""Velocities and accelerations of a motion: exact, from the derivatives of its equations, not from differences.
+
+A block's equations F(x, y, t) = 0 in its unknowns x, given those of earlier blocks y, hold at all times, so their
+derivatives do: J x' = -(F_y y' + F_t), and so on for higher ones. Block after block in the plan's order, unknowns
+become Taylor series in time (`solver.arithmetic.taylor`): with x known up to order k - 1 and taken as zero in order k,
+the residual's coefficient r_k is what is left, and J x_k = -r_k.
+
+A block with freedom left moves as `solver.free.velocity` says: with the least velocity that its equations let be, and
+toward its wishes. Where no wish draws it, the acceleration follows from the derivative of that least problem.
+
+Where J is singular (a change point, two circles that become one) rates are the limit of the motion, interpolated from
+beside the instant; where there is no such limit (a dead centre that is driven against) they are nan, as they are where
+there is no solution.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.expressions import Expr, symbols
+from movimentum.planning.blocks.kinds import Block, Free
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty, VariableComponent
+from movimentum.solver.arithmetic.evaluation import ordered
+from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient, plus, times
+from movimentum.solver.basis.instants import Instants, at_times
+from movimentum.solver.basis.pose_state import Snapshot
+from movimentum.solver.continuation.tracks import NodeTrack, StillTrack
+from movimentum.solver.motion import BATCH, PathMotion
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.path.removable import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, evaluated
+from movimentum.solver.rates.block import SINGULAR, BlockRows, Moment, differentiated, rows_of
+from movimentum.solver.rates.free import FreeBlock
+from movimentum.solver.segment_motion import Dead, Stretch
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+NEARLY_SINGULAR = 1e-3
+"""Reciprocal condition number below which a limit from beside the instant may be the better answer."""
+ROUNDING = 4e-16
+"""Of poses, relative to their size: rates by the equations are off by that over the condition's power."""
+AGREE = 1e-6
+"""How well the two sides of a limit must agree, relative to the rates near by."""
+SLOW = 1e-3
+"""Of the fastest unknown: what is slower agrees with itself if it does on this scale."""
+NEAREST, FARTHEST = 18, 6
+"""Limits are taken from points 2^-18 to 2^-6 of the piece's length beside the instant."""
+
+
+class UndefinedRate(Exception):
+    """An acceleration of ``thing`` (its number, or None) is asked for, which a wish draws: none is defined there."""
+
+    def __init__(self, thing: int | None) -> None:
+        self.thing = thing
+        super().__init__("free motion toward a wish has no acceleration")
+
+
+def rates_at(motion: PathMotion, expressions: Sequence[Expr], order: int, instants: Sequence[Fraction]) -> FloatArray:
+    """(n, F): the ``order``-th time derivative of each of n expressions of the scene at ``instants`` (ascending).
+
+    Units: the expression's, per time unit to that power; world frame. nan where there is no solution, no value, or no
+    finite rate. One-sided where it has a kink and where steps begin: as time goes on; at the end: as it came there.
+    Raises `UndefinedRate` for an acceleration of what a wish draws.
+    """
+    timeline = motion.timeline
+    result = np.full((len(expressions), len(instants)), np.nan)
+    place = 0
+    while place < len(instants):
+        number = timeline.segment_at(instants[place])
+        end = place
+        while end < len(instants) and end - place < BATCH and timeline.segment_at(instants[end]) == number:
+            end += 1
+        ahead = True
+        segment, earlier = timeline.segments[number], timeline.segments[max(number - 1, 0)]
+        if number > 0 and segment.start == segment.end and segment.active == earlier.active:
+            number, ahead = number - 1, False  # the end of it all: the motion that led there
+        stretch = motion.stretches[number]
+        some = at_times(stretch.plan.clocks, stretch.segment.start, instants[place:end])
+        result[:, place:end] = _in_stretch(stretch, some, expressions, order, ahead)
+        place = end
+    return result
+
+
+def _in_stretch(
+    stretch: Stretch, instants: Instants, expressions: Sequence[Expr], order: int, ahead: bool
+) -> FloatArray:
+    result = np.full((len(expressions), len(instants)), np.nan)
+    begins = np.array([piece.begin for piece in stretch.pieces[1:]])
+    of_piece = np.searchsorted(begins, instants.tau, side="right")
+    for number in np.unique(of_piece):
+        piece = stretch.pieces[int(number)]
+        if isinstance(piece, Dead):
+            continue
+        chosen = np.nonzero(of_piece == number)[0]
+        part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
+        course = _Course(piece, stretch.base.now, tuple(expressions), order, ahead)
+        with np.errstate(all="ignore"):
+            result[:, chosen] = course.rates(part)
+    return result
+
+
+@dataclass(slots=True, eq=False)
+class _Course:
+    """The rates of ``expressions`` on one piece; ``base`` is where things are that its plan does not know."""
+
+    piece: Piece
+    base: Snapshot
+    expressions: tuple[Expr, ...]
+    order: int
+    ahead: bool
+    needed: tuple[int, ...] = field(init=False)
+    nodes: list[Expr] = field(init=False)
+    rows: dict[int, BlockRows] = field(default_factory=dict[int, BlockRows])
+    depth: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.nodes = ordered(self.expressions)
+        self.needed = self._blocks_behind(n for p in symbols(*self.expressions) for n in self._numbers(p))
+        self.depth = self.order + sum(node.op == "derivative" for node in self.nodes)
+
+    # --- what is needed
+
+    def _numbers(self, payload: Hashable) -> list[int]:
+        """The unknowns that a symbol of the scene depends on."""
+        number_of = self.piece.plan.system.number_of
+        wanted: Iterable[Hashable] = (payload,)
+        if isinstance(payload, AnchorCoordinate):
+            wanted = (kind(payload.thing) for kind in (PoseX, PoseY, PoseCos, PoseSin, ThingAngle))
+        return [number_of[item] for item in wanted if item in number_of]
+
+    def _blocks_behind(self, unknowns: Iterable[int]) -> tuple[int, ...]:
+        plan = self.piece.plan
+        seen: set[int] = set()
+        stack = [plan.owner[n] for n in unknowns if n in plan.owner]
+        while stack:
+            number = stack.pop()
+            if number not in seen:
+                seen.add(number)
+                block = plan.blocks[number]
+                stated = {n for e in block.equations for n in plan.system.equations[e].unknowns}
+                stack.extend(plan.owner[n] for n in stated | block.inputs if n in plan.owner)
+        return tuple(sorted(seen))
+
+    # --- rates at instants
+
+    def rates(self, instants: Instants) -> FloatArray:
+        """(n, F); a limit where the equations alone tell less."""
+        values, condition, _ = self._direct(instants)
+        doubtful = np.nonzero(condition < NEARLY_SINGULAR)[0]
+        if len(doubtful) == 0 or self.piece.end <= self.piece.begin:
+            return values
+        at_best = ROUNDING / np.maximum(condition[doubtful], 1e-300) ** self.order
+        off = np.where(condition[doubtful] > SINGULAR, at_best, np.inf)
+        values[:, doubtful[~np.isfinite(off)]] = np.nan
+        tau = instants.tau[doubtful]
+        waiting = np.arange(len(doubtful))
+        for halvings in range(FARTHEST, NEAREST + 1):
+            limit, apart = self._limit(tau[waiting], (self.piece.end - self.piece.begin) * 0.5**halvings)
+            better = (apart < off[waiting]) & (apart <= AGREE)
+            off[waiting[better]] = apart[better]
+            values[:, doubtful[waiting[better]]] = limit[:, better]
+            if halvings == FARTHEST:  # what is singular all along has no regular points beside it
+                waiting = waiting[np.isfinite(apart) | np.isfinite(off[waiting])]
+            if len(waiting) == 0:
+                break
+        return values
+
+    def _limit(self, tau: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
+        """The rates (n, F) at ``tau`` as seen from both sides (or the one that the piece has), and (F,) how far they
+        may be off, relative to those near by; inf where there is no limit to be seen.
+        """
+        offsets = np.arange(1, POINTS + 1) * step
+
+        pace = np.zeros(len(tau))
+
+        def side(sign: float) -> FloatArray:
+            nonlocal pace
+            points = tau[:, None] + sign * offsets
+            inside = (points >= self.piece.begin) & (points <= self.piece.end)
+            moments = self.piece.instants(np.clip(points, self.piece.begin, self.piece.end).reshape(-1))
+            values, condition, near = self._direct(moments)
+            good = inside & (condition > SINGULAR).reshape(points.shape)
+            pace = np.fmax(pace, np.max(np.where(good, near.reshape(points.shape), 0.0), axis=1))
+            return np.where(good, values.reshape(len(values), *points.shape), np.nan)
+
+        before, after = side(-1.0), side(1.0)
+        has_before = np.asarray(np.isfinite(before).all(axis=(0, 2)), dtype=np.bool_)
+        both = has_before & np.asarray(np.isfinite(after).all(axis=(0, 2)), dtype=np.bool_)
+        one = np.where(has_before[:, None], before, after)
+        limit = np.where(both, (before + after) @ TWO_SIDED, one @ ONE_SIDED)
+        fewer = np.where(both, (before + after) @ TWO_FEWER, one @ FEWER)
+        near = np.nanmax(np.abs(np.concatenate([before, after], axis=2)), axis=2, initial=1e-300)
+        near = np.maximum(near, SLOW * pace)
+        sides = np.where(both, np.abs((before - after) @ ONE_SIDED), 0.0) / near
+        apart = np.where(sides <= AGREE, np.abs(limit - fewer) / near, np.inf)
+        return limit, np.max(np.where(np.isfinite(apart), apart, np.inf), axis=0, initial=0.0)
+
+    def _direct(self, instants: Instants) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The rates (n, F) by the equations, (F,) the worst reciprocal condition number on the way, and (F,) the
+        fastest rate of an unknown.
+        """
+        count = len(instants)
+        state, bad = evaluated(self.piece, instants)
+        values: list[Series | None] = [None if value is None else (value,) for value in state]
+        moment = Moment(self.piece.plan, instants, values, self.depth, self.ahead)
+        condition = np.where(bad, np.nan, 1.0)
+        for number in self.needed:
+            block, track = self.piece.plan.blocks[number], self.piece.tracks[number]
+            if isinstance(track, StillTrack):
+                continue
+            if isinstance(block, Free):
+                self._move_freely(block, track, moment)
+                continue
+            if block.free:  # a differential equation with freedom left, which no velocity field says how to follow
+                _without_rates(block, moment)
+                continue
+            rows = self.rows.get(number)
+            if rows is None:
+                rows = self.rows[number] = rows_of(self.piece.plan, block)
+            condition = np.minimum(condition, differentiated(rows, moment))
+        taylor = Taylor(self.depth, ahead=self.ahead)
+        found = taylor.values(self.nodes, self.expressions, lambda node: self._leaf(node, moment, taylor))
+        size = math.factorial(self.order)
+        result = np.array([np.broadcast_to(size * coefficient(item, self.order), count) for item in found])
+        result[:, np.isnan(condition)] = np.nan
+        result = np.where(np.isfinite(result), result, np.nan).reshape(len(found), count)
+        pace = np.zeros(count)
+        for n in (n for number in self.needed for n in self.piece.plan.blocks[number].unknowns):
+            pace = np.fmax(pace, size * np.abs(coefficient(values[n] or (), self.order)))
+        return result, condition, pace
+
+    def _leaf(self, node: Expr, moment: Moment, taylor: Taylor) -> Series:
+        """A clock, or a symbol of the scene."""
+        if node.op == "clock":
+            return moment.clock(node)
+        number_of = self.piece.plan.system.number_of
+        match node.payload:
+            case AnchorCoordinate(thing, anchor, axis):
+                return self._anchor(thing, anchor, axis, moment, taylor)
+            case ThingAngle(thing):
+                return moment.of(number_of.get(node.payload)) or (np.float64(self.base.things[thing].angle),)
+            case ThingProperty(thing, name):
+                still = self.piece.plan.system.scene.things[thing].undriven(name)
+                return moment.of(number_of.get(node.payload)) or (np.float64(still),)
+            case VariableComponent():
+                return moment.of(number_of.get(node.payload)) or (np.float64(np.nan), np.float64(np.nan))
+            case _:
+                raise NotImplementedError(node.payload)
+
+    def _anchor(self, thing: int, anchor: int, axis: int, moment: Moment, taylor: Taylor) -> Series:
+        """A world coordinate of an anchor, as `solver.assembly.placements` has it."""
+        system = self.piece.plan.system
+        get, frame, before = system.number_of.get, system.frame(thing), self.base.things[thing]
+        c, s = moment.of(get(PoseCos(thing))), moment.of(get(PoseSin(thing)))
+        angle = moment.of(get(ThingAngle(thing)))
+        if c is not None and s is not None:
+            ax, ay = frame.axis if frame.turned else (1.0, 0.0)
+            c, s = plus(times(ax, c), times(ay, s)), plus(times(ax, s), times(-ay, c))
+        elif angle is not None:
+            s, c = taylor.sine_and_cosine(angle)
+        else:
+            c, s = (np.float64(before.c),), (np.float64(before.s),)
+        rx, ry = frame.origin
+        place = moment.of(get(PoseX(thing) if axis == 0 else PoseY(thing)))
+        if place is not None:
+            place = plus(place, (np.float64(system.shift[axis]),))
+        else:
+            still = before.x + (before.c * rx - before.s * ry), before.y + (before.s * rx + before.c * ry)
+            place = (np.float64(still[axis]),)
+        x, y = system.scene.things[thing].anchors[anchor].local
+        dx, dy = x - rx, y - ry
+        turned = plus(times(dx, c), times(-dy, s)) if axis == 0 else plus(times(dx, s), times(dy, c))
+        return plus(place, turned)
+
+    # --- blocks with freedom left
+
+    def _move_freely(self, block: Free, track: object, moment: Moment) -> None:
+        """The least velocity of a free block, as its path was integrated with, and its derivative."""
+        if (moment.depth > 1 and block.wishes is not None) or moment.depth > 2:
+            things = (self.piece.plan.system.unknowns[n].thing for n in block.unknowns)
+            raise UndefinedRate(next((t for t in things if t is not None), None))
+        if not isinstance(track, NodeTrack) or math.isinf(track.tolerance):  # accuracy was given up on the way
+            _without_rates(block, moment)
+            return
+        free = FreeBlock(block, self.piece, moment)
+        free.first()
+        if moment.depth > 1:
+            free.second()
+
+
+def _without_rates(block: Block, moment: Moment) -> None:
+    """Nothing can be said about how the unknowns of ``block`` change."""
+    for n in block.unknowns:
+        rates = [np.full(len(moment.instants), np.nan)] * moment.depth
+        moment.values[n] = (coefficient(moment.values[n] or (), 0), *rates)
