@@ -21,7 +21,7 @@ from movimentum.planning.codegen.generate import structures_compiled
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.continuation import trace
 from movimentum.solver.kinds import dispatch
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.options import BlockOptions
 from movimentum.source import SourceText
@@ -33,7 +33,7 @@ FOUR_BAR = (ROOT / "scripts" / "four-bar.mov").read_text(encoding="utf-8")
 WALSCHAERTS = ROOT / "scripts" / "walschaerts.mov"
 
 
-def motion_of(text: str) -> Motion:
+def motion_of(text: str) -> PathMotion:
     return moved(arranged(understand(SourceText("test.mov", text)), Choices()))
 
 
