@@ -21,9 +21,9 @@ from movimentum.planning.codegen.generate import structures_compiled
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.continuation import trace
 from movimentum.solver.kinds import dispatch
-from movimentum.solver.motion import Motion
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.start.options import BlockOptions, Option
+from movimentum.solver.start.options import BlockOptions
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, moved, understand
@@ -33,7 +33,7 @@ FOUR_BAR = (ROOT / "scripts" / "four-bar.mov").read_text(encoding="utf-8")
 WALSCHAERTS = ROOT / "scripts" / "walschaerts.mov"
 
 
-def motion_of(text: str) -> Motion:
+def motion_of(text: str) -> PathMotion:
     return moved(arranged(understand(SourceText("test.mov", text)), Choices()))
 
 
@@ -71,7 +71,7 @@ def test_a_closed_drawing_is_solved_once(monkeypatch: pytest.MonkeyPatch) -> Non
     once = begun["begin"]
     original = BlockOptions.candidates
 
-    def forgetful(self: BlockOptions, *arguments: Any) -> list[Option]:
+    def forgetful(self: BlockOptions, *arguments: Any) -> Any:
         self.__dict__["_known"].clear()
         return original(self, *arguments)
 
