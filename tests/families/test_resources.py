@@ -354,7 +354,7 @@ def test_linear_algebra_has_one_thread_unless_the_surroundings_say_otherwise(
     program = (
         "import os, sys; from movimentum.cli.app import main\n"
         "assert 'numpy' not in sys.modules  # which reads the surroundings when it is imported\n"
-        "try: main(['--version'])\n"
+        "try: main(['--debug', '--version'])  # without, the process ends at once\n"
         f"except SystemExit: print(*[os.environ[name] for name in {names!r}])"
     )
     done = subprocess.run(
