@@ -8,9 +8,12 @@ from movimentum.expressions.expr import Expr, add, derivative, div, integral, mu
 from movimentum.expressions.operations import call, power
 
 
-def walk(*roots: Expr) -> Iterator[Expr]:
-    """Every distinct node below ``roots``, arguments before their users (no recursion)."""
-    seen: set[Expr] = set()
+def walk(*roots: Expr, seen: set[Expr] | None = None) -> Iterator[Expr]:
+    """Every distinct node below ``roots``, arguments before their users (no recursion).
+
+    Nodes that are in ``seen`` are left out, with all below them; the others are added to it.
+    """
+    seen = set() if seen is None else seen
     for root in roots:
         if root in seen:
             continue

@@ -69,6 +69,7 @@ class Writer:
         self._multiple_of: dict[tuple[float, str], tuple[float, str]] = {}  # (|factor|, of what): (factor, local name)
         self._multiples: dict[str, tuple[float, str]] = {}  # local name: (factor, of what)
         self._sign_of: dict[object, str] = {}
+        self._seen: set[Expr] = set()
         self._fixed: set[Expr] = set()  # nodes that depend on nothing but signs
 
     def name(self, root: Expr) -> str:
@@ -76,7 +77,7 @@ class Writer:
         names = self.names
         if root in names:
             return names[root]
-        for node in walk(root):
+        for node in walk(root, seen=self._seen):
             if node not in names:
                 if node.op not in ("symbol", "clock") and all(arg in self._fixed for arg in node.args):
                     self._fixed.add(node)
