@@ -6,6 +6,7 @@ next process that writes beside it removes it. A lock is known only on one machi
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import stat
@@ -17,6 +18,9 @@ try:
     import fcntl
 except ImportError:  # no such locks on this system: nothing is removed that a dead process left
     fcntl = None
+
+TRIES = 8
+"""Parts that could not be locked before a file system counts as one without locks."""
 
 _PARTS: dict[str, int | None] = {}
 """The parts that this process is writing, and the handles that hold their locks."""
@@ -30,7 +34,7 @@ def beside(target: Path) -> Path:
 def begin(target: Path, *, folder: bool = False) -> Path:
     """Create an empty file (or folder) beside ``target``, locked; `OSError` if that is refused."""
     sweep(target.parent)
-    while True:
+    for attempt in itertools.count():
         part = beside(target)
         _PARTS[str(part)] = None
         try:
@@ -38,13 +42,15 @@ def begin(target: Path, *, folder: bool = False) -> Path:
                 part.mkdir()
             else:
                 part.open("xb").close()
-            _PARTS[str(part)] = _lock(part)
-            if part.exists():
+            handle = _PARTS[str(part)] = _lock(part)
+            # a process that sweeps here may have been quicker, and is about to remove it; some systems have no locks
+            if (handle is not None or fcntl is None or attempt >= TRIES) and part.exists():
                 return part
         except BaseException:
             discard(str(part))
             raise
         discard(str(part))  # another process removed it before it was locked
+    raise AssertionError
 
 
 def has_parts() -> bool:
