@@ -306,3 +306,12 @@ def test_what_is_to_be_typed_means_the_file(tmp_path: Path) -> None:
     told = subprocess.run(["bash", "-c", command.encode("utf-8")], capture_output=True, check=True).stdout
     expected = [f"./{name}" if name.startswith("-") and name != "-" else name for name in names]
     assert told.split(b"\0")[:-1] == [os.fsencode(name) for name in expected]
+
+
+@pytest.mark.parametrize(
+    "statements",
+    ["A.green ~ 0.5; @1 A.green > 0.2; 0.1 ~ A.green; @2", "-A.red^2 = 2*.T - .t; @1", "A.opacity ~ x; @1"],
+)
+def test_a_thing_of_which_only_a_property_is_free_is_no_bug(tmp_path: Path, statements: str) -> None:
+    (tmp_path / "a.mov").write_text(f".config(3, 60, 40);\nA : .bar P = [-27,1] Q = [-26,-32];\n@0 {statements}")
+    assert run_command_line(["check", str(tmp_path / "a.mov")]) in (0, 1, 3)

@@ -198,7 +198,7 @@ def _moved(
 ) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
     """A thing's (x, y, cosine, sine, vx, vy, turn) and its anchors' velocities, given the speeds of its unknowns."""
     system = plan.system
-    numbers = _pose_of(plan)[thing]
+    numbers = _pose_of(plan).get(thing, (None, None, None, None))  # of some things only a property is an unknown
     vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
     frame = system.frame(thing)
     pose = (0.0, 0.0, *frame.of_thing(1.0, 0.0))
