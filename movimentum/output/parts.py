@@ -6,7 +6,6 @@ next process that writes beside it removes it. A lock is known only on one machi
 
 from __future__ import annotations
 
-import itertools
 import os
 import re
 import stat
@@ -34,7 +33,9 @@ def beside(target: Path) -> Path:
 def begin(target: Path, *, folder: bool = False) -> Path:
     """Create an empty file (or folder) beside ``target``, locked; `OSError` if that is refused."""
     sweep(target.parent)
-    for attempt in itertools.count():
+    tries = 0
+    while True:
+        tries += 1
         part = beside(target)
         _PARTS[str(part)] = None
         try:
@@ -44,13 +45,12 @@ def begin(target: Path, *, folder: bool = False) -> Path:
                 part.open("xb").close()
             handle = _PARTS[str(part)] = _lock(part)
             # a process that sweeps here may have been quicker, and is about to remove it; some systems have no locks
-            if (handle is not None or fcntl is None or attempt >= TRIES) and part.exists():
+            if (handle is not None or fcntl is None or tries > TRIES) and part.exists():
                 return part
         except BaseException:
             discard(str(part))
             raise
         discard(str(part))  # another process removed it before it was locked
-    raise AssertionError
 
 
 def has_parts() -> bool:

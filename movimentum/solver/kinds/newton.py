@@ -59,8 +59,7 @@ def choice_of(start: Beginning, block: Block, x: FloatArray) -> Choice:
 
 def take(start: Beginning, block: Newton, choice: Choice) -> None:
     """Set the core, at both instants."""
-    count = len(block.core)
-    core = choice.values[:count] if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
+    core = choice.values if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
     ahead(start, block, np.repeat(np.array(core)[None], 2, axis=0))
 
 
