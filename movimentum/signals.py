@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from types import FrameType
@@ -33,7 +34,8 @@ def heeded() -> Generator[Interruption, None, None]:
     """Signals become exceptions, which unwind the stack: `KeyboardInterrupt` and `Terminated`.
 
     Handlers that other code has set stay, an ignored signal (``nohup``) stays ignored, and the previous handlers are
-    restored at the end. Outside the main thread, nothing is changed.
+    restored at the end. Outside the main thread, nothing is changed. Python drops an exception that is raised in a
+    finalizer or around a fork; the signal is then sent again.
     """
     owner = os.getpid()
     found = Interruption()
@@ -42,12 +44,20 @@ def heeded() -> Generator[Interruption, None, None]:
         found.pressed = True
         raise KeyboardInterrupt
 
+    def again(lost: Any) -> None:
+        if isinstance(lost.exc_value, (KeyboardInterrupt, Terminated)):
+            number = signal.SIGINT if isinstance(lost.exc_value, KeyboardInterrupt) else lost.exc_value.code - 128
+            _send_soon(number)
+        else:
+            before_hook(lost)
+
     def terminate(number: int, frame: FrameType | None) -> None:
         if os.getpid() != owner:  # a worker that inherited this handler owns no files: it just goes
             os._exit(128 + number)
         raise Terminated(number)
 
     before: dict[int, object] = {}
+    before_hook = sys.unraisablehook
     with suppress(ValueError):  # not the main thread: somebody else's process, somebody else's signals
         if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, at_once):
             before[signal.SIGINT] = signal.getsignal(signal.SIGINT)
@@ -56,11 +66,24 @@ def heeded() -> Generator[Interruption, None, None]:
             if signal.getsignal(number) is signal.SIG_DFL:
                 before[number] = signal.SIG_DFL
                 signal.signal(number, terminate)
+    if before:
+        sys.unraisablehook = again
     try:
         yield found
     finally:
+        if before:
+            sys.unraisablehook = before_hook
         for number, handler in before.items():
             signal.signal(number, handler)  # pyright: ignore[reportArgumentType]
+
+
+def _send_soon(number: int) -> None:
+    """Send this process a signal, from outside what runs now: its handler would raise into the same place."""
+    import threading  # rarely needed, and start-up is what a user waits for
+
+    timer = threading.Timer(0.01, os.kill, (os.getpid(), number))
+    timer.daemon = True
+    timer.start()
 
 
 @contextmanager

@@ -112,6 +112,24 @@ def test_handlers_come_back(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Traceback" not in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("number", ENDINGS)
+def test_a_signal_that_python_drops_is_sent_again(number: signal.Signals, capsys: pytest.CaptureFixture[str]) -> None:
+    from movimentum.console import Console
+
+    class Deaf:
+        def __del__(self) -> None:
+            os.kill(os.getpid(), number)
+            time.sleep(0.05)  # the handler's exception is raised in here, where Python drops it
+
+    def interrupted() -> int:
+        Deaf()
+        time.sleep(5)
+        raise AssertionError
+
+    assert guarded(interrupted, Console()) == ENDINGS[number]
+    assert "Exception ignored" not in capsys.readouterr().err
+
+
 def test_two_signals_in_a_row_leave_no_half_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from movimentum.console import Console
     from movimentum.output import parts

@@ -43,7 +43,7 @@ def test_the_wheel_holds_the_grammar_and_nothing_foreign(wheel: Path) -> None:
         entry_points = archive.read(next(name for name in names if name.endswith("entry_points.txt"))).decode()
     assert grammar == (ROOT / "grammar" / "movimentum.lark").read_bytes()
     assert "movimentum/py.typed" in names
-    assert {f"movimentum/render/fonts/DejaVuSans.{end}" for end in ("ttf", "LICENSE")} <= set(names)
+    assert {f"movimentum/rendering/fonts/DejaVuSans.{end}" for end in ("ttf", "LICENSE")} <= set(names)
     assert "movimentum = movimentum.__main__:main" in entry_points
     assert {name.partition("/")[0].partition("-")[0] for name in names} == {"movimentum"}
     sources = {path.relative_to(ROOT).as_posix() for path in (ROOT / "movimentum").rglob("*.py")}
