@@ -14,6 +14,8 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Protocol
 
+from movimentum.signals import raise_unanswered
+
 DEFAULT_MEGABYTES = 1000
 PERIOD_S = 0.03
 _STATM = "/proc/self/statm"
@@ -43,6 +45,8 @@ class Budget(Protocol):
 def watched(budget: Budget) -> Generator[None, None, None]:
     """Raise `OverBudget` inside when this process holds more than ``budget.megabytes``, and call ``budget.tick``.
 
+    A signal's exception that Python has dropped is raised again.
+
     Only on systems with interval timers, and in the main thread; elsewhere nothing is measured. If the system does not
     report the memory of a process, only ``tick`` is called.
     """
@@ -53,6 +57,7 @@ def watched(budget: Budget) -> Generator[None, None, None]:
         nonlocal looks, elsewhere
         if os.getpid() != owner:
             return
+        raise_unanswered()
         looks += 1
         if looks % WORKERS_EVERY == 0:
             elsewhere = held_by_workers()

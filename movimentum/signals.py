@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any
+from typing import Any, NoReturn
 
 _ASK_TO_END = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name))
 
@@ -29,32 +30,59 @@ class Interruption:
     pressed = False
 
 
+AGAIN_S = 0.5
+"""Seconds after which the exception of a signal is raised again if it has come to nothing."""
+
+
+class _Unanswered:
+    """The last signal's exception, until somebody has caught it.
+
+    Python drops an exception that is raised in a finalizer or around a fork, and so do some imports of compiled
+    modules.
+    """
+
+    exception: KeyboardInterrupt | Terminated | None = None
+    since = 0.0
+
+
+def answered() -> None:
+    """The exception of a signal has been caught: it is not raised again."""
+    _Unanswered.exception = None
+
+
+def raise_unanswered() -> None:
+    """Raise the exception of a signal again which nobody has caught for `AGAIN_S`. Called by a timer."""
+    if _Unanswered.exception is not None and time.monotonic() > _Unanswered.since + AGAIN_S:
+        _raise(_Unanswered.exception)
+
+
+def _raise(exception: KeyboardInterrupt | Terminated) -> NoReturn:
+    _Unanswered.exception, _Unanswered.since = exception, time.monotonic()
+    raise exception.with_traceback(None)
+
+
 @contextmanager
 def heeded() -> Generator[Interruption, None, None]:
     """Signals become exceptions, which unwind the stack: `KeyboardInterrupt` and `Terminated`.
 
     Handlers that other code has set stay, an ignored signal (``nohup``) stays ignored, and the previous handlers are
-    restored at the end. Outside the main thread, nothing is changed. Python drops an exception that is raised in a
-    finalizer or around a fork; the signal is then sent again.
+    restored at the end. Outside the main thread, nothing is changed.
     """
     owner = os.getpid()
     found = Interruption()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         found.pressed = True
-        raise KeyboardInterrupt
-
-    def again(lost: Any) -> None:
-        if isinstance(lost.exc_value, (KeyboardInterrupt, Terminated)):
-            number = signal.SIGINT if isinstance(lost.exc_value, KeyboardInterrupt) else lost.exc_value.code - 128
-            _send_soon(number)
-        else:
-            before_hook(lost)
+        _raise(KeyboardInterrupt())
 
     def terminate(number: int, frame: FrameType | None) -> None:
         if os.getpid() != owner:  # a worker that inherited this handler owns no files: it just goes
             os._exit(128 + number)
-        raise Terminated(number)
+        _raise(Terminated(number))
+
+    def dropped(report: Any) -> None:
+        if not isinstance(report.exc_value, (KeyboardInterrupt, Terminated)):
+            before_hook(report)
 
     before: dict[int, object] = {}
     before_hook = sys.unraisablehook
@@ -67,23 +95,15 @@ def heeded() -> Generator[Interruption, None, None]:
                 before[number] = signal.SIG_DFL
                 signal.signal(number, terminate)
     if before:
-        sys.unraisablehook = again
+        sys.unraisablehook = dropped
     try:
         yield found
     finally:
-        if before:
-            sys.unraisablehook = before_hook
         for number, handler in before.items():
             signal.signal(number, handler)  # pyright: ignore[reportArgumentType]
-
-
-def _send_soon(number: int) -> None:
-    """Send this process a signal, from outside what runs now: its handler would raise into the same place."""
-    import threading  # rarely needed, and start-up is what a user waits for
-
-    timer = threading.Timer(0.01, os.kill, (os.getpid(), number))
-    timer.daemon = True
-    timer.start()
+        if before:
+            answered()
+            sys.unraisablehook = before_hook
 
 
 @contextmanager

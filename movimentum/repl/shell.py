@@ -15,6 +15,7 @@ from movimentum.errors import MovimentumError, UsageError
 from movimentum.repl import edit, explain, inspect, navigate
 from movimentum.repl.command import Answer, Command, table
 from movimentum.repl.session import Refused, Session, refused
+from movimentum.signals import answered
 from movimentum.source import SourceText
 from movimentum.terminal import visible_lines
 
@@ -145,6 +146,7 @@ def interact(session: Session, commands: str | None) -> int:
         except KeyboardInterrupt:
             if commands is not None:  # commands given together end together
                 raise
+            answered()
             done = False
             complain([INTERRUPTED], None)
         failed |= not done
@@ -187,6 +189,7 @@ def _typed(session: Session) -> int:
         except EOFError:
             return None
         except KeyboardInterrupt:
+            answered()
             return ""
 
     while True:
@@ -202,4 +205,5 @@ def _typed(session: Session) -> int:
         try:
             current[0], _ = step(current[0], line)
         except KeyboardInterrupt:  # the session is as it was before the command
+            answered()
             complain([INTERRUPTED], None)

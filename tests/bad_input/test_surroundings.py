@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from movimentum import budget
 from movimentum.cli.app import run_command_line
 from movimentum.console import guarded
 from movimentum.output.files import whole_file
@@ -113,7 +114,7 @@ def test_handlers_come_back(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize("number", ENDINGS)
-def test_a_signal_that_python_drops_is_sent_again(number: signal.Signals, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_dropped_signal_is_raised_again(number: signal.Signals, capsys: pytest.CaptureFixture[str]) -> None:
     from movimentum.console import Console
 
     class Deaf:
@@ -121,12 +122,15 @@ def test_a_signal_that_python_drops_is_sent_again(number: signal.Signals, capsys
             os.kill(os.getpid(), number)
             time.sleep(0.05)  # the handler's exception is raised in here, where Python drops it
 
-    def interrupted() -> int:
-        Deaf()
-        time.sleep(5)
-        raise AssertionError
+    console = Console()
 
-    assert guarded(interrupted, Console()) == ENDINGS[number]
+    def interrupted() -> int:
+        with budget.watched(console):
+            Deaf()
+            time.sleep(5)
+            raise AssertionError
+
+    assert guarded(interrupted, console) == ENDINGS[number]
     assert "Exception ignored" not in capsys.readouterr().err
 
 
