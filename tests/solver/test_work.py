@@ -18,8 +18,8 @@ from movimentum.analysis.freedom.sparse_rank import SparseRank
 from movimentum.interop.linkages import linkage_script
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.generate import structures_compiled
-from movimentum.solver.block.scaling import null_space
 from movimentum.solver import solver
+from movimentum.solver.block.scaling import null_space
 from movimentum.solver.continuation import trace
 from movimentum.solver.kinds import dispatch
 from movimentum.solver.motion import PathMotion
