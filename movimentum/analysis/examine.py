@@ -71,20 +71,21 @@ class _Reports(Sequence[StepReport]):
         return len(self._stretches)
 
 
-def examine(motion: PathMotion, *, every_frame: bool = True) -> Examination:
+def examine(motion: PathMotion, *, every_frame: bool = True, trying: bool = True) -> Examination:
     """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds, and what the script
-    claims; without ``every_frame`` these two are left out.
+    claims; without ``every_frame`` these two are left out. Without ``trying``, helps are not tried first (nobody is
+    going to read them).
     """
     with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
-        return _examined(motion, every_frame)
+        return _examined(motion, every_frame, trying)
 
 
-def _examined(motion: PathMotion, every_frame: bool) -> Examination:
+def _examined(motion: PathMotion, every_frame: bool, trying: bool) -> Examination:
     found: list[Diagnostic] = []
     every: list[list[BlockRank]] = []
     fault = 0
     told: set[object] = set()
-    trials = Trials(motion)
+    trials = Trials(motion) if trying else Trials(motion, 0)
     for index, stretch in enumerate(motion.stretches):
         ranks = block_ranks(stretch)
         every.append(ranks)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
-from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, left_out, off_text
+from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Winding
-from movimentum.scene.model import Constraint, Scene
+from movimentum.scene.model import Constraint, Scene, Thing
+from movimentum.scene.text_edits import lengthened, turned_round
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Stretch, Trouble, TroubleKind
 from movimentum.solver.start.candidates import Selection
@@ -27,6 +29,8 @@ begins.
 """
 SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
+MOST_LEFT_OUT = 6
+"""Of contradicting constraints, so many of the last ones are offered to be left out."""
 STEADY = 1e-4
 """By which fraction the amount of such a contradiction may vary."""
 
@@ -131,7 +135,7 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
     chosen = [c for c in (constraint_of(stretch, n) for n in conflict.constraints) if c is not None]
     when = _at(stretch, tau)
     labels = [Label(constraint.span, off_text(conflict, constraint.number)) for constraint in chosen[:-1]]
-    helps: list[str] = []
+    helps: list[str | Fix] = []
     for t in conflict.things:
         thing = scene.things[t]
         text = "rigid"
@@ -145,7 +149,7 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
                 first, second = (f"{thing.name}.{anchor.name}" for anchor in thing.anchors)
                 text = f"rigid: |{second} - {first}| = {number(now, 6)},"
                 text += f" would have to be {number(factor * now, 6)}"
-                helps.append(f"make `{thing.name}` {number(factor * now, 6)} long (it is {number(now, 6)})")
+                helps += _another_length(thing, factor, now)
         labels.append(Label(thing.span, text))
     last = chosen[-1] if chosen else None
     if last is not None:
@@ -169,8 +173,18 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
         label=off_text(conflict, last.number) if last is not None else "",
         labels=tuple(labels),
         notes=(f"smallest conflicting set; {others}",),
-        helps=tuple(helps),
-    )
+        fixes=tuple(left_out(scene.source, constraint) for constraint in reversed(chosen[-MOST_LEFT_OUT:])),
+    ).advised(*helps)
+
+
+def _another_length(thing: Thing, factor: float, now: float) -> Iterator[Fix]:
+    """The length with which all others hold: rounded if that is exact enough."""
+    title = f"make `{thing.name}` {number(factor * now, 6)} long (it is {number(now, 6)})"
+    exact = factor * now
+    rounded = round(exact, 6)
+    for wanted in (rounded, exact)[: 1 if abs(rounded - exact) <= 1e-11 * exact else 2]:
+        edit = lengthened(thing, wanted / now)
+        yield Fix(title, () if edit is None else (edit,))
 
 
 def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:
@@ -202,6 +216,8 @@ def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: f
         message = f"no solution satisfies this inequality at t = {when}"
     else:
         message = f"at t = {when} this has no solution (a length cannot be negative, an angle points one way)"
+    scene = plan.system.scene
+    own = constraint if selector.constraint is not None else None
     step = stretch.segment.step
     reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
@@ -210,14 +226,15 @@ def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: f
         message=message,
         span=constraint.span if constraint else None,
         notes=tuple(notes),
-        helps=_ways_out(constraint) if selector.constraint is not None and constraint is not None else (),
-    )
+        fixes=() if own is None else (left_out(scene.source, own),),
+    ).advised(*(() if own is None else _ways_out(scene, own)))
 
 
-def _ways_out(constraint: Constraint) -> tuple[str, ...]:
+def _ways_out(scene: Scene, constraint: Constraint) -> tuple[str | Fix, ...]:
     other = {"<": ">", ">": "<"}.get(str(constraint.relation), "=")
+    edit = turned_round(scene, constraint)
     return (
-        f"`{constraint.key} {other} …` selects the other side",
+        Fix(f"`{constraint.key} {other} …` selects the other side", () if edit is None else (edit,)),
         f"`{constraint.key} {constraint.relation} _;` in an earlier step ends it",
     )
 
