@@ -10,6 +10,7 @@ from movimentum.diagnostics import Diagnostic, Severity, limited
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.fixes import with_fixes
 from movimentum.workflow.read import read
 from movimentum.workflow.stages import arranged, examined, understand
 
@@ -31,7 +32,7 @@ class CheckReport:
 def check(
     path: str, choices: Choices, *, fps_invariance: bool = False, reverse: bool = False
 ) -> tuple[CheckReport, SourceText]:
-    """All diagnostics and the step reports; a script's errors are reported, not raised.
+    """All diagnostics, with the fixes that work, and the step reports; a script's errors are reported, not raised.
 
     ``fps_invariance`` and ``reverse`` test promises on this script (see `analysis.invariance`).
 
@@ -48,8 +49,9 @@ def check(
     except UsageError:
         raise
     except MovimentumError as error:
-        return CheckReport(error.diagnostics, (), frames, duration, error.exit_code), source
-    found, fault = solution.diagnostics, solution.fault
+        found = with_fixes(error.diagnostics, source, choices)
+        return CheckReport(found, (), frames, duration, error.exit_code), source
+    found, fault = with_fixes(limited(solution.diagnostics), source, choices), solution.fault
     if fault == 0:
         from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
 

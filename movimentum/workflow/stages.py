@@ -77,8 +77,10 @@ class Solution:
     fault: int
 
 
-def examined(timeline: Timeline, choices: Choices) -> Solution:
-    """The motion with its errors reported, not raised; `ScriptError` only if there is nothing to solve."""
+def examined(timeline: Timeline, choices: Choices, *, trying: bool = True) -> Solution:
+    """The motion with its errors reported, not raised; `ScriptError` only if there is nothing to solve. Without
+    ``trying``, the helps of the diagnostics are not tried out.
+    """
     from movimentum.analysis.examine import examine
 
     before = timeline.scene.diagnostics
@@ -88,9 +90,9 @@ def examined(timeline: Timeline, choices: Choices) -> Solution:
         from movimentum.solver.accuracy.draft import drafted
 
         motion = drafted(path)
-        examination = examine(motion.drawn, every_frame=False)  # it says itself what it is off by
+        examination = examine(motion.drawn, every_frame=False, trying=trying)  # it says itself what it is off by
     else:
-        examination = examine(path)
+        examination = examine(path, trying=trying)
     found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
     fault = examination.fault or (1 if warned else 0)
     if examination.doubted:
