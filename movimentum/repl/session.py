@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Fix, Severity, limited
 from movimentum.errors import MovimentumError
 from movimentum.output.files import refuse_overwriting
 from movimentum.source import SourceText
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from movimentum.solver.poses import Poses
     from movimentum.solver.segment_motion import Stretch
     from movimentum.timeline.model import Timeline
+
+PATIENCE_S = 3.0
+"""The limit for trying all fixes of a script: the user waits for them."""
 
 
 class Refused(Exception):
@@ -112,13 +115,21 @@ class Work:
         solved = self._solved
         return solved.diagnostics if isinstance(solved, MovimentumError) else (*found, *self.examination.diagnostics)
 
+    @cached_property
+    def advice(self) -> tuple[Diagnostic, ...]:
+        """The diagnostics with the fixes that work."""
+        from movimentum.workflow.fixes import with_fixes
+
+        return with_fixes(limited(self.diagnostics), self.source, self.choices, seconds=PATIENCE_S)
+
 
 @dataclass(frozen=True, slots=True)
 class Session:
     """``file`` is the script's path, ``original`` its text there; ``work`` has the text as it is now.
 
     ``time`` is the moment looked at. ``watches`` are expressions shown after every move. ``past`` and ``future`` are
-    the texts that undo and redo go to. ``suggestions`` are statements that `apply` puts in, numbered from 1.
+    the texts that undo and redo go to. ``suggestions`` are what `apply` does, numbered from 1: fixes, and statements
+    that it puts in at this step.
     """
 
     file: str
@@ -128,7 +139,7 @@ class Session:
     watches: tuple[str, ...] = ()
     past: tuple[str, ...] = ()
     future: tuple[str, ...] = ()
-    suggestions: tuple[str, ...] = ()
+    suggestions: tuple[str | Fix, ...] = ()
     ended: bool = field(default=False)
 
     @property
