@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -120,7 +121,10 @@ class Work:
         """The diagnostics with the fixes that work."""
         from movimentum.workflow.fixes import with_fixes
 
-        return with_fixes(limited(self.diagnostics), self.source, self.choices, seconds=PATIENCE_S)
+        begun = time.monotonic()
+        found = limited(self.diagnostics)
+        took = time.monotonic() - begun
+        return with_fixes(found, self.source, self.choices, took=took, seconds=PATIENCE_S)
 
 
 @dataclass(frozen=True, slots=True)

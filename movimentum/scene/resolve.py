@@ -9,8 +9,8 @@ from movimentum.diagnostics import Fix, Label, insertion, replacement
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef, Thing
 from movimentum.source import Span
-from movimentum.syntax.tree import Expression, Member, Name
-from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.syntax.tree import Expression, Member, Name, Number
+from movimentum.syntax.words import CLOCKS, THING_MEMBERS, VECTOR_MEMBERS
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,14 +111,13 @@ def _member(node: Member, table: ThingTable, findings: Findings) -> Meaning | No
     if node.name in VECTOR_MEMBERS:
         return ComponentUse(VECTOR_MEMBERS[node.name])
     guess = findings.nearest(node.name, VECTOR_MEMBERS)
-    findings.error(
-        "name/unknown-anchor",
-        f"a vector has no `.{node.name}`",
-        node.name_span,
-        helps=(replacement(f"did you mean `.{guess}`?", node.name_span, guess),)
-        if guess
-        else ("a vector has `.x`, `.y` and its length `.l`",),
-    )
+    help_: str | Fix = "a vector has `.x`, `.y` and its length `.l`"
+    if isinstance(node.operand, Number) and node.name in CLOCKS:
+        title = f"to multiply, write `{findings.source.slice(node.operand.span)}*.{node.name}`"
+        help_ = insertion(title, node.operand.span.end, "*")
+    elif guess:
+        help_ = replacement(f"did you mean `.{guess}`?", node.name_span, guess)
+    findings.error("name/unknown-anchor", f"a vector has no `.{node.name}`", node.name_span, helps=(help_,))
     return None
 
 

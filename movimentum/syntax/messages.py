@@ -50,6 +50,8 @@ _CLOSING = {"RPAR": ")", "RSQB": "]", "RBRACE": "}"}
 _QUOTED = re.compile(r"([\"\u201c\u201d\u2018\u2019])[^\"'\u201c\u201d\u2018\u2019;\r\n]*[\"'\u201c\u201d\u2018\u2019]")
 _PIECE = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|'(?:[^'\r\n]|'')*'|[A-Za-z0-9_.]+|.", re.DOTALL)
 _DOTTED = re.compile(r"\.[A-Za-z][A-Za-z0-9_]*")
+_ANOTHER = re.compile(r"[A-Za-z][A-Za-z0-9_.]*\s*(?:[=<>~:]|\.r|[-+*/(\[])[^;@]*;")
+"""What looks like the next statement or definition, on the same line."""
 _FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|.", re.DOTALL)
 
 
@@ -60,6 +62,8 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
     """
     place, accepted = unexpected.place, unexpected.accepted
     before = _end_before(text, start, place)
+    if text.startswith(":", place) and (ahead := _definition_after(text, start, before, accepted)) is not None:
+        return ahead
     if unexpected.at_end:
         return _unexpected_end(text, before, accepted), len(text), False
     special = _unreadable(text, place)
@@ -74,7 +78,8 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
     helps = _helps(text, before, place, found, accepted)
     new_line = "\n" in text[before:place] or "\r" in text[before:place]
     resume = False
-    if "SEMICOLON" in accepted and (new_line or found == "@") and not helps:
+    another = new_line or found == "@" or (place > before and _ANOTHER.match(text, place) is not None)
+    if "SEMICOLON" in accepted and another and not helps:
         helps = (insertion(_END, before, ";"),)
         labels = (Label(Span(max(before - 1, start), before), "`;` missing after this?"),)
         resume = found == "@" or found[0].isalpha() or found == ".config"
@@ -86,6 +91,25 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
         labels=labels,
     ).advised(*helps)
     return error, place, resume
+
+
+def _definition_after(
+    text: str, start: int, before: int, accepted: frozenset[str]
+) -> tuple[Diagnostic, int, bool] | None:
+    """The error, if what was read as an anchor's name (up to ``before``, and a colon behind it) begins a definition."""
+    name = re.search(r"[A-Za-z][A-Za-z0-9_]*$", text[max(start, before - 200) : before])
+    if accepted != {"EQUAL"} or name is None:
+        return None
+    place = before - len(name[0])
+    end = _end_before(text, start, place)
+    error = Diagnostic(
+        "syntax/unexpected",
+        Severity.ERROR,
+        f"expected `;`, a name or an option, found the definition of `{name[0]}`",
+        Span(place, before),
+        labels=(Label(Span(max(end - 1, start), end), "`;` missing after this?"),),
+    )
+    return error.advised(insertion(_END, end, ";")), place, True
 
 
 def expected_words(accepted: frozenset[str]) -> str:
@@ -251,6 +275,14 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
     other = written(text, before, place, found)
     if other is not None:
         return (other,)
+    number = re.fullmatch(r"(\d+)\.([a-z]+)", previous)
+    if found == "(" and number and number[2] in {*FUNCTIONS, *SYNONYMS}:
+        title = f"to multiply, write `{number[1]}*.{number[2]}(…)`"
+        return (insertion(title, begin + len(number[1]), "*"),)
+    pair = re.compile(r"\(([^()\[\];]*)\)").match(text, place)
+    if found == "(" and pair and "LSQB" in accepted and "LPAR" not in accepted:
+        edits = (Edit(here, "["), Edit(Span(pair.end() - 1, pair.end()), "]"))
+        return (Fix(f"write a vector as `[{pair[1].strip()}]`", edits),)
     step = re.search(r"@[^:;@\r\n]*$", text[:before])
     if found == ":" and step:
         return (replacement(f"a step has no colon: write `{step[0].rstrip()}`", here, ""),)

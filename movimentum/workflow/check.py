@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -38,6 +39,7 @@ def check(
 
     Raises `UsageError` if there is no script to read.
     """
+    begun = time.monotonic()
     source = SourceText("<stdin>" if path == "-" else path, "")
     frames: int | None = None
     duration: float | None = None
@@ -49,9 +51,10 @@ def check(
     except UsageError:
         raise
     except MovimentumError as error:
-        found = with_fixes(error.diagnostics, source, choices)
+        found = with_fixes(error.diagnostics, source, choices, took=time.monotonic() - begun)
         return CheckReport(found, (), frames, duration, error.exit_code), source
-    found, fault = with_fixes(limited(solution.diagnostics), source, choices), solution.fault
+    took, fault = time.monotonic() - begun, solution.fault
+    found = with_fixes(limited(solution.diagnostics), source, choices, took=took)
     if fault == 0:
         from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
 

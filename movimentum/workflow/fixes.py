@@ -43,15 +43,16 @@ class Verdict(Enum):
 
 
 def with_fixes(
-    found: Sequence[Diagnostic], source: SourceText, choices: Choices, *, seconds: float = SECONDS
+    found: Sequence[Diagnostic], source: SourceText, choices: Choices, *, took: float = 0.0, seconds: float = SECONDS
 ) -> tuple[Diagnostic, ...]:
     """The diagnostics of a script with those of their fixes that work, and without the helps that are contradicted.
 
-    ``found`` are all diagnostics that `check` makes of ``source`` with these ``choices``.
+    ``found`` are all diagnostics that `check` makes of ``source`` with these ``choices``, for which it ``took`` so many
+    seconds.
     """
     if not any(item.fixes for item in found):
         return tuple(found)
-    trials = _Trials(tuple(found), source, choices, time.monotonic() + seconds)
+    trials = _Trials(tuple(found), source, choices, time.monotonic() + seconds, longest=took)
     verdicts: dict[tuple[int, int], Verdict] = {}
     tried = [(rank, place) for place, item in enumerate(found) for rank in range(len(item.fixes))]
     for rank, place in sorted(tried):  # the likeliest of each diagnostic first, in case time runs out
@@ -71,7 +72,7 @@ def fixed(source: SourceText, fix: Fix) -> SourceText:
 
 @dataclass(slots=True)
 class _Trials:
-    """``left``: linearizations that may still be done."""
+    """``left``: linearizations that may still be done; ``longest``: how long a trial is expected to take."""
 
     found: tuple[Diagnostic, ...]
     source: SourceText
@@ -141,17 +142,26 @@ def diagnosed(source: SourceText, choices: Choices) -> tuple[Diagnostic, ...]:
 
 
 def _stays(item: Diagnostic, fix: Fix, before: Sequence[Diagnostic], after: Sequence[Diagnostic]) -> bool:
-    """Whether a diagnostic is still there: one of its code at its place, or as many with its message as before."""
-    same = [(other.code, other.message) for other in after].count((item.code, item.message))
-    if same >= [(other.code, other.message) for other in before].count((item.code, item.message)):
+    """Whether a diagnostic is still there: as many with its message as before, or of its code at its place."""
+    if _alike(item, after) >= _alike(item, before):
         return True
     if item.span is None:
         return False
-    last = edited_place(item.span.start, fix.edits)
-    begin = Span(item.span.start, item.span.start)
-    first = last - sum(len(edit.text) for edit in fix.edits if edit.span == begin)
-    places = (other.span.start for other in after if other.code == item.code and other.span is not None)
-    return any(first <= place <= last for place in places)
+    start = Span(item.span.start, item.span.start)
+    last = edited_place(start.start, fix.edits)
+    first = last - sum(len(edit.text) for edit in fix.edits if edit.span == start)
+    there = _starting(item.code, before, start.start, start.start)
+    return _starting(item.code, after, first, last) >= there
+
+
+def _alike(item: Diagnostic, found: Sequence[Diagnostic]) -> int:
+    return sum((other.code, other.message) == (item.code, item.message) for other in found)
+
+
+def _starting(code: str, found: Sequence[Diagnostic], first: int, last: int) -> int:
+    """How many diagnostics of a code begin between two offsets."""
+    places = (other.span.start for other in found if other.code == code and other.span is not None)
+    return sum(first <= place <= last for place in places)
 
 
 def _added(before: Sequence[Diagnostic], after: Sequence[Diagnostic]) -> Iterator[Diagnostic]:

@@ -23,7 +23,7 @@ from movimentum.text import number, time_text
 if TYPE_CHECKING:
     from movimentum.analysis.diagnose.conflict import Conflict
 
-MOMENTS = (0.25, 0.5, 0.75, 1.0)
+MOMENTS = tuple(k / 12 for k in range(1, 13))
 """Where, in the time without a solution, lengths are looked at that would do."""
 FEW = 200
 """Unknowns up to which they are."""
