@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from movimentum.diagnostics import Diagnostic, Fix, Severity, limited
 from movimentum.errors import MovimentumError
 from movimentum.output.files import refuse_overwriting
+from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import read, reads
@@ -105,7 +106,7 @@ class Work:
         """The diagnostics of the motion; `Refused` if there is none."""
         from movimentum.analysis.examine import examine
 
-        return examine(self.motion)
+        return examine(self.motion, advice=Advice.FULL)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:

@@ -98,7 +98,7 @@ def _definition_after(
 ) -> tuple[Diagnostic, int, bool] | None:
     """The error, if what was read as an anchor's name (up to ``before``, and a colon behind it) begins a definition."""
     name = re.search(r"[A-Za-z][A-Za-z0-9_]*$", text[max(start, before - 200) : before])
-    if accepted != {"EQUAL"} or name is None:
+    if accepted != frozenset({"EQUAL"}) or name is None:
         return None
     place = before - len(name[0])
     end = _end_before(text, start, place)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity, limited
 from movimentum.errors import MovimentumError, UsageError
+from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.fixes import with_fixes
@@ -47,7 +48,7 @@ def check(
         source = read(path)
         timeline = arranged(understand(source, choices), choices)
         frames, duration = timeline.frame_count, float(timeline.end - timeline.start)
-        solution = examined(timeline, choices)
+        solution = examined(timeline, choices, advice=Advice.FULL)
     except UsageError:
         raise
     except MovimentumError as error:

@@ -19,10 +19,11 @@ from enum import Enum
 
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError, UsageError
+from movimentum.settings import Advice
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.source import Edit, SourceText, Span, edited, edited_place
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.stages import arranged, examined, understand
+from movimentum.workflow.stages import arranged, examined, moved, understand
 
 SECONDS = 5.0
 """The limit for all trials of one script."""
@@ -30,6 +31,8 @@ EFFORT = 40_000
 """The limit of linearizations for them (see `movimentum.solver.basis.effort`): the same on every machine."""
 BEFORE_SOLVING = ("syntax/", "name/", "kind/", "asset/", "timeline/", "limit/")
 """Codes of errors that keep a script from being solved: with them, nothing is known of what solving would say."""
+NO_SOLUTION = ("constraint/conflict", "solve/unreachable", "solve/not-converged")
+"""Codes of errors about times without a solution."""
 _STATEMENT = re.compile(r"[;@]")
 
 
@@ -52,7 +55,7 @@ def with_fixes(
     """
     if not any(item.fixes for item in found):
         return tuple(found)
-    trials = _Trials(tuple(found), source, choices, time.monotonic() + seconds, longest=took)
+    trials = _Trials(tuple(found), source, choices, time.monotonic() + seconds, expected=took)
     verdicts: dict[tuple[int, int], Verdict] = {}
     tried = [(rank, place) for place, item in enumerate(found) for rank in range(len(item.fixes))]
     for rank, place in sorted(tried):  # the likeliest of each diagnostic first, in case time runs out
@@ -72,34 +75,44 @@ def fixed(source: SourceText, fix: Fix) -> SourceText:
 
 @dataclass(slots=True)
 class _Trials:
-    """``left``: linearizations that may still be done; ``longest``: how long a trial is expected to take."""
+    """``left``: linearizations that may still be done; ``expected``: how long one of a fix that works
+    may take.
+    """
 
     found: tuple[Diagnostic, ...]
     source: SourceText
     choices: Choices
     deadline: float
     left: int = EFFORT
-    longest: float = 0.0
+    expected: float = 0.0
 
     def verdict(self, item: Diagnostic, fix: Fix) -> Verdict:
-        if not fix.edits or time.monotonic() + self.longest > self.deadline or self.left <= 0:
+        if not fix.edits or time.monotonic() + self.expected > self.deadline or self.left <= 0:
             return Verdict.UNKNOWN
         begun = time.monotonic()
         after = fixed(self.source, fix)
-        found = self._within(after)
-        self.longest = max(self.longest, time.monotonic() - begun)
-        return Verdict.UNKNOWN if found is None else self._compared(item, fix, found, after)
-
-    def _within(self, source: SourceText) -> tuple[Diagnostic, ...] | None:
-        """What is said about another script; None if saying it takes too long."""
         left = [0]
         try:
             with limited(self.left) as left:
-                return diagnosed(source, self.choices)
+                found = diagnosed(after, self.choices, in_full=self._has_another_trouble(item))
         except (GivenUp, ArithmeticError, ValueError):
-            return None
+            return Verdict.UNKNOWN
         finally:
             self.left = left[0]
+        if found is None:
+            return Verdict.FAILS if item.code.startswith(BEFORE_SOLVING) else Verdict.CONTRADICTED
+        verdict = self._compared(item, fix, found, after)
+        if verdict is Verdict.WORKS:
+            self.expected = max(self.expected, time.monotonic() - begun)
+        return verdict
+
+    def _has_another_trouble(self, item: Diagnostic) -> bool:
+        """Whether there may be times without a solution that have nothing to do with ``item`` (of all of them, only the
+        first is reported).
+        """
+        return item.code not in NO_SOLUTION and any(
+            other.code in NO_SOLUTION and other.severity is Severity.ERROR for other in self.found
+        )
 
     def _compared(self, item: Diagnostic, fix: Fix, after: Sequence[Diagnostic], source: SourceText) -> Verdict:
         if _stays(item, fix, self.found, after):
@@ -131,10 +144,16 @@ def _judged(item: Diagnostic, verdicts: Sequence[Verdict]) -> Diagnostic:
     return replace(item, helps=tuple(text for text in item.helps if not wrong.get(text)), fixes=tuple(kept))
 
 
-def diagnosed(source: SourceText, choices: Choices) -> tuple[Diagnostic, ...]:
-    """Everything that `check` says about a script, nothing of it tried out."""
+def diagnosed(source: SourceText, choices: Choices, *, in_full: bool = True) -> tuple[Diagnostic, ...] | None:
+    """Everything that `check` says about a script, nothing of it tried out; unless ``in_full``, None if there is no
+    solution at some time, for finding out why takes longest.
+    """
     try:
-        return examined(arranged(understand(source, choices), choices), choices, trying=False).diagnostics
+        timeline = arranged(understand(source, choices), choices)
+        path = moved(timeline)
+        if not in_full and any(stretch.troubles for stretch in path.stretches):
+            return None
+        return examined(timeline, choices, advice=Advice.PLAIN, path=path).diagnostics
     except UsageError:
         raise
     except MovimentumError as error:

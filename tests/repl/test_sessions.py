@@ -49,6 +49,12 @@ class Talk:
         return caught.value.diagnostics[0].code
 
 
+@pytest.fixture(autouse=True)
+def patient(monkeypatch):
+    """No test depends on how fast the machine is."""
+    monkeypatch.setattr("movimentum.repl.session.PATIENCE_S", 300.0)
+
+
 @pytest.fixture
 def talk(tmp_path):
     return lambda text=SLIDER: Talk(tmp_path, text)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Winding
 from movimentum.scene.model import Constraint, Scene, Thing
 from movimentum.scene.text_edits import lengthened, turned_round
+from movimentum.settings import Advice
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Stretch, Trouble, TroubleKind
 from movimentum.solver.start.candidates import Selection
@@ -35,7 +35,9 @@ STEADY = 1e-4
 """By which fraction the amount of such a contradiction may vary."""
 
 
-def failure_diagnostic(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+def failure_diagnostic(
+    motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice = Advice.TRIED
+) -> tuple[Diagnostic, int]:
     """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
     time).
     """
@@ -45,13 +47,13 @@ def failure_diagnostic(motion: PathMotion, stretch: Stretch, trouble: Trouble) -
         and _is_formula(stretch.plan.blocks[trouble.block])
     ):
         return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
-    if trouble.kind is TroubleKind.GAP and (bound := bind(motion, stretch, trouble)) is not None:
+    if trouble.kind is TroubleKind.GAP and (bound := bind(motion, stretch, trouble, advice)) is not None:
         return bound, 3
     if trouble.kind is TroubleKind.SELECTOR:
         return _left_nothing(motion, stretch, trouble, trouble.begin), 3
     if trouble.kind is TroubleKind.CHECK:
         return _no_longer(motion, stretch, trouble)
-    return _no_beginning(motion, stretch, trouble)
+    return _no_beginning(motion, stretch, trouble, advice)
 
 
 def _no_longer(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
@@ -88,7 +90,7 @@ def _at(stretch: Stretch, tau: float) -> str:
     return time_text(float(stretch.segment.start) + tau)
 
 
-def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice) -> tuple[Diagnostic, int]:
     selection = trouble.selection
     assert selection is not None
     selectors = [r for r in selection.rejections if r.selector is not None]
@@ -97,7 +99,7 @@ def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tup
     # stated by a first step for all its time, it is a contradiction; driven there or stated later, it is a reach
     first = stretch.segment.step == 0 and trouble.until >= float(stretch.segment.end - stretch.segment.start)
     past = driven_past(stretch, selection) and not (first and always)
-    if past and (bound := bind(motion, stretch, trouble)) is not None:
+    if past and (bound := bind(motion, stretch, trouble, advice)) is not None:
         return bound, 3
     if contradiction is None:
         for rejection in selection.rejections:
@@ -136,6 +138,7 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
     when = _at(stretch, tau)
     labels = [Label(constraint.span, off_text(conflict, constraint.number)) for constraint in chosen[:-1]]
     helps: list[str | Fix] = []
+    others: list[Fix] = []
     for t in conflict.things:
         thing = scene.things[t]
         text = "rigid"
@@ -149,7 +152,9 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
                 first, second = (f"{thing.name}.{anchor.name}" for anchor in thing.anchors)
                 text = f"rigid: |{second} - {first}| = {number(now, 6)},"
                 text += f" would have to be {number(factor * now, 6)}"
-                helps += _another_length(thing, factor, now)
+                rounded, exact = _another_length(thing, factor, now)
+                helps.append(rounded)
+                others.append(exact)
         labels.append(Label(thing.span, text))
     last = chosen[-1] if chosen else None
     if last is not None:
@@ -164,7 +169,7 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
             else f" at t = {when}: there is no solution"
         )
     )
-    others = f"{counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
+    rest = f"{counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
     return Diagnostic(
         code=code,
         severity=Severity.ERROR,
@@ -172,19 +177,16 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
         span=last.span if last is not None else (labels[0].span if labels else None),
         label=off_text(conflict, last.number) if last is not None else "",
         labels=tuple(labels),
-        notes=(f"smallest conflicting set; {others}",),
-        fixes=tuple(left_out(scene.source, constraint) for constraint in reversed(chosen[-MOST_LEFT_OUT:])),
+        notes=(f"smallest conflicting set; {rest}",),
+        fixes=(*(left_out(scene.source, constraint) for constraint in reversed(chosen[-MOST_LEFT_OUT:])), *others),
     ).advised(*helps)
 
 
-def _another_length(thing: Thing, factor: float, now: float) -> Iterator[Fix]:
-    """The length with which all others hold: rounded if that is exact enough."""
+def _another_length(thing: Thing, factor: float, now: float) -> tuple[Fix, Fix]:
+    """The length with which all others hold, rounded (usually that is what the script means) and as it is."""
     title = f"make `{thing.name}` {number(factor * now, 6)} long (it is {number(now, 6)})"
-    exact = factor * now
-    rounded = round(exact, 6)
-    for wanted in (rounded, exact)[: 1 if abs(rounded - exact) <= 1e-11 * exact else 2]:
-        edit = lengthened(thing, wanted / now)
-        yield Fix(title, () if edit is None else (edit,))
+    first, second = (lengthened(thing, wanted / now) for wanted in (round(factor * now, 6), factor * now))
+    return Fix(title, () if first is None else (first,)), Fix(title, () if second is None else (second,))
 
 
 def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:

@@ -11,6 +11,7 @@ from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Block, Newton, Ode
 from movimentum.scene.model import Constraint, Scene, Thing
 from movimentum.scene.text_edits import lengthened, removed
+from movimentum.settings import Advice
 from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.motion import PathMotion
@@ -23,7 +24,7 @@ from movimentum.text import number, time_text
 if TYPE_CHECKING:
     from movimentum.analysis.diagnose.conflict import Conflict
 
-MOMENTS = tuple(k / 12 for k in range(1, 13))
+MOMENTS = tuple(k / 8 for k in range(1, 9))
 """Where, in the time without a solution, lengths are looked at that would do."""
 FEW = 200
 """Unknowns up to which they are."""
@@ -45,7 +46,7 @@ def driven_past(stretch: Stretch, selection: Selection) -> bool:
     return any(block.moving or (stretch.segment.step > 0 and not block.free) for block in blocks)
 
 
-def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> Diagnostic | None:
+def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice) -> Diagnostic | None:
     """A path ended, or could not begin: which constraints bind, and their errors at the next frame.
 
     None if it could not begin and nothing shows that there is no solution: the search only found none.
@@ -82,7 +83,9 @@ def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> Diagnostic |
         label=label,
         labels=tuple(labels),
         notes=(_last_good(motion, stretch, trouble),),
-        fixes=() if conflict is None else tuple(_long_enough(stretch, trouble, block, carry, conflict)),
+        fixes=()
+        if conflict is None or advice is not Advice.FULL
+        else tuple(_long_enough(stretch, trouble, block, carry, conflict)),
         helps=("`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out",),
     )
 
