@@ -43,6 +43,11 @@ def sign_fixes(text: str, place: int) -> tuple[Fix, ...]:
     """The fixes for a sign that has no meaning; each is a help of `SIGNS` or one way to do what it says."""
     character = text[place]
     here = Span(place, place + 1)
+    factor = text[place - 1 : place].isalnum() or text[place - 1 : place] == ")"
+    if character == "\u03c0" and factor:
+        return (replacement(SIGNS[character][0], here, "*.pi"),)
+    if character in "\u00bd\u00bc\u00be" and factor:  # one and a half, which may be part of a product
+        return ()
     if character in _WRITTEN:
         return (replacement(SIGNS[character][0], here, _WRITTEN[character]),)
     if character in _LEFT_OUT:

@@ -29,7 +29,7 @@ SECONDS = 5.0
 """The limit for all trials of one script."""
 EFFORT = 40_000
 """The limit of linearizations for them (see `movimentum.solver.basis.effort`): the same on every machine."""
-BEFORE_SOLVING = ("syntax/", "name/", "kind/", "asset/", "timeline/", "limit/")
+BEFORE_SOLVING = ("syntax/", "name/", "kind/", "asset/", "timeline/", "limit/", "claim/")
 """Codes of errors that keep a script from being solved: with them, nothing is known of what solving would say."""
 NO_SOLUTION = ("constraint/conflict", "solve/unreachable", "solve/not-converged")
 """Codes of errors about times without a solution."""
@@ -100,7 +100,7 @@ class _Trials:
         finally:
             self.left = left[0]
         if found is None:
-            return Verdict.FAILS if item.code.startswith(BEFORE_SOLVING) else Verdict.CONTRADICTED
+            return Verdict.FAILS if _before_solving(item) else Verdict.CONTRADICTED
         verdict = self._compared(item, fix, found, after)
         if verdict is Verdict.WORKS:
             self.expected = max(self.expected, time.monotonic() - begun)
@@ -120,12 +120,16 @@ class _Trials:
         added = list(_added(self.found, after))
         if not added:
             return Verdict.WORKS
-        if not item.code.startswith(BEFORE_SOLVING):  # everything was known before
+        if not _before_solving(item):  # everything was known before
             return Verdict.CONTRADICTED
         touched = [_statement_around(source.text, edit, fix.edits) for edit in fix.edits]
         near = (error.span for error in added if error.span is not None)
         own = any(place.start <= span.end and span.start <= place.end for span in near for place in touched)
         return Verdict.CONTRADICTED if own else Verdict.FAILS
+
+
+def _before_solving(item: Diagnostic) -> bool:
+    return item.severity is Severity.ERROR and item.code.startswith(BEFORE_SOLVING) and item.code != "claim/broken"
 
 
 def _judged(item: Diagnostic, verdicts: Sequence[Verdict]) -> Diagnostic:

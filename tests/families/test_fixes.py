@@ -17,7 +17,7 @@ import pytest
 
 from movimentum.analysis.examine import examine
 from movimentum.cli.check_report import check_json, check_sarif
-from movimentum.diagnostics import Diagnostic
+from movimentum.diagnostics import Diagnostic, limited, to_json
 from movimentum.repl.session import Refused, Session, Work
 from movimentum.repl.shell import answer
 from movimentum.settings import Advice
@@ -68,7 +68,8 @@ def keys(told: list[Told], severity: str | None = None) -> Counter[tuple[str, st
 
 
 def assert_works(text: str, item: Told, fix: Told, before: list[Told], folder: Path) -> None:
-    after, _ = checked(applied(text, fix), folder)
+    source = SourceText(str(folder / "script.mov"), applied(text, fix))
+    after = to_json(limited(diagnosed(source, Choices()) or ()), source)
     key = item["code"], item["message"]
     assert keys(after)[key] < keys(before)[key], (fix, text)
     assert not keys(after, "error") - keys(before, "error"), (fix, text)
@@ -271,6 +272,7 @@ Rod : .bar A = [0,0] B = [100,0];
 
 
 CONFLICT = "constraint/conflict"
+CRANK_FREE = ".config(10);\nRod : .bar A=[0,0] B=[50,0];\n@0 Rod.A=[0,0]; "
 
 
 def test_a_nearest_name_has_the_anchor_that_is_asked_for(room: Path) -> None:
@@ -288,6 +290,13 @@ def test_an_error_that_was_hidden_counts_as_new(room: Path) -> None:
     assert "fixes" not in item
     (item,) = checked(text.replace("Wheel.C", "x"), room)[0][:1] or [{}]
     assert "kind/mismatch" not in json.dumps(item) or "fixes" not in item
+
+
+def test_a_number_is_not_made_another_one(room: Path) -> None:
+    """1½ is no 11/2."""
+    (item,) = checked(CRANK_FREE + "Rod.angle = 1½;\n@4\n", room)[0]
+    assert item["helps"] == ["write `1/2`"]
+    assert "fixes" not in item
 
 
 def test_what_cannot_be_tried_in_time_is_text_only() -> None:
@@ -309,6 +318,42 @@ def test_fixes_are_tried_with_the_same_choices(room: Path) -> None:
     assert not any(fix.tried for item in report.diagnostics for fix in item.fixes)
     report, _ = check(str(room / "script.mov"), Choices())
     assert any(fix.tried for item in report.diagnostics for fix in item.fixes)
+
+
+CANVAS = """.config( 10, 100 , 80 ) .background('white');
+Rod : .bar A=[0,0] B=[50,0];
+@0 Rod.A=[{},20]; Rod.angle=0;
+@2
+"""
+OTHER_SCRIPTS = {
+    "a larger canvas": CANVAS.format("20+100*.t"),
+    "a canvas that fits": CANVAS.format("50-100*.t"),
+    "a wish in the way": CRANK_FREE + "Rod.B ~ [0,50]; x = Rod.B.x; x ~ 100;\n@4\n",
+    "a claim with a tolerance": CRANK_FREE + "Rod.angle = 30*.t; .claim Rod.B.x <= 49.99 .within(1e-4);\n@4\n",
+    "a clock in a claim": CRANK_FREE + "Rod.angle = 30*.t; .claim Rod.A.x = 0*t;\n@4\n",
+    "an empty claim": CRANK_FREE + "Rod.angle = 30*.t; .claim Rod.A = [_, _];\n@4\n",
+    "an inequality the wrong way round": CRANK_FREE + "Rod.B = [x, 30]; x > 60;\n@4\n",
+    "a length by name": CRANK_FREE + "Rod.length = 50;\n@4\n",
+    "a length in bars": CRANK_FREE + "Rod.angle = 20*π; d = |Rod.A - Rod.B|;\n@4\n",
+    "functions of elsewhere": CRANK_FREE + "z = distance(Rod.A, Rod.B); Rod.angle = √4; w = rotate(Rod.B, 30);\n@4\n",
+    "a square": CRANK_FREE + "Rod.angle = 3² + 2;  q = ½;  r = 2π;\n@4\n",
+    "an anchor before its time": "Rod : .bar A = B + [50,0]  B = [0,0];\n@0 Rod.A = [0,0]; Rod.angle = 0;\n",
+    "too few anchors": "Rod : .bar P = [0,0];\n@0 Rod.P = [0,0]; Rod.angle = 0;\n",
+    "no anchors": "Rod : .bar .color('red');\n@0 Rod.angle = 0;\n",
+    "half a size": ".config(10, 100);\nRod : .bar A=[0,0] B=[50,0];\n@0 Rod.A=[0,0]; Rod.angle=0;\n",
+    "a third dimension": CRANK_FREE + "Rod.B = [50, 0, 7];\n",
+    "a power that changes": CRANK_FREE + "Rod.angle = 2^.t;\n@4\n",
+    "a thing for a point": CRANK_FREE + "Rod.angle = 0; p = 2*Rod;\n",
+    "a vector that nothing shows": CRANK_FREE + "Rod.B = p*q; p = 2;\n",
+    "an open comment": CRANK_FREE + "Rod.angle = 0; /* the end\n@4\n",
+    "nothing": "",
+    "no step": "Rod : .bar A=[0,0] B=[50,0]; // a rod",
+}
+
+
+@pytest.mark.parametrize("kind", OTHER_SCRIPTS)
+def test_there_is_a_fix_that_works(kind: str, room: Path) -> None:
+    assert assert_all_work(OTHER_SCRIPTS[kind], room) > 0
 
 
 def test_only_those_who_show_fixes_try_them(monkeypatch: pytest.MonkeyPatch, room: Path) -> None:
