@@ -28,7 +28,7 @@ MOMENTS = tuple(k / 8 for k in range(1, 9))
 """Where, in the time without a solution, lengths are looked at that would do."""
 FEW = 200
 """Unknowns up to which they are."""
-CLEARLY = 0.1
+CLEARLY = 0.8
 """Of the last digit of a suggested length: how far it must be from one that is just enough."""
 DECIMALS = 11
 """A time is shown with at most this many decimals of the step's length."""
