@@ -68,7 +68,7 @@ def _changed(session: Session, text: str) -> Answer:
 
 
 def _summary(session: Session) -> str:
-    diagnostics = session.work.diagnostics
+    diagnostics = session.work.advice
     errors = sum(d.severity is Severity.ERROR for d in diagnostics)
     warnings = sum(d.severity is Severity.WARNING for d in diagnostics)
     parts = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in ((errors, "error"), (warnings, "warning")) if n]

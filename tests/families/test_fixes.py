@@ -18,7 +18,7 @@ import pytest
 from movimentum.analysis.examine import examine
 from movimentum.cli.check_report import check_json, check_sarif
 from movimentum.diagnostics import Diagnostic, limited, to_json
-from movimentum.repl.session import Refused, Session, Work
+from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import answer
 from movimentum.settings import Advice
 from movimentum.source import SourceText
@@ -374,8 +374,9 @@ def test_only_those_who_show_fixes_try_them(monkeypatch: pytest.MonkeyPatch, roo
 
 class Talk:
     def __init__(self, text: str, folder: Path) -> None:
-        path = str(folder / "script.mov")
-        self.session = Session(path, text, Work(SourceText(path, text), Choices()))
+        path = folder / "script.mov"
+        path.write_bytes(text.encode("utf-8"))
+        self.session = opened(str(path), Choices())
 
     def __call__(self, line: str) -> str:
         self.session, said = answer(self.session, line)
