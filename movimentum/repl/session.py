@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -11,10 +10,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from movimentum.diagnostics import Diagnostic, Fix, Severity, limited
+from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError
 from movimentum.output.files import refuse_overwriting
-from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine, Revision
@@ -116,17 +114,7 @@ class Work:
     @cached_property
     def advice(self) -> tuple[Diagnostic, ...]:
         """The diagnostics with the fixes that work."""
-        from movimentum.analysis.examine import examine
-        from movimentum.workflow.fixes import with_fixes
-
-        begun = time.monotonic()
-        try:
-            motion = self.revision.motion
-            found = (*self.revision.scene.diagnostics, *examine(motion, advice=Advice.FULL).diagnostics)
-        except MovimentumError as error:
-            found = error.diagnostics
-        took = time.monotonic() - begun
-        return with_fixes(limited(found), self.source, self.choices, took=took, seconds=PATIENCE_S)
+        return self.revision.advice(PATIENCE_S)
 
 
 @dataclass(frozen=True, slots=True)
