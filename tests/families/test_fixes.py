@@ -24,6 +24,7 @@ from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.check import check
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.engine import Engine
 from movimentum.workflow.fixes import diagnosed, with_fixes
 from tests.command import ROOT
 from tests.families.scripts_in_tests import scripts
@@ -422,3 +423,16 @@ def test_trying_a_fix_leaves_its_helps_untried(monkeypatch: pytest.MonkeyPatch) 
     source = SourceText("x.mov", crank("LF"))
     with_fixes(diagnosed(source, Choices()), source, Choices())
     assert asked == [Advice.PLAIN] * 3
+
+
+def test_a_fix_is_at_its_place_after_other_edits(room: Path) -> None:
+    """The motion of the same statements is taken over; the edits are those of the text as it is."""
+    engine = Engine()
+    text = crank("LF")
+    for other in (text, "// more\n\n" + text, text.replace("[x,100];", "[x,100] /* the slide */ ;  // and more")):
+        revision = engine.revise(SourceText("x.mov", other))
+        assert revision.diagnostics
+        advice = revision.advice(300.0)
+        (item,) = (item for item in advice if item.code == "constraint/ambiguous")
+        assert len(item.fixes) == 2
+        assert advice == Engine().revise(SourceText("x.mov", other)).advice(300.0)
