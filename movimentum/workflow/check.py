@@ -14,7 +14,7 @@ from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.fixes import with_fixes
 from movimentum.workflow.read import read
-from movimentum.workflow.stages import arranged, examined, understand
+from movimentum.workflow.stages import arranged, examined, moved, understand
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
@@ -47,15 +47,18 @@ def check(
     try:
         source = read(path)
         timeline = arranged(understand(source, choices), choices)
+        from movimentum.solver.reuse import Known
+
+        known = Known()
         frames, duration = timeline.frame_count, float(timeline.end - timeline.start)
-        solution = examined(timeline, choices, advice=Advice.FULL)
+        solution = examined(timeline, choices, advice=Advice.FULL, path=moved(timeline, known))
     except UsageError:
         raise
     except MovimentumError as error:
         found = with_fixes(error.diagnostics, source, choices, took=time.monotonic() - begun)
         return CheckReport(found, (), frames, duration, error.exit_code), source
     took, fault = time.monotonic() - begun, solution.fault
-    found = with_fixes(limited(solution.diagnostics), source, choices, took=took)
+    found = with_fixes(limited(solution.diagnostics), source, choices, took=took, known=known)
     if fault == 0:
         from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
 

@@ -225,7 +225,8 @@ class Revision:
         except MovimentumError as error:
             found = error.diagnostics
         took = time.monotonic() - begun
-        return with_fixes(limited(found), self.source, self.engine.choices, took=took, seconds=seconds)
+        known = self.engine.known
+        return with_fixes(limited(found), self.source, self.engine.choices, took=took, seconds=seconds, known=known)
 
     def glimpse(self, time: Fraction) -> Poses | None:
         """The poses (F = 1) at ``time`` before the path is known, all constraints satisfied; None where the path has to

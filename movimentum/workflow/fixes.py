@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError, UsageError
@@ -25,8 +26,11 @@ from movimentum.source import Edit, SourceText, Span, edited, edited_place
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, moved, understand
 
-SECONDS = 5.0
-"""The limit for all trials of one script."""
+if TYPE_CHECKING:
+    from movimentum.solver.reuse import Known
+
+SECONDS = 2.0
+"""The limit for all trials of one script. Where solving it took longer than that, nothing is tried."""
 EFFORT = 40_000
 """The limit of linearizations for them (see `movimentum.solver.basis.effort`): the same on every machine."""
 BEFORE_SOLVING = ("syntax/", "name/", "kind/", "asset/", "timeline/", "limit/", "claim/")
@@ -46,16 +50,22 @@ class Verdict(Enum):
 
 
 def with_fixes(
-    found: Sequence[Diagnostic], source: SourceText, choices: Choices, *, took: float = 0.0, seconds: float = SECONDS
+    found: Sequence[Diagnostic],
+    source: SourceText,
+    choices: Choices,
+    *,
+    took: float = 0.0,
+    seconds: float = SECONDS,
+    known: Known | None = None,
 ) -> tuple[Diagnostic, ...]:
     """The diagnostics of a script with those of their fixes that work, and without the helps that are contradicted.
 
     ``found`` are all diagnostics that `check` makes of ``source`` with these ``choices``, for which it ``took`` so many
-    seconds.
+    seconds. What is ``known`` of it from there is not solved again.
     """
     if not any(item.fixes for item in found):
         return tuple(found)
-    trials = _Trials(tuple(found), source, choices, time.monotonic() + seconds, expected=took)
+    trials = _Trials(tuple(found), source, choices, time.monotonic() + seconds, known, expected=took)
     verdicts: dict[tuple[int, int], Verdict] = {}
     tried = [(rank, place) for place, item in enumerate(found) for rank in range(len(item.fixes))]
     for rank, place in sorted(tried):  # the likeliest of each diagnostic first, in case time runs out
@@ -83,6 +93,7 @@ class _Trials:
     source: SourceText
     choices: Choices
     deadline: float
+    known: Known | None
     left: int = EFFORT
     expected: float = 0.0
 
@@ -94,7 +105,7 @@ class _Trials:
         left = [0]
         try:
             with limited(self.left) as left:
-                found = diagnosed(after, self.choices, in_full=self._has_another_trouble(item))
+                found = diagnosed(after, self.choices, self.known, in_full=self._has_another_trouble(item))
         except (GivenUp, ArithmeticError, ValueError):
             return Verdict.UNKNOWN
         finally:
@@ -148,13 +159,15 @@ def _judged(item: Diagnostic, verdicts: Sequence[Verdict]) -> Diagnostic:
     return replace(item, helps=tuple(text for text in item.helps if not wrong.get(text)), fixes=tuple(kept))
 
 
-def diagnosed(source: SourceText, choices: Choices, *, in_full: bool = True) -> tuple[Diagnostic, ...] | None:
+def diagnosed(
+    source: SourceText, choices: Choices, known: Known | None = None, *, in_full: bool = True
+) -> tuple[Diagnostic, ...] | None:
     """Everything that `check` says about a script, nothing of it tried out; unless ``in_full``, None if there is no
     solution at some time, for finding out why takes longest.
     """
     try:
         timeline = arranged(understand(source, choices), choices)
-        path = moved(timeline)
+        path = moved(timeline, known)
         if not in_full and any(stretch.troubles for stretch in path.stretches):
             return None
         return examined(timeline, choices, advice=Advice.PLAIN, path=path).diagnostics
