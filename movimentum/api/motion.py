@@ -304,7 +304,7 @@ class Motion:
         ...     motion.render(os.path.join(folder, "trammel.gif"), frames="0:5", scale=0.5, workers=1).frames
         5
         """
-        from movimentum.rendering.options import Quality, Show
+        from movimentum.drawing.options import Quality, Show
 
         if at is not None and frames is not None:
             raise usage_error("usage/at", "`at` is one picture and `frames` a range of them: give one of the two")

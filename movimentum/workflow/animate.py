@@ -21,7 +21,7 @@ from movimentum.workflow.read import reads
 from movimentum.workflow.stages import Solution, afterwards, arranged, judged, solved, understand
 
 if TYPE_CHECKING:
-    from movimentum.rendering.options import FreeMark, PictureOptions
+    from movimentum.drawing.options import FreeMark, PictureOptions
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
@@ -41,9 +41,9 @@ def animate(
     ``solution``: where it has been solved with these ``choices`` already.
     """
     from movimentum.analysis.diagnose.off_canvas import OUTSIDE
+    from movimentum.drawing.options import Show
     from movimentum.encoding.write import STILL_KINDS, check_output, write_animation
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
-    from movimentum.rendering.options import Show
     from movimentum.rendering.painter import make_painter
 
     kind = check_output(target, transparent=picture.transparent)
@@ -93,7 +93,7 @@ def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timelin
 
 
 def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
-    from movimentum.rendering.options import PictureOptions, Quality, Show, trace_anchors
+    from movimentum.drawing.options import PictureOptions, Quality, Show, trace_anchors
 
     return PictureOptions(
         quality=Quality(picture.quality),
@@ -124,7 +124,7 @@ FREE_MOMENTS = 24
 def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
     """Arrows for all free motions at ``times`` (ascending): one for each moving anchor, numbered by motion."""
     from movimentum.analysis.freedom.motions import free_motions_at
-    from movimentum.rendering.options import FreeMark
+    from movimentum.drawing.options import FreeMark
 
     if len(times) > FREE_MOMENTS:
         times = [times[round(k * (len(times) - 1) / (FREE_MOMENTS - 1))] for k in range(FREE_MOMENTS)]
