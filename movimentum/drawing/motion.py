@@ -130,3 +130,15 @@ def _paint_state(paint: Paint, poses: Poses) -> list[FloatArray]:
 def _world(poses: Poses, thing: int, points: Sequence[Point]) -> FloatArray:
     """(F, P, 2)."""
     return np.stack([poses.world(thing, point) for point in points], axis=1)
+
+
+def paint_over(paint: Paint, poses: Poses) -> tuple[FloatArray, FloatArray]:
+    """(F,) opacity, 0 where the thing is not visible, and (F, 3) colour in whole numbers: `paint_at` of all frames."""
+    count = len(poses.frames)
+    opacity = poses.properties.get((paint.thing, "opacity"), np.ones(count))
+    color = np.tile(np.array(paint.color, dtype=np.float64), (count, 1))
+    for column, name in enumerate(("red", "green", "blue")):
+        values = poses.properties.get((paint.thing, name))
+        if values is not None:
+            color[:, column] = np.rint(np.clip(values, 0.0, 255.0))
+    return np.where(poses.visible[paint.thing], np.clip(opacity, 0.0, 1.0), 0.0), color

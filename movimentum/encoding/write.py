@@ -43,10 +43,12 @@ from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, 
 from movimentum.solver.poses import Poses
 from movimentum.terminal import typed
 
-SUFFIXES = (".gif", ".png", ".jpg", ".jpeg", ".apng", ".webp", ".mp4", ".webm")
+SUFFIXES = (".gif", ".png", ".jpg", ".jpeg", ".apng", ".webp", ".svg", ".html", ".mp4", ".webm")
 _STILLS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
 STILL_KINDS = frozenset(_STILLS.values())
 """The kinds that `check_output` returns for a file with one picture."""
+VECTOR_KINDS = frozenset({"svg", "html"})
+"""The kinds that are not made of pixels: the stage `vector` writes them."""
 _SAMPLES = 8  # frames that a palette is chosen from
 _WORTH_TIMING = 60  # frames: fewer are drawn in this process without measuring
 
