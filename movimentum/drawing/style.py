@@ -20,6 +20,8 @@ MOTIONS: tuple[Color, ...] = (ACCENT, (0, 114, 178), (0, 140, 90), (213, 94, 0),
 """Colours of the free motions, in turn; most colour-blind people can distinguish them (after Okabe & Ito)."""
 
 TRACE_WIDTH = 1.6
+UNITS = 1000
+"""Units of a text's outline in the height of its font."""
 NOTE_HEIGHT = 12.0  # of the font of names over the picture
 DOT_EDGE = 1.2  # of the dot that marks an anchor
 LONGEST, SHORTEST = 36.0, 3.0

@@ -17,10 +17,9 @@ from PIL import Image, ImageDraw
 
 from movimentum.arrays import FloatArray
 from movimentum.drawing.model import Point
+from movimentum.drawing.style import UNITS
 from movimentum.rendering.faces import Face, normal, runs
 
-UNITS = 1000
-"""Units of an outline in the height of the font."""
 _LARGE = 128  # pixels: the size at which characters are traced
 _LONG = 500  # characters of a script that is traced as a whole; longer ones are traced at a quarter of that size
 _CLOSE = 0.0012  # of the font's height: how far an outline may be from the traced edge
@@ -33,6 +32,7 @@ def text_outline(text: str, pixels: float) -> str:
     The font's height is `UNITS`. Characters have the distances that they have in a font ``pixels`` high, as in a
     picture of that size. "" where nothing of the text is visible.
     """
+    pixels = max(1.0, pixels)
     parts: list[str] = []
     start = 0.0  # in pixels
     for face, piece in runs(normal(text)):

@@ -19,7 +19,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.drawing.arrows import arrow_parts
 from movimentum.drawing.model import DiscMark, FreeArrow, ImageMark, LinkMark, NoteMark, Point, PolylineMark, TextMark
-from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, TRACE_WIDTH, color_of
+from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, TRACE_WIDTH, UNITS, color_of
 from movimentum.geometry import Affine
 from movimentum.rendering.prepare import PreparedMark
 from movimentum.vector.film import Film
@@ -171,10 +171,10 @@ class _Data:
                 return {"kind": "image", **paint, "image": image, "matrix": _matrix(place)}
 
     def _letters(self, text: str, height: float, start: Point) -> dict[str, Any]:
-        from movimentum.rendering.outlines import UNITS, text_outline
+        from movimentum.rendering.outlines import text_outline
 
         prepared = self.film.prepared
-        path = text_outline(text, max(1.0, height * prepared.view.scale * prepared.fineness))
+        path = text_outline(text, height * prepared.view.scale * prepared.fineness)
         size = _short(height / UNITS)
         return {"text": text, "path": path, "matrix": [size, 0, 0, size, *map(_short, start)]}
 

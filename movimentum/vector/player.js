@@ -312,10 +312,10 @@ class MovimentumPlayer {
 
   /* A line, with a head where it is an arrow: as one shape, so that nothing shows through it twice. */
   arrow(mark) {
-    const context = this.context;
     if (!mark.head) { this.line(mark.points); return; }
-    const opacity = context.globalAlpha;
+    const opacity = this.context.globalAlpha;
     const paint = () => {
+      const context = this.context;
       this.line(mark.points);
       context.beginPath();
       mark.head.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));

@@ -7,13 +7,11 @@ next frame, as in a GIF: at each frame's time the picture is exactly that frame'
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import FloatArray
 from movimentum.drawing.arrows import arrow_parts
 from movimentum.drawing.model import (
     DiscMark,
@@ -26,10 +24,10 @@ from movimentum.drawing.model import (
     TextMark,
 )
 from movimentum.drawing.motion import link_points
-from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER
+from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, UNITS
 from movimentum.geometry import Affine
 from movimentum.rendering.prepare import PreparedMark, Trace
-from movimentum.rendering.sprites import Sprite
+from movimentum.vector.elements import Element, escaped, hex_color
 from movimentum.vector.film import Film
 from movimentum.vector.images import embedded
 from movimentum.vector.numbers import Clock, held, joined, short, texts
@@ -48,38 +46,15 @@ def svg_document(film: Film) -> Iterator[str]:
     yield from writer.definitions()
     background = film.prepared.drawing.background
     if background is not None:
-        yield f'<rect width="100%" height="100%" fill="{_hex(background)}"/>\n'
-    place = view.to_image
-    turned = joined(*(place.a, place.d, place.b, place.e, place.c, place.f), decimals=6)
-    yield f'<g transform="matrix({turned})" fill="none" stroke-linecap="round" stroke-linejoin="round">\n'
+        yield f'<rect width="100%" height="100%" fill="{hex_color(background)}"/>\n'
+    yield f'<g {_matrix(view.to_image)} fill="none" stroke-linecap="round" stroke-linejoin="round">\n'
     for number, item in enumerate(film.prepared.things):
-        yield writer.thing(number, item)
+        yield writer.mark(item, number)
     for trace in film.prepared.traces:
         yield from writer.trace(trace)
     for item in film.prepared.overlays:
-        yield writer.overlay(item)
+        yield writer.mark(item)
     yield "</g>\n</svg>\n"
-
-
-def escaped(text: str) -> str:
-    """A text as XML holds it, in an attribute too; characters that XML cannot hold are replaced."""
-    text = re.sub("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
-    for character, entity in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;")):
-        text = text.replace(character, entity)
-    return text
-
-
-@dataclass(slots=True)
-class _Element:
-    """An element while it is written: its attributes, and what stands inside it."""
-
-    tag: str
-    attributes: list[str] = field(default_factory=list[str])
-    inside: list[str] = field(default_factory=list[str])
-
-    def __str__(self) -> str:
-        start = " ".join([self.tag, *self.attributes])
-        return f"<{start}>{''.join(self.inside)}</{self.tag}>" if self.inside else f"<{start}/>"
 
 
 class _Writer:
@@ -93,6 +68,7 @@ class _Writer:
         self._decimals = max(0, 2 + math.ceil(math.log10(view.scale)))
         # so that what is far from the pivot is not off by more than a point of the picture is
         self._turns = max(1, math.ceil(math.log10(max(view.width, view.height) / 6.0)))
+        self._fineness = view.scale * film.prepared.fineness
         self._pictures, self._places = embedded(film.prepared.things)
 
     def definitions(self) -> Iterator[str]:
@@ -110,65 +86,85 @@ class _Writer:
     def _tint(self, number: int, tint: FloatArray) -> str:
         functions: list[str] = []
         for column, channel in enumerate("RGB"):
-            function = _Element(f"feFunc{channel}", ['type="linear"'])
+            function = Element(f"feFunc{channel}", ['type="linear"'])
             self._animate(function, "slope", texts([tint[:, column] / 255.0], 4))
             functions.append(str(function))
         transfer = f"<feComponentTransfer>{''.join(functions)}</feComponentTransfer>"
         return f'<filter id="t{number}" color-interpolation-filters="sRGB">{transfer}</filter>'
 
-    def thing(self, number: int, item: PreparedMark) -> str:
-        """One line of the file."""
+    def mark(self, item: PreparedMark, number: int = -1) -> str:
+        """One line of the file; ``number`` is that of a thing's mark."""
         mark = item.mark
         opacity, colors = self.film.paint(item)
         if not opacity.any():
             return ""
-        if isinstance(mark, ImageMark):
-            place = self._places[number]
-            tinted = (colors != 255.0).any()
-            shape = _Element("use", [f'href="#i{place}"', *([f'filter="url(#t{number})"'] if tinted else [])])
-            group = _Element("g", inside=[self._put(shape, self._from_pivot(mark.body, self._pictures[place][0]))])
-        else:
-            ink = _hex(colors[0]) if (colors == colors[0]).all() else "currentColor"
-            group = self._shape(item, ink, opacity)
-            if ink == "currentColor":
-                self._animate(group, "color", [_hex(row) for row in held(colors, opacity)])
-        if not isinstance(mark, LinkMark):
-            self._move(group, mark.body, opacity)
-        self._fade(group, opacity)
+        ink = hex_color(colors[0]) if (colors == colors[0]).all() else "currentColor"
+        match mark:
+            case LinkMark():
+                group = self._link(mark, ink, opacity)
+            case NoteMark():
+                group = self._note(mark, ink, opacity)
+            case ImageMark():
+                group = self._moving(self._image(mark, number, (colors != 255.0).any()), mark.body, opacity)
+            case _:
+                group = self._moving(self._shape(mark, ink), mark.body, opacity)
+        if ink == "currentColor" and not isinstance(mark, ImageMark):  # which has a filter for its tint
+            self._animate(group, "color", [hex_color(row) for row in held(colors, opacity)])
+        values = texts([opacity], 3)
+        if not _still(values) or values[0] != "1":
+            self._animate(group, "opacity", values)
         return f"{group}\n"
 
-    def _shape(self, item: PreparedMark, ink: str, opacity: FloatArray) -> _Element:
-        mark, decimals = item.mark, self._decimals
+    def _image(self, mark: ImageMark, number: int, tinted: np.bool_) -> Element:
+        place = self._places[number]
+        x, y = self.film.bodies[mark.body].pivot
+        to_pivot = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ self._pictures[place][0].to_local
+        tint = [f'filter="url(#t{number})"'] if tinted else []
+        return Element("g", inside=[str(Element("use", [f'href="#i{place}"', *tint, _matrix(to_pivot)]))])
+
+    def _shape(self, mark: TextMark | PolylineMark | DiscMark | FreeArrow, ink: str) -> Element:
+        local = self.film.bodies[mark.body].local
         match mark:
             case PolylineMark():
-                points = [self.film.bodies[mark.body].local(point) for point in mark.points]
-                return self._line(points, mark.width, ink, mark.arrow)
-            case LinkMark():
-                return self._link(mark, ink, opacity)
+                return self._line([local(point) for point in mark.points], mark.width, ink, mark.arrow)
             case DiscMark():
-                body = self.film.bodies[mark.body]
-                return self._circle(body.local(mark.centre), mark.radius, mark.width, ink)
+                return self._circle(local(mark.centre), mark.radius, mark.width, ink)
+            case FreeArrow():
+                x, y = local(mark.tail)
+                tip = (x + mark.velocity[0] * LONGEST, y + mark.velocity[1] * LONGEST)
+                return self._line([(x, y), tip], ARROW_WIDTH, ink, True)
             case TextMark():
-                pivot = self.film.bodies[mark.body].local(mark.start)
-                path = self._letters(mark.text, mark.height, pivot, [f'fill="{ink}"'])
-                return _Element("g", [f'role="img" aria-label="{escaped(mark.text)}"'], [path])
-            case _:
-                raise TypeError(f"no shape of a thing: {type(mark).__name__}; {decimals}")
+                path = self._letters(mark.text, mark.height, local(mark.start), f'fill="{ink}"')
+                return Element("g", [_spoken(mark.text)], [path])
 
-    def _line(self, points: Sequence[Point], width: float, ink: str, arrow: bool) -> _Element:
+    def _note(self, mark: NoteMark, ink: str, opacity: FloatArray) -> Element:
+        group = Element("g", [_spoken(mark.text)])
+        paper = hex_color(PAPER)
+        if mark.dot:
+            edge = [f'stroke="{ink}"', f'stroke-width="{DOT_EDGE}"', f'fill="{paper}"']
+            group.inside.append(str(Element("circle", [f'r="{short(mark.dot, 3)}"', *edge])))
+        # the halo is one pixel of the picture wide
+        halo = short(2.0 / (NOTE_HEIGHT / UNITS * self._fineness), 1)
+        drawn = f'stroke="{paper}" stroke-width="{halo}" paint-order="stroke" fill="{ink}"'
+        group.inside.append(self._letters(mark.text, NOTE_HEIGHT, mark.offset, drawn))
+        where = self.film.poses.world(mark.body, mark.local)
+        self._translate(group, texts(list(held(where, opacity).T), self._decimals))
+        return group
+
+    def _line(self, points: Sequence[Point], width: float, ink: str, arrow: bool) -> Element:
         parts = arrow_parts(points, width) if arrow else None
         shaft, head = parts if parts is not None else (points, ())
         dots = [points[0], points[0]] if len(points) == 1 else shaft
         drawn = [f'stroke="{ink}"', f'stroke-width="{short(width, self._decimals + 1)}"']
-        line = _Element("polyline", [f'points="{self._points(dots)}"', *drawn])
+        line = Element("polyline", [f'points="{self._points(dots)}"', *drawn])
         if not head:
             return line
-        tip = _Element("polygon", [f'points="{self._points(head)}"', f'fill="{ink}"'])
-        return _Element("g", inside=[str(line), str(tip)])
+        tip = Element("polygon", [f'points="{self._points(head)}"', f'fill="{ink}"'])
+        return Element("g", inside=[str(line), str(tip)])
 
-    def _link(self, mark: LinkMark, ink: str, opacity: FloatArray) -> _Element:
+    def _link(self, mark: LinkMark, ink: str, opacity: FloatArray) -> Element:
         drawn = [f'stroke="{ink}"', f'stroke-width="{short(mark.width, self._decimals + 1)}"']
-        line = _Element("polyline", drawn)
+        line = Element("polyline", drawn)
         where = link_points(mark, self.film.poses)
         if len(mark.through) == 1:
             where = np.concatenate([where, where], axis=1)
@@ -176,48 +172,19 @@ class _Writer:
         self._animate(line, "points", texts(list(flat.T), self._decimals))
         return line
 
-    def _circle(self, centre: Point, radius: float, width: float | None, ink: str) -> _Element:
+    def _circle(self, centre: Point, radius: float, width: float | None, ink: str) -> Element:
         decimals = self._decimals + 1
-        at = [f'{name}="{text}"' for name, value in zip("xy", centre, strict=True) if (text := short(value, decimals))]
-        at = [f"c{text}" for text in at if not text.endswith('"0"')]
+        places = [f'c{axis}="{short(value, decimals)}"' for axis, value in zip("xy", centre, strict=True) if value]
         drawn = [f'fill="{ink}"'] if width is None else [f'stroke="{ink}"', f'stroke-width="{short(width, decimals)}"']
-        return _Element("circle", [*at, f'r="{short(radius, decimals)}"', *drawn])
+        return Element("circle", [*places, f'r="{short(radius, decimals)}"', *drawn])
 
-    def _letters(self, text: str, height: float, start: Point, drawn: Sequence[str]) -> str:
-        from movimentum.rendering.outlines import UNITS, text_outline
+    def _letters(self, text: str, height: float, start: Point, drawn: str) -> str:
+        from movimentum.rendering.outlines import text_outline
 
-        view = self.film.prepared.view
-        path = text_outline(text, max(1.0, height * view.scale * self.film.prepared.fineness))
+        path = text_outline(text, height * self._fineness)
         size = height / UNITS
-        place = joined(*(size, 0.0, 0.0, size, *start), decimals=6)
-        return f'<path transform="matrix({place})" fill-rule="evenodd" {" ".join(drawn)} d="{path}"/>'
-
-    def overlay(self, item: PreparedMark) -> str:
-        """One line of the file."""
-        mark = item.mark
-        opacity, _ = self.film.paint(item)
-        if not opacity.any():
-            return ""
-        group = _Element("g")
-        if isinstance(mark, FreeArrow):
-            x, y = self.film.bodies[mark.body].local(mark.tail)
-            tip = (x + mark.velocity[0] * LONGEST, y + mark.velocity[1] * LONGEST)
-            group = self._line([(x, y), tip], ARROW_WIDTH, _hex(mark.color), True)
-            self._move(group, mark.body, opacity)
-        elif isinstance(mark, NoteMark):
-            group.attributes.append(f'role="img" aria-label="{escaped(mark.text)}"')
-            if mark.dot:
-                edge = [f'stroke="{_hex(mark.color)}"', f'stroke-width="{DOT_EDGE}"', f'fill="{_hex(PAPER)}"']
-                group.inside.append(str(_Element("circle", [f'r="{short(mark.dot, 3)}"', *edge])))
-            # the halo is one pixel of the picture wide
-            halo = 2.0 / (NOTE_HEIGHT / 1000.0 * self.film.prepared.view.scale * self.film.prepared.fineness)
-            edge = [f'stroke="{_hex(PAPER)}"', f'stroke-width="{short(halo, 1)}"', 'paint-order="stroke"']
-            drawn = [*edge, f'fill="{_hex(mark.color)}"']
-            group.inside.append(self._letters(mark.text, NOTE_HEIGHT, mark.offset, drawn))
-            where = self.film.poses.world(mark.body, mark.local)
-            self._translate(group, texts(list(held(where, opacity).T), self._decimals))
-        self._fade(group, opacity)
-        return f"{group}\n"
+        place = _matrix(Affine(size, 0.0, start[0], 0.0, size, start[1]))
+        return f'<path {place} fill-rule="evenodd" {drawn} d="{path}"/>'
 
     def trace(self, trace: Trace) -> Iterator[str]:
         """A path for each interval in which the body is visible: a dash that becomes longer."""
@@ -235,79 +202,62 @@ class _Writer:
             kept = np.concatenate([[True], steps > 0.0])
             corners = where[kept]
             line = self._points([(x, y) for x, y in corners.tolist()])
-            path = _Element("path", [f'd="M{line}{"h0" if len(corners) == 1 else ""}"'])
+            path = Element("path", [f'd="M{line}{"h0" if len(corners) == 1 else ""}"'])
             width = short(trace.mark.width, self._decimals + 1)
-            path.attributes += [f'stroke="{_hex(trace.mark.color)}"', f'stroke-width="{width}"']
+            path.attributes += [f'stroke="{hex_color(trace.mark.color)}"', f'stroke-width="{width}"']
             if far[-1] > 0.0:
                 long = far[np.clip(now - first, 0, end - first - 1)]
                 gap = short(max(_FAR, 2.0 * float(far[-1])), 0)
                 dashes = [f"{short(value, self._decimals + 2)} {gap}" for value in long.tolist()]
                 self._animate(path, "stroke-dasharray", dashes)
-            self._fade(path, (now >= first).astype(np.float64))
+            if first > len(past):
+                self._animate(path, "opacity", texts([(now >= first).astype(np.float64)], 0))
             yield f"{path}\n"
 
     def _points(self, points: Sequence[Point]) -> str:
         return joined(*(value for point in points for value in point), decimals=self._decimals + 1)
 
-    def _put(self, element: _Element, place: Affine) -> str:
-        """The element, its own frame mapped by ``place``."""
-        numbers = joined(*(place.a, place.d, place.b, place.e, place.c, place.f), decimals=6)
-        element.attributes.append(f'transform="matrix({numbers})"')
-        return str(element)
-
-    def _from_pivot(self, body: int, sprite: Sprite) -> Affine:
-        x, y = self.film.bodies[body].pivot
-        return Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ sprite.to_local
-
-    def _move(self, element: _Element, body: int, shown: FloatArray) -> None:
-        """Let an element, measured from a body's pivot, move with the body."""
+    def _moving(self, element: Element, body: int, shown: FloatArray) -> Element:
+        """The element, measured from a body's pivot, as it moves with the body."""
         motion = self.film.bodies[body]
         where = held(np.stack([motion.x, motion.y], axis=1), shown)
         places = texts(list(where.T), self._decimals)
         turns = texts([held(motion.angle, shown)], self._turns)
-        if any(turn != "0" for turn in turns):
-            if _still(turns):
-                element.attributes.append(f'transform="translate({places[0]})rotate({turns[0]})"')
-                if not _still(places):  # an animation would replace the turn
-                    element.attributes.pop()
-                    inner = _Element(element.tag, element.attributes, element.inside)
-                    inner.attributes = [*inner.attributes, f'transform="rotate({turns[0]})"']
-                    element.tag, element.attributes, element.inside = "g", [], [str(inner)]
-                    self._translate(element, places)
-                return
-            self._translate(element, places)
-            element.inside.append(self._transform("rotate", turns, added=True))
-        else:
-            self._translate(element, places)
+        if _still(turns) and turns[0] != "0":
+            element.attributes.append(f'transform="rotate({turns[0]})"')
+            element = Element("g", inside=[str(element)])
+        self._translate(element, places)
+        if not _still(turns):
+            element.inside.append(self._transform("rotate", turns, ' additive="sum"'))
+        return element
 
-    def _translate(self, element: _Element, places: list[str]) -> None:
+    def _translate(self, element: Element, places: list[str]) -> None:
         if _still(places):
             if places[0] != "0 0":
                 element.attributes.append(f'transform="translate({places[0]})"')
         else:
-            element.inside.append(self._transform("translate", places, added=False))
+            element.inside.append(self._transform("translate", places))
 
-    def _transform(self, kind: str, values: list[str], *, added: bool) -> str:
-        how = f'attributeName="transform" type="{kind}"{" additive=" + chr(34) + "sum" + chr(34) if added else ""}'
+    def _transform(self, kind: str, values: list[str], added: str = "") -> str:
+        how = f'attributeName="transform" type="{kind}"{added}'
         return f"<animateTransform {how} {self._timing} {self._clock.values(values)}/>"
 
-    def _animate(self, element: _Element, name: str, values: list[str]) -> None:
+    def _animate(self, element: Element, name: str, values: list[str]) -> None:
         """An attribute with a text for each frame."""
         element.attributes.append(f'{name}="{values[0]}"')
         if not _still(values):
             moving = f'<animate attributeName="{name}" {self._timing} {self._clock.values(values)}/>'
             element.inside.append(moving)
 
-    def _fade(self, element: _Element, opacity: FloatArray) -> None:
-        values = texts([opacity], 3)
-        if not _still(values) or values[0] != "1":
-            self._animate(element, "opacity", values)
-
 
 def _still(values: Sequence[str]) -> bool:
     return all(value == values[0] for value in values)
 
 
-def _hex(color: Sequence[float] | FloatArray | BoolArray) -> str:
-    text = "".join(f"{int(value):02x}" for value in color)
-    return f"#{text[0]}{text[2]}{text[4]}" if text[0::2] == text[1::2] else f"#{text}"
+def _spoken(text: str) -> str:
+    return f'role="img" aria-label="{escaped(text)}"'
+
+
+def _matrix(place: Affine) -> str:
+    numbers = joined(*(place.a, place.d, place.b, place.e, place.c, place.f), decimals=6)
+    return f'transform="matrix({numbers})"'
