@@ -94,7 +94,10 @@ class MovimentumPlayer {
     if (film.frames < 2) bar.hidden = true;
     const button = (name, text, title, act) => {
       const made = make("button", {type: "button", "data-testid": name, text, title, "aria-label": title}, bar);
-      made.addEventListener("click", act);
+      made.addEventListener("click", (event) => {
+        act();
+        if (event.detail > 0) made.blur();  // after the mouse, the space bar plays
+      });
       return made;
     };
     this.playButton = button("play", "", "", () => this.toggle());
