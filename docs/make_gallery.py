@@ -1,7 +1,7 @@
 """Renders the gallery: ``python docs/make_gallery.py [NAME …]`` writes ``docs/gallery/NAME.gif`` for every script.
 
-``python docs/make_gallery.py --sizes`` prints the table of sizes in ``docs/gallery.md``. It calls the command line, as a
-reader of the gallery would.
+``python docs/make_gallery.py --sizes`` prints the table of sizes in ``docs/gallery.md``. It calls the command line, as
+a reader of the gallery would.
 """
 
 from __future__ import annotations

@@ -23,6 +23,8 @@ from movimentum.rendering.prepare import PreparedDrawing, PreparedMark
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 
+FARTHEST = 1e12
+"""World pixels: what is farther is drawn as if it were there, so that every number can be written and read."""
 _CANDIDATES = 12  # points of a body that are tried for its pivot
 
 
@@ -41,7 +43,8 @@ class BodyMotion:
 
     def local(self, point: Point) -> Point:
         """A local point, measured from the pivot."""
-        return point[0] - self.pivot[0], point[1] - self.pivot[1]
+        x, y = point[0] - self.pivot[0], point[1] - self.pivot[1]
+        return min(max(x, -FARTHEST), FARTHEST), min(max(y, -FARTHEST), FARTHEST)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,5 +127,6 @@ def _attachments(prepared: PreparedDrawing) -> Iterator[tuple[int, Point | None]
 def _moving(poses: Poses, body: int, points: list[Point]) -> BodyMotion:
     tried = [(poses.world(body, point), point) for point in points[:_CANDIDATES] or [(0.0, 0.0)]]
     where, pivot = min(tried, key=lambda some: float(np.ptp(some[0], axis=0).max()))
+    where = np.clip(where, -FARTHEST, FARTHEST)
     c, s = poses.direction[body, :, 0], poses.direction[body, :, 1]
     return BodyMotion(pivot, where[:, 0], where[:, 1], np.degrees(np.arctan2(s, c)), poses.visible[body])

@@ -282,7 +282,8 @@ class MovimentumPlayer {
     context.save();
     context.globalAlpha = opacity;
     context.fillStyle = context.strokeStyle = color;
-    context.lineWidth = mark.width || 0;
+    this.strokes = mark.width > 0;  // a canvas would not take the width 0
+    if (this.strokes) context.lineWidth = mark.width;
     if (mark.kind === "link") {
       this.line(mark.through.map(([body, x, y]) => this.world(body, x, y, frame)));
     } else {
@@ -307,6 +308,7 @@ class MovimentumPlayer {
 
   line(points) {
     const context = this.context;
+    if (!this.strokes) return;
     context.beginPath();
     points.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
     if (points.length === 1) context.lineTo(...points[0]);
@@ -351,7 +353,8 @@ class MovimentumPlayer {
     const context = this.context;
     context.beginPath();
     context.arc(mark.centre[0], mark.centre[1], mark.radius, 0, 2 * Math.PI);
-    if (mark.width === null) context.fill(); else context.stroke();
+    if (mark.width === null) context.fill();
+    else if (this.strokes) context.stroke();
   }
 
   image(mark, channels) {

@@ -28,7 +28,7 @@ from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT
 from movimentum.geometry import Affine
 from movimentum.rendering.prepare import PreparedMark, Trace
 from movimentum.vector.elements import Element, escaped, hex_color
-from movimentum.vector.film import Film
+from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
 from movimentum.vector.numbers import Clock, held, joined, short, texts
 
@@ -147,7 +147,7 @@ class _Writer:
         halo = short(2.0 / (NOTE_HEIGHT / UNITS * self._fineness), 1)
         drawn = f'stroke="{paper}" stroke-width="{halo}" paint-order="stroke" fill="{ink}"'
         group.inside.append(self._letters(mark.text, NOTE_HEIGHT, mark.offset, drawn))
-        where = self.film.poses.world(mark.body, mark.local)
+        where = np.clip(self.film.poses.world(mark.body, mark.local), -FARTHEST, FARTHEST)
         self._translate(group, texts(list(held(where, opacity).T), self._decimals))
         return group
 
@@ -168,7 +168,7 @@ class _Writer:
         where = link_points(mark, self.film.poses)
         if len(mark.through) == 1:
             where = np.concatenate([where, where], axis=1)
-        flat = held(where.reshape(self.film.frames, -1), opacity)
+        flat = held(np.clip(where, -FARTHEST, FARTHEST).reshape(self.film.frames, -1), opacity)
         self._animate(line, "points", texts(list(flat.T), self._decimals))
         return line
 
@@ -190,7 +190,7 @@ class _Writer:
         """A path for each interval in which the body is visible: a dash that becomes longer."""
         news = trace.points(self.film.poses)
         past = np.zeros((0, 3)) if trace.past is None else trace.past
-        points = np.concatenate([past, news])
+        points = np.clip(np.concatenate([past, news]), -FARTHEST, FARTHEST)
         points[:, :2] = np.round(points[:, :2], self._decimals)
         shown = points[:, 2] > 0.0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], shown, [False]]).astype(np.int8)))

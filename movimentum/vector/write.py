@@ -51,7 +51,9 @@ def write_film(
     held = list(chunks(source))
     if not held:
         raise usage_error("output/no-frames", "there is no frame to draw")
-    film = make_film(scene, prepared, concatenate(held), Path(scene.source.path).stem, fps, loop)
+    named = scene.source.path
+    title = "Movimentum" if named.startswith("<") else Path(named).stem
+    film = make_film(scene, prepared, concatenate(held), title, fps, loop)
     if path.suffix.lower() == ".svg":
         from movimentum.vector.svg import svg_document
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -56,10 +57,35 @@ def test_all_kinds_of_things_look_the_same_in_a_browser(page: Any, tmp_path: Pat
     same(page, motion, tmp_path, LETTERS, [0, 9, 10, 17], **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{"scale": 2.0}, {"scale": 0.5, "quality": "high"}, {"background": "gold"}])
 def test_choices_of_the_picture_hold_in_a_browser(page: Any, tmp_path: Path, options: dict[str, Any]) -> None:
     motion = mv.load(everything(tmp_path)).solve()
     same(page, motion, tmp_path, LETTERS, [0, 14], **options)
+
+
+def test_a_part_of_a_film_has_the_traces_of_what_came_before(page: Any, tmp_path: Path) -> None:
+    motion = mv.load(everything(tmp_path)).solve()
+    options: dict[str, Any] = {"trace": ["Wheel.P", "Late.B"]}
+    motion.render(tmp_path / "film.svg", frames="8:16", **options)
+    motion.render(tmp_path / "film.html", frames="8:16", **options)
+    motion.render(tmp_path / "15.png", frames=15, **options)
+    picture = Image.open(tmp_path / "15.png").convert("RGB")
+    page.goto((tmp_path / "film.svg").as_uri())
+    assert unlike(shot_of_svg(page, Fraction(7, 10), picture.size), picture)[0] <= LETTERS.worst
+    page.goto((tmp_path / "film.html").as_uri())
+    assert unlike(shot_of_page(page, 7, picture.size), picture)[0] <= LETTERS.worst
+
+
+def test_a_still_is_as_exact_as_the_png(page: Any, tmp_path: Path) -> None:
+    motion = mv.load(ROOT / "scripts" / "jansen.mov").solve()
+    for name in ("still.svg", "still.png"):
+        motion.render(tmp_path / name, at=Fraction(1, 3), trace="ghi.W")
+    picture = Image.open(tmp_path / "still.png").convert("RGB")
+    page.goto((tmp_path / "still.svg").as_uri())
+    worst, mean = unlike(shot_of_svg(page, Fraction(0), picture.size), picture)
+    assert worst <= ALIKE.worst
+    assert mean <= ALIKE.mean
 
 
 @pytest.mark.parametrize(("x", "y"), [(2, 0), (0, -2)])
