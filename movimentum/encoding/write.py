@@ -80,8 +80,12 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
     """
     suffix, name = path.suffix.lower(), path.name
     if suffix not in SUFFIXES:
+        from difflib import get_close_matches
+
         known = ", ".join(SUFFIXES)
-        raise usage_error("output/format", f"cannot tell a format from `{name}`: known are {known}", "-o out.gif")
+        near = [f"-o {typed(path.with_suffix(near))}" for near in get_close_matches(suffix, SUFFIXES, 1)]
+        message = f"cannot tell a format from `{name}`: known are {known}"
+        raise usage_error("output/format", message, *(near or ["-o out.gif"]))
     if suffix not in _STILLS:
         return suffix[1:]
     if transparent and suffix != ".png":
