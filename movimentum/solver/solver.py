@@ -194,6 +194,9 @@ def _begin(
 
             if (still := later(known, plan, 0.0, carry)) is not None:
                 return plan, Selection(None, (), contradiction=still)
+        on_branch = _at_end_of(earlier)
+        if on_branch is not None:
+            return plan, Selection(on_branch, ())
     else:
         structure = structure_of(scene, segment)
         mobile = deceptive(structure, carry, size)
@@ -223,6 +226,17 @@ def _begin(
         if better.choices is not None:
             return richer, better
     return plan, selection
+
+
+def _at_end_of(stretch: Stretch) -> list[Choice] | None:
+    """What a path would begin with that goes on from the end of ``stretch`` under the same constraints; None where this
+    has to be searched for.
+    """
+    last = stretch.pieces[-1]
+    length = float(stretch.segment.end - stretch.segment.start)
+    if isinstance(last, Dead) or stretch.troubles or last.plan is not stretch.plan or last.end < length:
+        return None
+    return Branch.of(last, length).at(length)
 
 
 def _selected(plan: Plan, ahead: float, carry: Carry) -> Selection:

@@ -18,6 +18,7 @@ from movimentum.analysis.freedom.sparse_rank import SparseRank
 from movimentum.interop.linkages import linkage_script
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.generate import structures_compiled
+from movimentum.solver import solver
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.continuation import trace
 from movimentum.solver.kinds import dispatch
@@ -67,7 +68,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str) -> Counter[s
 def test_a_closed_drawing_is_solved_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The search for a beginning takes over what the look at the drawing has found."""
     begun = counted(monkeypatch, dispatch, "begin")
-    motion = motion_of(chain(6))
+    motion_of(chain(6))
     once = begun["begin"]
     original = BlockOptions.candidates
 
@@ -77,7 +78,15 @@ def test_a_closed_drawing_is_solved_once(monkeypatch: pytest.MonkeyPatch) -> Non
 
     monkeypatch.setattr(BlockOptions, "candidates", forgetful)
     motion_of(chain(6))
-    assert begun["begin"] - once >= once + len(motion.stretches[0].plan.blocks)
+    assert begun["begin"] - once >= once + 4 * 6  # at least the four blocks of each loop
+
+
+def test_a_final_instant_goes_on_from_the_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The last `@time` states nothing new: the branch is known, and nothing is searched for."""
+    searched = counted(monkeypatch, solver, "select")
+    motion = motion_of(chain(6))
+    assert len(motion.stretches) == 2
+    assert searched["select"] == 1
 
 
 def test_following_a_chain_looks_for_nothing_upstream(monkeypatch: pytest.MonkeyPatch) -> None:

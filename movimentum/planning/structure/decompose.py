@@ -70,7 +70,7 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
     # held groups stand for one node each: tie their unknowns into a cycle
     for group in held:
         members = group.unknowns
-        outside = {m for e in group.equations for m in system.equations[e].unknowns if m not in set(members)}
+        outside = {m for e in group.equations for m in system.equations[e].unknowns}.difference(members)
         for place, n in enumerate(members):
             depends[n] = sorted({members[(place + 1) % len(members)], *outside} - {n})
     of_held = {n: group for group in held for n in group.unknowns}
