@@ -41,7 +41,7 @@ def texts(columns: Sequence[FloatArray], decimals: int) -> list[str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Clock:
+class FilmClock:
     """When a film of ``frames`` is shown: ``fps`` frames a second, ``loop`` times, or for ever if that is 0."""
 
     frames: int

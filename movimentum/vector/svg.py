@@ -30,7 +30,7 @@ from movimentum.rendering.prepare import PreparedMark, Trace
 from movimentum.vector.elements import Element, escaped, hex_color
 from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
-from movimentum.vector.numbers import Clock, held, joined, short, texts
+from movimentum.vector.numbers import FilmClock, held, joined, short, texts
 
 _FAR = 99999  # world pixels: a gap that no path is longer than (times the scale of the picture)
 
@@ -42,7 +42,7 @@ def svg_document(film: Film) -> Iterator[str]:
     size = f'width="{view.width}" height="{view.height}" viewBox="0 0 {view.width} {view.height}"'
     yield f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img" aria-label="{title}">\n'
     yield f"<title>{title}</title>\n"
-    writer = _Writer(film)
+    writer = _SvgWriter(film)
     yield from writer.definitions()
     background = film.prepared.drawing.background
     if background is not None:
@@ -57,13 +57,13 @@ def svg_document(film: Film) -> Iterator[str]:
     yield "</g>\n</svg>\n"
 
 
-class _Writer:
+class _SvgWriter:
     """Writes the marks of one film."""
 
     def __init__(self, film: Film) -> None:
         self.film = film
         view = film.prepared.view
-        self._clock = Clock(film.frames, film.fps, film.loop)
+        self._clock = FilmClock(film.frames, film.fps, film.loop)
         self._timing = self._clock.timing()
         self._decimals = max(0, 2 + math.ceil(math.log10(view.scale)))
         # so that what is far from the pivot is not off by more than a point of the picture is

@@ -14,7 +14,7 @@ from PIL import Image
 
 import movimentum as mv
 from movimentum.vector.elements import escaped, hex_color
-from movimentum.vector.numbers import Clock, held, joined, short
+from movimentum.vector.numbers import FilmClock, held, joined, short
 from tests.command import CRANK, ROOT, STILL, movimentum
 from tests.drawing.films import everything, shot_of_svg
 from tests.drawing.likeness import ALIKE, unlike
@@ -120,12 +120,12 @@ def test_numbers_are_short_and_read_back() -> None:
 
 def test_a_value_that_stays_is_written_once_with_its_time() -> None:
     changing = ["0"] * 900 + ["1"] * 100
-    timed = Clock(1000, Fraction(25), 0).values(changing)
+    timed = FilmClock(1000, Fraction(25), 0).values(changing)
     assert timed == 'values="0;1" keyTimes="0;.9"'
-    assert Clock(3, Fraction(25), 0).values(["1", "2", "3"]) == 'values="1;2;3"'
+    assert FilmClock(3, Fraction(25), 0).values(["1", "2", "3"]) == 'values="1;2;3"'
     for frames in (7, 13, 333, 1001):  # a time is never after its frame, nor before the middle of the one before
         for at in range(1, frames):
-            text = Clock(frames, Fraction(25), 0).values(["a" * 30] * at + ["b" * 30] * (frames - at))
+            text = FilmClock(frames, Fraction(25), 0).values(["a" * 30] * at + ["b" * 30] * (frames - at))
             key = float(re.search(r";([.\d]+)\"$", text).group(1)) if "keyTimes" in text else at / frames
             assert (at - 0.5) / frames < key <= at / frames
 
@@ -152,3 +152,12 @@ def test_a_film_of_too_many_poses_is_refused_with_what_can_be_typed(tmp_path: Pa
     assert "--frames 0:500000" in done.stderr
     assert not (tmp_path / "long.svg").exists()
     assert movimentum("run", script, "-o", tmp_path / "some.svg", "--frames", "0:20").returncode == 0
+
+
+def test_an_svg_moves_in_a_picture_of_a_page(page: Any, tmp_path: Path) -> None:
+    mv.load(everything(tmp_path)).solve().render(tmp_path / "film.svg")
+    (tmp_path / "page.html").write_text('<!DOCTYPE html><img src="film.svg">', encoding="utf-8")
+    page.goto((tmp_path / "page.html").as_uri())
+    before = page.screenshot()
+    page.wait_for_timeout(400)
+    assert page.screenshot() != before
