@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 
+from movimentum.cancellation import look
 from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute, symbol, walk
 from movimentum.planning.blocks.build import make_block
 from movimentum.planning.blocks.kinds import Assign, Block
@@ -73,6 +74,7 @@ def compile_structure(structure: Structure, size: float) -> Plan:
     constants: dict[int, Expr] = {}
     folded = list(system.equations)
     for group in ordered(_needed(system, decomposition), system):
+        look()
         for e in group.equations:
             folded[e] = _folded(folded[e], constants)
         block = make_block(len(blocks), replace(system, equations=folded), group, clocks, moving, size)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,8 +14,8 @@ from movimentum.errors import MovimentumError
 from movimentum.output.files import refuse_overwriting
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.engine import Engine, Revision
 from movimentum.workflow.read import read, reads
-from movimentum.workflow.stages import arranged, moved, understand
 
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
@@ -42,75 +42,70 @@ def refused(code: str, message: str, *helps: str) -> Refused:
 
 
 class Work:
-    """A script, read and solved as far as possible; each part when it is first needed."""
+    """A script, read and solved as far as possible by an `Engine`; each part when it is first needed.
 
-    def __init__(self, source: SourceText, choices: Choices) -> None:
-        self.source = source
-        self.choices = choices
+    Asking for a part that cannot be had raises `Refused` with the reasons.
+    """
+
+    def __init__(self, revision: Revision) -> None:
+        self.revision = revision
         self.readings: dict[tuple[int, str], Reading] = {}
         """Expressions already used, by step and text."""
 
-    @cached_property
-    def _understood(self) -> tuple[Scene | None, Timeline | None, tuple[Diagnostic, ...]]:
-        scene = None
-        try:
-            scene = understand(self.source, self.choices)
-            timeline = arranged(scene, self.choices)
-        except MovimentumError as error:
-            return scene, None, error.diagnostics
-        return scene, timeline, scene.diagnostics
+    @property
+    def source(self) -> SourceText:
+        """The script's text."""
+        return self.revision.source
 
     @property
-    def scene(self) -> Scene:
-        """The scene; `Refused` with what is wrong with the script."""
-        scene, _, diagnostics = self._understood
-        if scene is None:
-            raise Refused(diagnostics, self.source)
-        return scene
+    def choices(self) -> Choices:
+        """How it is solved."""
+        return self.revision.engine.choices
 
-    @property
-    def timeline(self) -> Timeline:
-        """The timeline; `Refused` with what is wrong with the script."""
-        _, timeline, diagnostics = self._understood
-        if timeline is None:
-            raise Refused(diagnostics, self.source)
-        return timeline
+    def edited(self, text: str) -> Work:
+        """The same script with another text."""
+        return Work(self.revision.engine.revise(SourceText(self.source.path, text)))
 
     @property
     def moves(self) -> bool:
         """Whether the script is understood."""
-        return self._understood[1] is not None
+        return self.revision.moves
 
-    @cached_property
-    def _solved(self) -> PathMotion | MovimentumError:
-        try:
-            return moved(self.timeline)
-        except MovimentumError as error:
-            return error
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        with self._refusing():
+            return self.revision.scene
+
+    @property
+    def timeline(self) -> Timeline:
+        """The scene in time."""
+        with self._refusing():
+            return self.revision.timeline
 
     @property
     def motion(self) -> PathMotion:
-        """The motion, as far as there is one; `Refused` if the script is at fault."""
-        solved = self._solved
-        if isinstance(solved, MovimentumError):
-            raise Refused(solved.diagnostics, self.source)
-        return solved
+        """The motion, as far as there is one."""
+        with self._refusing():
+            return self.revision.motion
 
-    @cached_property
+    @property
     def examination(self) -> Examination:
-        """The diagnostics of the motion; `Refused` if there is none."""
-        from movimentum.analysis.examine import examine
-
-        return examine(self.motion)
+        """The diagnostics of the motion."""
+        with self._refusing():
+            return self.revision.examination
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Everything that `check` would say."""
-        _, timeline, found = self._understood
-        if timeline is None:
-            return found
-        solved = self._solved
-        return solved.diagnostics if isinstance(solved, MovimentumError) else (*found, *self.examination.diagnostics)
+        return self.revision.diagnostics
+
+    @contextmanager
+    def _refusing(self) -> Generator[None, None, None]:
+        try:
+            yield
+        except MovimentumError as error:
+            raise Refused(error.diagnostics, self.source) from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +179,7 @@ class Session:
         return replace(self._with(self.future[0]), past=(*self.past, self.text), future=self.future[1:])
 
     def _with(self, text: str) -> Session:
-        session = replace(self, work=Work(SourceText(self.file, text), self.work.choices), suggestions=())
+        session = replace(self, work=self.work.edited(text), suggestions=())
         try:
             return session.at(self.time)
         except Refused:
@@ -194,7 +189,7 @@ class Session:
 def opened(path: str, choices: Choices) -> Session:
     """A session with the script at ``path``; `UsageError` or `ScriptError` if it cannot be read as text."""
     source = read(path)
-    session = Session(source.path, source.text, Work(source, choices))
+    session = Session(source.path, source.text, Work(Engine(choices).revise(source)))
     try:
         return session.at(session.work.timeline.start)
     except Refused:

@@ -57,7 +57,7 @@ class Anonymous:
 
     number: int
     axis: int | None
-    span: Span
+    span: Span = field(compare=False)
 
 
 # --- things ---------------------------------------------------------------------------------------

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from movimentum.planning.plan import Plan
-from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.scene.model import Scene
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.pose_state import Carry, as_drawn
+from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.continuation.tracks import Choice, Gap
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.double_roots import with_redundant_rows
 from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
+from movimentum.solver.reuse import Known, scene_key, segment_key
 from movimentum.solver.segment_motion import Dead, PathBeginning, PathReason, Stretch, Trouble, TroubleKind
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.deceptive import deceptive
@@ -41,62 +42,76 @@ SHORT = 3e-4
 """Of a segment: a piece that is shorter ends where it begins. `MAXIMAL_PIECES` like that would not fill a segment."""
 
 
-def scene_size(scene: Scene) -> float:
-    """The scene's size in world pixels: the largest distance between two anchors of a thing, along an axis (else
-    between any two anchors as drawn, else a disc's radius, else the canvas' size, else 100).
-
-    Only used for scaling and tolerances; taken from the things themselves, so that a scaled scene is solved alike.
-    """
-    everything: list[tuple[float, float]] = []
-    size = 0.0
-    for thing in scene.things:
-        points = [anchor.local for anchor in thing.anchors]
-        everything += points
-        size = max(size, _extent(points))
-    size = size or _extent(everything) or max((thing.radius or 0.0 for thing in scene.things), default=0.0)
-    if size > 0.0:
-        return size
-    return float(max(scene.config.size)) if scene.config.size else 100.0
-
-
-def _extent(points: list[tuple[float, float]]) -> float:
-    """The largest difference of a coordinate."""
-    if len(points) < 2:
-        return 0.0
-    return max(max(p[axis] for p in points) - min(p[axis] for p in points) for axis in (0, 1))
-
-
-def solve(timeline: Timeline, begin: Carry | None = None) -> PathMotion:
+def solve(timeline: Timeline, begin: Carry | None = None, known: Known | None = None) -> PathMotion:
     """Find the motion of a whole timeline; it begins with the pose nearest to ``begin`` (None: as drawn).
 
-    Never raises for what a scene may do: where there is no solution the motion says so in ``troubles`` and its poses
-    mark the frames. Raises `planning.planner.CyclicRateError` for a derivative that depends on itself.
+    ``known``: what was solved before; segments whose motion is known from there are taken over, with the same result to
+    the last bit. Never raises for what a scene may do: where there is no solution the motion says so in ``troubles``
+    and its poses mark the frames. Raises `planning.planner.CyclicRateError` for a derivative that depends on itself.
     """
     scene = timeline.scene
     size = scene_size(scene)
+    work = _Work(scene, size, known or Known())
+    work.known.begin()
+    whole = None if known is None else scene_key(scene)
     carry = begin or as_drawn(scene)
+    before: Hashable = None
     stretches: list[Stretch] = []
     for segment in timeline.segments:
-        earlier = stretches[-1] if stretches else None
-        if earlier is not None:
-            carry = _left_by(earlier)
-        stretches.append(_solve_segment(scene, segment, size, carry, earlier))
+        own = segment.number if known is None else segment_key(whole, segment, scene.source.text)
+        key = before = own, before
+        stretch = work.known.stretch(key, scene, segment) if known is not None and begin is None else None
+        if stretch is None:
+            earlier = stretches[-1] if stretches else None
+            if earlier is not None:
+                carry = _left_by(earlier)
+            stretch = _solve_segment(work, _Task(segment, own, carry), earlier)
+            if known is not None and begin is None:
+                work.known.keep(key, stretch)
+        stretches.append(stretch)
     return PathMotion(timeline, tuple(stretches), size)
 
 
-def _solve_segment(scene: Scene, segment: Segment, size: float, carry: Carry, earlier: Stretch | None) -> Stretch:
-    length = float(segment.end - segment.start)
-    ahead = 1e-4 * length if length > 0.0 else 1e-4
-    plan, selection = _begin(scene, segment, size, carry, ahead, earlier)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Work:
+    """What is the same for all segments of a timeline."""
+
+    scene: Scene
+    size: float
+    known: Known
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Task:
+    """A segment to solve, its key, and the pose before it."""
+
+    segment: Segment
+    key: Hashable
+    carry: Carry
+
+    @property
+    def length(self) -> float:
+        """In time units."""
+        return float(self.segment.end - self.segment.start)
+
+    @property
+    def ahead(self) -> float:
+        """How far to look ahead to tell apart what meets at the beginning."""
+        return 1e-4 * self.length if self.length > 0.0 else 1e-4
+
+
+def _solve_segment(work: _Work, task: _Task, earlier: Stretch | None) -> Stretch:
+    segment, carry = task.segment, task.carry
+    plan, selection = _begin(work, task, earlier)
     if earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended:
         # the path ended and nothing new is stated: there is still no solution on it
-        stretch = Stretch(segment, plan, carry, [Dead(0.0, length, carry)], [], [])
-        stretch.troubles.append(Trouble(TroubleKind.START, 0.0, until=length, selection=selection))
+        stretch = Stretch(segment, plan, carry, [Dead(0.0, task.length, carry)], [], [])
+        stretch.troubles.append(Trouble(TroubleKind.START, 0.0, until=task.length, selection=selection))
         return stretch
-    stretch = _followed(segment, plan, selection, carry, ahead)
+    stretch = _followed(segment, plan, selection, carry, task.ahead)
     wrong = _disagreement(stretch)
     if wrong is not None:
-        stretch = _planned_anew(scene, stretch, wrong, size, ahead)
+        stretch = _planned_anew(work, task, stretch, wrong)
     return stretch
 
 
@@ -131,16 +146,15 @@ def _disagreement(stretch: Stretch) -> tuple[int, float] | None:
     return next((wrong for wrong in found if wrong is not None), None)
 
 
-def _planned_anew(scene: Scene, stretch: Stretch, wrong: tuple[int, float], size: float, ahead: float) -> Stretch:
+def _planned_anew(work: _Work, task: _Task, stretch: Stretch, wrong: tuple[int, float]) -> Stretch:
     """The motion with the equation that does not hold all along in one block with all that it is connected to; where
     that leads no farther, the motion as far as the equation holds.
     """
     check, time = wrong
-    segment, carry = stretch.segment, stretch.base
-    length = float(segment.end - segment.start)
-    structure = structure_of(scene, segment)
+    segment, carry, length, ahead = task.segment, task.carry, task.length, task.ahead
+    structure = work.known.structure(task.key, work.scene, segment)
     merged = structure.with_merged(structure.merged | stretch.plan.system.equations[check].unknowns)
-    plan = compile_structure(merged, size)
+    plan = work.known.plan(task.key, merged, work.size)
     selection = _selected(plan, ahead, carry)
     if selection.choices is not None:
         again = _followed(segment, plan, selection, carry, ahead)
@@ -181,10 +195,9 @@ def _late_beginning(
     return there.choices, begin
 
 
-def _begin(
-    scene: Scene, segment: Segment, size: float, carry: Carry, ahead: float, earlier: Stretch | None
-) -> tuple[Plan, Selection]:
+def _begin(work: _Work, task: _Task, earlier: Stretch | None) -> tuple[Plan, Selection]:
     """Plan a segment and choose where it begins; what proves singular by its geometry is planned again as one block."""
+    segment, carry, ahead = task.segment, task.carry, task.ahead
     if earlier is not None and earlier.segment.active == segment.active:  # a step that only ends the timeline
         structure = None
         plan = replace(earlier.plan, system=replace(earlier.plan.system, segment=segment))
@@ -198,10 +211,10 @@ def _begin(
         if on_branch is not None:
             return plan, Selection(on_branch, ())
     else:
-        structure = structure_of(scene, segment)
-        mobile = deceptive(structure, carry, size)
+        structure = work.known.structure(task.key, work.scene, segment)
+        mobile = deceptive(structure, carry, work.size)
         structure = structure.with_merged(mobile) if mobile else structure
-        plan = compile_structure(structure, size)
+        plan = work.known.plan(task.key, structure, work.size)
     selection = _selected(plan, ahead, carry)
     first = plan, selection
     merged = set[int]() if structure is None else set(structure.merged)
@@ -215,8 +228,8 @@ def _begin(
         if len(merged) == before:  # nothing else to try; the first plan tells best what is wrong
             plan, selection = first
             return plan, replace(selection, contradiction=_contradiction(plan, carry, selection.turned_down))
-        structure = structure or structure_of(scene, segment)
-        plan = compile_structure(structure.with_merged(frozenset(merged)), size)
+        structure = structure or work.known.structure(task.key, work.scene, segment)
+        plan = work.known.plan(task.key, structure.with_merged(frozenset(merged)), work.size)
         selection = _selected(plan, ahead, carry)
     richer = None
     if selection.choices is not None:
@@ -260,6 +273,19 @@ def _contradiction(
         return None
     singular = any(item.rejection.amount == -np.inf for item in turned_down)
     return find_contradiction(plan, 0.0, carry, turned_down, effort=QUICK if quick and singular else EFFORT)
+
+
+def begun(
+    scene: Scene, segment: Segment, key: Hashable, known: Known, size: float, carry: Carry, tau: float
+) -> tuple[Plan, Selection]:
+    """The plan of a segment (``key``: its key in ``known``) and the solution at offset ``tau`` that continues ``carry``
+    or is nearest to it.
+    """
+    structure = known.structure(key, scene, segment)
+    mobile = deceptive(structure, carry, size)
+    plan = known.plan(key, structure.with_merged(mobile) if mobile else structure, size)
+    ahead = 1e-4 * float(segment.end - segment.start) or 1e-4
+    return plan, select(plan, segment.start, tau, ahead, carry, totals_of(plan, carry))
 
 
 def totals_of(plan: Plan, carry: Carry) -> dict[int, float]:

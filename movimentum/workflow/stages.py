@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import AnyMotion, PathMotion
+    from movimentum.solver.reuse import Known
     from movimentum.source import SourceText
     from movimentum.syntax.tree import ScriptTree
     from movimentum.timeline.model import Timeline
@@ -23,11 +24,14 @@ if TYPE_CHECKING:
 
 def understand(source: SourceText, choices: Choices | None = None, max_pixels: int = MAX_PIXELS) -> Scene:
     """Parse and resolve a script; raises `ScriptError` with all its errors."""
+    return built(parsed(source, choices or Choices()), source, max_pixels)
+
+
+def parsed(source: SourceText, choices: Choices) -> ScriptTree:
+    """The syntax tree of a script; raises `ScriptError` with all syntax errors."""
     from movimentum.syntax.parser import parse
 
-    limits = choices or Choices()
-    script = parse(source, max_nesting=limits.max_nesting, max_operations=limits.max_operations)
-    return built(script, source, max_pixels)
+    return parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
 
 
 def built(script: ScriptTree, source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
@@ -50,13 +54,15 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
     return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
 
 
-def moved(timeline: Timeline) -> PathMotion:
-    """The motion, as far as there is one; `ScriptError` if a derivative depends on itself."""
+def moved(timeline: Timeline, known: Known | None = None) -> PathMotion:
+    """The motion, as far as there is one; `ScriptError` if a derivative depends on itself. What is ``known`` from other
+    timelines is not solved again.
+    """
     from movimentum.planning.planner import CyclicRateError
     from movimentum.solver.solver import solve
 
     try:
-        return solve(timeline)
+        return solve(timeline, known=known)
     except CyclicRateError as error:
         from movimentum.analysis.diagnose.failure import cyclic_rate
 

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from movimentum.scene.model import Relation
+from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.poses import Poses
-from movimentum.solver.solver import scene_size, solve
+from movimentum.solver.solver import solve
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, understand

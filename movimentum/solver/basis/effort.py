@@ -11,6 +11,8 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
+from movimentum.cancellation import look
+
 
 class GivenUp(Exception):
     """What was tried out takes more work than it may."""
@@ -36,7 +38,8 @@ def limited(count: int) -> Generator[list[int], None, None]:
 
 
 def charge(count: int = 1) -> None:
-    """Count linearizations; raises `GivenUp` where there are too many."""
+    """Count linearizations; raises `GivenUp` where there are too many, `Cancelled` where nobody waits any more."""
+    look()
     left = _left.get()
     if left is not None:
         left[0] -= count

@@ -1,0 +1,36 @@
+"""Work that nobody waits for any more is given up where it next looks, a few milliseconds later.
+
+Whoever starts such work says how to find out; the solver asks at every linearization and the planner at every block.
+The question is that of the calling thread's context, for it would otherwise be an argument of every function between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+
+class Cancelled(BaseException):
+    """Nobody waits for this work any more. Like `KeyboardInterrupt`, no error: what handles errors lets it through."""
+
+
+_asked: ContextVar[Callable[[], bool] | None] = ContextVar("_asked", default=None)
+
+
+@contextmanager
+def cancellable(unwanted: Callable[[], bool]) -> Generator[None, None, None]:
+    """Raise `Cancelled` inside, at the next `look`, once ``unwanted`` is true."""
+    token = _asked.set(unwanted)
+    try:
+        look()
+        yield
+    finally:
+        _asked.reset(token)
+
+
+def look() -> None:
+    """Raise `Cancelled` if the work that this thread does is unwanted."""
+    unwanted = _asked.get()
+    if unwanted is not None and unwanted():
+        raise Cancelled

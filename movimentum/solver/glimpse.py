@@ -1,0 +1,79 @@
+"""The pose at one instant, before the path to it is known: by Newton's method from the pose on show.
+
+Everything that the script states for that instant holds in it, inequalities included (it is judged like the frames of a
+motion). Where there are several such poses, the path may come to another one: it has the last word.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+from movimentum.scene.model import Scene, ThingProperty
+from movimentum.solver.assembly import carry_at, held
+from movimentum.solver.basis.effort import GivenUp, limited
+from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
+from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.path.follow import instant
+from movimentum.solver.poses import Poses
+from movimentum.solver.reuse import Known, scene_key, segment_key
+from movimentum.solver.segment_motion import Dead, PathBeginning, PathReason, Stretch
+from movimentum.solver.solver import begun
+from movimentum.timeline.model import Timeline
+
+EFFORT = 400
+"""Linearizations after which it is quicker to wait for the path."""
+
+
+def glimpse(timeline: Timeline, time: Fraction, near: Carry, known: Known) -> Poses | None:
+    """The poses (F = 1) at ``time``, nearest to ``near``; None where none is found with little work.
+
+    ``near`` is in terms of the timeline's scene (see `renumbered`); plans are taken from ``known``, and kept there.
+    """
+    scene = timeline.scene
+    segment = timeline.segments[timeline.segment_at(time)]
+    size = scene_size(scene)
+    key = segment_key(scene_key(scene), segment, scene.source.text)
+    tau = float(time - segment.start)
+    try:
+        with limited(EFFORT):
+            plan, selection = begun(scene, segment, key, known, size, near, tau)
+            if selection.choices is None:
+                return None
+            piece = instant(plan, segment.start, tau, selection.choices)
+    except GivenUp:
+        return None
+    stretch = Stretch(segment, plan, near, [piece], [PathBeginning(tau, selection, near, PathReason.STEP)], [])
+    alone = replace(timeline, segments=(segment,))
+    poses = PathMotion(alone, (stretch,), size, doubted=True).poses_at([time])
+    return poses if bool(poses.solved.all()) else None
+
+
+def shown_at(motion: PathMotion, time: Fraction) -> Carry:
+    """The pose at ``time``, at rest, as something to begin from."""
+    timeline = motion.timeline
+    clipped = min(max(time, timeline.start), timeline.end)
+    stretch = motion.stretches[timeline.segment_at(clipped)]
+    tau = float(clipped - stretch.segment.start)
+    piece = next((each for each in stretch.pieces if tau <= each.end), stretch.pieces[-1])
+    if isinstance(piece, Dead):
+        return held(piece.carry)
+    return held(carry_at(stretch, piece, max(tau, piece.begin), stretch.base))
+
+
+def renumbered(carry: Carry, before: Scene, after: Scene) -> Carry:
+    """The same pose for another scene: things are the same if their names are; new ones are as drawn."""
+    now = carry.now
+    number = {thing.name: thing.number for thing in before.things}
+    old = [number.get(thing.name) for thing in after.things]
+    if old == list(range(len(before.things))):
+        return carry
+    of_new = {place: new for new, place in enumerate(old) if place is not None}
+    things = tuple(ThingPose() if place is None else now.things[place] for place in old)
+    others = {
+        replace(payload, thing=of_new[payload.thing]) if isinstance(payload, ThingProperty) else payload: value
+        for payload, value in now.others.items()
+        if not isinstance(payload, ThingProperty) or payload.thing in of_new
+    }
+    return Carry(Snapshot(things, others, frozenset(of_new[t] for t in now.known if t in of_new)))

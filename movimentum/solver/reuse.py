@@ -1,0 +1,190 @@
+"""What was solved before, kept for a timeline that is mostly the same.
+
+A segment's motion depends on its constraints, its time, the things and variables of the scene, and the motion before
+it: that is its key. Where the key is known, nothing is solved: the motion is taken over, and only what points into the
+text is exchanged. Nothing is a warm start, so a motion never depends on what was solved before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from threading import Lock
+from typing import Generic, TypeVar
+
+from movimentum.expressions import Expr, walk
+from movimentum.planning.plan import Plan
+from movimentum.planning.planner import Structure, compile_structure, structure_of
+from movimentum.scene.model import Anchor, Constraint, Scene, ThingProperty
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.source import Span
+from movimentum.timeline.model import Segment
+
+KEPT = 4
+"""Timelines after which what none of them has needed is forgotten."""
+
+
+T = TypeVar("T")
+
+
+@dataclass(slots=True)
+class _Entry(Generic[T]):
+    value: T
+    used: int
+
+
+@dataclass(slots=True, eq=False)
+class Known:
+    """Motions and plans of segments solved before, by everything that they depend on. Threads may share it.
+
+    ``solved`` and ``planned`` count the segments that had to be: what was taken over is not in them.
+    """
+
+    solved: int = 0
+    planned: int = 0
+    _stretches: dict[Hashable, _Entry[Stretch]] = field(default_factory=dict[Hashable, _Entry[Stretch]])
+    _structures: dict[Hashable, _Entry[Structure]] = field(default_factory=dict[Hashable, _Entry[Structure]])
+    _plans: dict[Hashable, _Entry[Plan]] = field(default_factory=dict[Hashable, _Entry[Plan]])
+    _timelines: int = 0
+    _lock: Lock = field(default_factory=Lock)
+
+    def begin(self) -> None:
+        """Another timeline is solved: forget what the last ones had no use for."""
+        with self._lock:
+            self._timelines += 1
+            for kept in (self._stretches, self._structures, self._plans):
+                for key in [key for key, entry in kept.items() if entry.used < self._timelines - KEPT]:
+                    del kept[key]
+
+    def stretch(self, key: Hashable, scene: Scene, segment: Segment) -> Stretch | None:
+        """The motion kept under ``key``, for a segment that differs in nothing but where it stands in the text."""
+        found = self._found(self._stretches, key)
+        return None if found is None else _moved(found, scene, segment)
+
+    def keep(self, key: Hashable, stretch: Stretch) -> None:
+        """Keep a segment's motion."""
+        self.solved += 1
+        self._keep(self._stretches, key, stretch)
+
+    def structure(self, key: Hashable, scene: Scene, segment: Segment) -> Structure:
+        """The equations of a segment in groups, as `structure_of`."""
+        found = self._found(self._structures, key)
+        if found is None:
+            found = structure_of(scene, segment)
+            self._keep(self._structures, key, found)
+            return found
+        system, base = (replace(each, scene=scene, segment=segment) for each in (found.system, found.base))
+        return replace(found, system=system, base=base)
+
+    def plan(self, key: Hashable, structure: Structure, size: float) -> Plan:
+        """The plan of a structure, as `compile_structure`; ``key`` is that of its segment."""
+        known = key, structure.merged, size
+        found = self._found(self._plans, known)
+        if found is None:
+            self.planned += 1
+            found = compile_structure(structure, size)
+            self._keep(self._plans, known, found)
+            return found
+        return _of(found, structure.system.scene, structure.system.segment)
+
+    def _found(self, kept: dict[Hashable, _Entry[T]], key: Hashable) -> T | None:
+        with self._lock:
+            entry = kept.get(key)
+            if entry is None:
+                return None
+            entry.used = self._timelines
+            return entry.value
+
+    def _keep(self, kept: dict[Hashable, _Entry[T]], key: Hashable, value: T) -> None:
+        with self._lock:
+            kept[key] = _Entry(value, self._timelines)
+
+
+def _of(plan: Plan, scene: Scene, segment: Segment) -> Plan:
+    """A plan for the same segment of another text."""
+    return replace(plan, system=replace(plan.system, scene=scene, segment=segment))
+
+
+def _moved(stretch: Stretch, scene: Scene, segment: Segment) -> Stretch:
+    """A motion for the same segment of another text."""
+    plans: dict[int, Plan] = {}
+
+    def moved(piece: Piece | Dead) -> Piece | Dead:
+        if isinstance(piece, Dead):
+            return piece
+        plan = plans.setdefault(id(piece.plan), _of(piece.plan, scene, segment))
+        # a piece's own notes (what is upstream, steppers) are made anew: two motions never share what can change
+        return Piece(plan, piece.segment_start, piece.begin, piece.end, piece.tracks, piece.nodes, piece.resolved)
+
+    plans[id(stretch.plan)] = _of(stretch.plan, scene, segment)
+    return replace(
+        stretch,
+        segment=segment,
+        plan=plans[id(stretch.plan)],
+        pieces=[moved(piece) for piece in stretch.pieces],
+        beginnings=list(stretch.beginnings),
+        troubles=list(stretch.troubles),
+    )
+
+
+# --- keys ---------------------------------------------------------------------------------------------------
+
+
+def scene_key(scene: Scene) -> Hashable:
+    """Everything of a scene that motion depends on: not where it stands in the text, nor how it is painted.
+
+    Numbers are kept as they are written, too: 0 and -0 are equal, and 1.4 and 0.3 + 1.1 are the same float.
+    """
+    text = scene.source.text
+    colors = any(_reads_property(constraint) for constraint in scene.constraints())
+    things = tuple(
+        (
+            thing.number,
+            thing.name,
+            thing.shape,
+            tuple(_anchor_key(anchor, text) for anchor in thing.anchors),
+            thing.radius,
+            thing.scale,
+            thing.through,
+            thing.color if colors else None,
+        )
+        for thing in scene.things
+    )
+    variables = tuple((variable.name, variable.is_vector) for variable in scene.variables.values())
+    return things, variables, scene.config.size
+
+
+def segment_key(scene: Hashable, segment: Segment, text: str) -> Hashable:
+    """Everything that the equations of a segment depend on; ``scene`` is the `scene_key` of its scene."""
+    active = tuple((constraint_key(constraint), _words(constraint.span, text)) for constraint in segment.active)
+    return scene, segment.number, segment.step, segment.start, segment.end, active, segment.visible
+
+
+def constraint_key(constraint: Constraint) -> Hashable:
+    """What a constraint says, not where."""
+    return (
+        constraint.number,
+        constraint.step,
+        constraint.relation,
+        constraint.key,
+        constraint.left,
+        constraint.right,
+        constraint.anchor,
+        constraint.strict,
+        constraint.speed,
+    )
+
+
+def _anchor_key(anchor: Anchor, text: str) -> Hashable:
+    return anchor.name, anchor.local, anchor.coordinates, _words(anchor.span, text)
+
+
+def _words(span: Span, text: str) -> str:
+    return " ".join(text[span.start : span.end].split())
+
+
+def _reads_property(constraint: Constraint) -> bool:
+    """Whether a constraint is about how something looks: what it looks like otherwise may then matter."""
+    sides: tuple[Expr, ...] = (*constraint.left, *constraint.right)
+    return any(isinstance(node.payload, ThingProperty) for node in walk(*sides))

@@ -1,0 +1,51 @@
+"""Texts that state the same: they differ in white space and comments between statements only.
+
+What was said about one is true of the other, at other places.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from movimentum.diagnostics import Diagnostic, Label
+from movimentum.source import Span
+
+if TYPE_CHECKING:
+    from movimentum.analysis.examine import Examination
+
+_PART = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|(?:'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[^;])+;|.+", re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class Items:
+    """The statements of a text, each up to its ``;``, with the offset at which each begins."""
+
+    texts: tuple[str, ...]
+    starts: tuple[int, ...]
+
+    def place_in(self, other: Items, span: Span) -> Span:
+        """A span of this text in the ``other``, which states the same."""
+        item = max(bisect_right(self.starts, span.start) - 1, 0)
+        last = max(bisect_right(self.starts, max(span.end - 1, span.start)) - 1, 0)
+        return Span(
+            span.start + other.starts[item] - self.starts[item], span.end + other.starts[last] - self.starts[last]
+        )
+
+
+def items_of(text: str) -> Items:
+    """The statements of a text. (After its last ``;``, whatever else there is counts as one.)"""
+    found = [match for match in _PART.finditer(text) if not match[0].isspace() and match[0][:2] not in ("//", "/*")]
+    return Items(tuple(match[0] for match in found), tuple(match.start() for match in found))
+
+
+def shifted(examination: Examination, old: Items, new: Items) -> Examination:
+    """What was found about one text, for another that states the same."""
+    return replace(examination, diagnostics=tuple(_shifted(item, old, new) for item in examination.diagnostics))
+
+
+def _shifted(item: Diagnostic, old: Items, new: Items) -> Diagnostic:
+    labels = tuple(Label(old.place_in(new, label.span), label.message) for label in item.labels)
+    return replace(item, span=None if item.span is None else old.place_in(new, item.span), labels=labels)

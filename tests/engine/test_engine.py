@@ -1,0 +1,213 @@
+"""The engine answers as a fresh start would, whatever was typed before; and does only what it has to."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from movimentum.cancellation import Cancelled
+from movimentum.source import SourceText
+from movimentum.workflow.engine import Engine, Revision, Stage
+from tests.command import ROOT
+from tests.engine.edits import edited
+
+GALLERY = sorted((ROOT / "scripts").glob("*.mov"))
+SMALL = [path for path in GALLERY if path.stem not in ("penrose-five", "penrose-twenty", "peaucellier-linkage")]
+
+STEPS = """\
+.config(10);
+Crank : .bar O=[0,0] P=[30,0];  Coupler : .bar A=[0,0] B=[100,0];  Rocker : .bar B=[90,60] D=[90,0];
+@0 Crank.O = [0,0];  Crank.angle = 60*.t;  Coupler.A = Crank.P;  Coupler.B = Rocker.B;  Rocker.D = [90,0];
+@1 Crank.angle = 60;
+@2 Crank.angle = 60 - 20*(.t);
+@3
+"""
+
+
+def answer(revision: Revision) -> tuple[object, ...]:
+    """Everything that a revision says, bit for bit."""
+    told = revision.diagnostics
+    if not revision.moves:
+        return (told,)
+    try:
+        motion = revision.motion
+    except Exception as error:
+        return told, repr(error)
+    poses = motion.poses(0, min(motion.timeline.frame_count, 200))
+    arrays = (poses.origin, poses.direction, poses.angle, poses.visible, poses.solved)
+    named = (*sorted(poses.variables.items()), *sorted(poses.properties.items()))
+    return told, *(array.tobytes() for array in arrays), *((str(name), array.tobytes()) for name, array in named)
+
+
+def _same_as_fresh(path: Path, text: str, seed: int, count: int) -> None:
+    engine = Engine()
+    chance = random.Random(seed)
+    with np.errstate(all="ignore"):
+        engine.revise(SourceText(str(path), text)).diagnostics  # noqa: B018
+        for number, after in enumerate(edited(chance, text, count)):
+            source = SourceText(str(path), after)
+            revision = engine.revise(source)
+            if chance.random() < 0.3 and revision.moves:
+                revision.glimpse(Fraction(chance.randrange(20), 10))
+            assert answer(revision) == answer(Engine().revise(source)), (number, after)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_answers_do_not_depend_on_what_was_typed_before(seed: int) -> None:
+    _same_as_fresh(Path("steps.mov"), STEPS, seed, 12)
+
+
+@pytest.mark.parametrize("path", SMALL[::4], ids=lambda path: path.stem)
+def test_nor_do_they_for_mechanisms(path: Path) -> None:
+    _same_as_fresh(path, path.read_text(encoding="utf-8"), 7, 4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("path", SMALL, ids=lambda path: path.stem)
+def test_nor_for_any_of_the_gallery(path: Path, seed: int) -> None:
+    _same_as_fresh(path, path.read_text(encoding="utf-8"), seed, 20)
+
+
+# --- what is kept ---------------------------------------------------------------------------------------------
+
+
+def _engine(text: str = STEPS) -> Engine:
+    engine = Engine()
+    engine.revise(SourceText("x.mov", text)).diagnostics  # noqa: B018
+    return engine
+
+
+def _solved_for(engine: Engine, text: str) -> int:
+    before = engine.known.solved
+    engine.revise(SourceText("x.mov", text)).diagnostics  # noqa: B018
+    return engine.known.solved - before
+
+
+def test_a_comment_a_color_or_the_frame_rate_solve_nothing() -> None:
+    engine = _engine()
+    assert engine.known.solved == 4
+    assert _solved_for(engine, "// first\n" + STEPS.replace("@1", "/* é 🙂 */\n@1")) == 0
+    assert _solved_for(engine, STEPS.replace(": .bar O", ": .bar .color('red') O")) == 0
+    assert _solved_for(engine, STEPS.replace(".config(10)", ".config(25)")) == 0
+
+
+def test_an_edit_in_a_step_solves_from_there_on() -> None:
+    engine = _engine()
+    assert _solved_for(engine, STEPS.replace("20*(.t)", "25*(.t)")) == 2  # the step, and the last instant
+    assert _solved_for(engine, STEPS.replace("= 60;", "= 60.0;")) == 3
+    assert _solved_for(engine, STEPS) == 0  # as `undo` makes it
+
+
+def test_another_number_plans_no_more_than_a_restatement() -> None:
+    from movimentum.planning.codegen.generate import structures_compiled
+
+    engine = _engine()
+    before = structures_compiled()
+    assert _solved_for(engine, STEPS.replace("P=[30,0]", "P=[31,0]")) == 4
+    assert structures_compiled() == before
+
+
+def test_what_was_not_used_for_long_is_forgotten() -> None:
+    engine = _engine()
+    for number in range(8):
+        _solved_for(engine, STEPS.replace("P=[30,0]", f"P=[{31 + number},0]"))
+    assert len(engine.known._stretches) <= 5 * 4  # pyright: ignore[reportPrivateUsage]
+    assert _solved_for(engine, STEPS) == 4
+
+
+# --- places ---------------------------------------------------------------------------------------------------
+
+
+def test_places_follow_the_text() -> None:
+    text = STEPS.replace("Rocker.D = [90,0];", "")
+    engine = _engine(text)
+    moved = "// é 🙂\n\n" + text.replace("@0", "/* one\n two */ @0")
+    source = SourceText("x.mov", moved)
+    warned = [item for item in engine.revise(source).diagnostics if item.span is not None]
+    assert warned
+    assert warned == [item for item in Engine().revise(source).diagnostics if item.span is not None]
+
+
+# --- in stages, and given up ----------------------------------------------------------------------------------
+
+
+def test_findings_come_in_stages_with_the_number_of_their_text() -> None:
+    engine = _engine()
+    revision = engine.revise(SourceText("x.mov", STEPS.replace("60*.t", "50*.t")))
+    found = list(revision.reports(Fraction(1, 2)))
+    assert [item.stage for item in found] == list(Stage)
+    assert {item.revision for item in found} == {2}
+    assert [item.final for item in found] == [False] * 4 + [True]
+    first = found[2].poses
+    assert first is not None
+    exact = revision.motion.poses_at([Fraction(1, 2)])
+    assert np.allclose(first.origin, exact.origin, atol=1e-9)
+    assert np.allclose(first.direction, exact.direction, atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "stage", "code"),
+    [
+        ("@1 Crank.angle = ;", Stage.SYNTAX, "syntax/"),
+        ("@1 Crunk.angle = 3;", Stage.SCENE, "name/"),
+        ("@1 Crank.P = [500,0];", Stage.EXAMINATION, "constraint/conflict"),
+    ],
+)
+def test_errors_come_with_the_stage_that_finds_them(wrong: str, stage: Stage, code: str) -> None:
+    revision = _engine().revise(SourceText("x.mov", STEPS.replace("@1", wrong, 1)))
+    last = list(revision.reports())[-1]
+    assert (last.stage, last.final) == (stage, True)
+    assert any(item.code.startswith(code) for item in last.diagnostics)
+
+
+def test_a_newer_text_ends_the_work_on_an_older_one() -> None:
+    engine = _engine()
+    old = engine.revise(SourceText("x.mov", STEPS.replace("60*.t", "50*.t")))
+    reports = old.reports()
+    assert next(reports).stage is Stage.SYNTAX
+    new = engine.revise(SourceText("x.mov", STEPS))
+    assert old.outdated
+    with pytest.raises(Cancelled):
+        list(reports)
+    assert not new.outdated
+    assert answer(new) == answer(Engine().revise(new.source))
+
+
+def test_work_in_another_thread_ends_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    from threading import Event, Thread
+
+    from movimentum.solver.basis import effort
+
+    engine = Engine()
+    text = (ROOT / "scripts" / "stephenson.mov").read_text(encoding="utf-8")
+    old = engine.revise(SourceText(str(ROOT / "scripts" / "stephenson.mov"), text))
+    started, ended = Event(), Event()
+    steps = 0
+    original = effort.look
+
+    def look() -> None:
+        nonlocal steps
+        steps += 1
+        started.set()
+        original()
+
+    monkeypatch.setattr(effort, "look", look)
+
+    def work() -> None:
+        try:
+            list(old.reports())
+        except Cancelled:
+            ended.set()
+
+    thread = Thread(target=work)
+    thread.start()
+    assert started.wait(30)
+    engine.revise(SourceText("x.mov", STEPS))
+    thread.join(30)
+    assert ended.is_set()
+    assert steps < 500  # the whole film takes thousands
