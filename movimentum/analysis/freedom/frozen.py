@@ -35,11 +35,11 @@ def drawn_by(plan: Plan, block: Free, wish: Wish) -> Free:
 
 class HeldBlock:
     """A free block of a piece at offset ``tau``. ``errors`` are the watched functions, of one value each, which read
-    the unknowns ``reads``.
+    the unknowns ``reads`` (None: the errors of the block's own wishes are watched).
     """
 
     def __init__(
-        self, piece: Piece, block: Free, tau: float, errors: Sequence[Compiled], reads: Collection[int]
+        self, piece: Piece, block: Free, tau: float, errors: Sequence[Compiled] | None, reads: Collection[int]
     ) -> None:
         self.piece, self.block, self.tau, self.errors = piece, block, tau, errors
         self.instants = piece.instants(np.array([tau]))
@@ -48,18 +48,22 @@ class HeldBlock:
             state, _ = piece.evaluate(self.instants, piece.finders(read))
         self.state = {n: float(np.ravel(state[n])[0]) for n in read if state[n] is not None}
         self.x = np.array([self.state[n] for n in block.core])
+        self._full: dict[int, State] = {}
+        self._scale = scale_of(piece.plan, block.core)
         self.motion = FreeVelocity(Local(block, self._problem, 1e-6, tau - 1.0, tau + 1.0), piece.plan)
 
     def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         count = len(tau)
-        state: State = [None] * len(self.piece.plan.system.unknowns)
-        for n, value in self.state.items():
-            state[n] = np.full(count, value)
-        return state, tuple(np.full(count, float(clock[0])) for clock in self.instants.clocks)
+        full = self._full.get(count)
+        if full is None:
+            full = self._full[count] = [None] * len(self.piece.plan.system.unknowns)
+            for n, value in self.state.items():
+                full[n] = np.full(count, value)
+        return full.copy(), tuple(np.full(count, float(clock[0])) for clock in self.instants.clocks)
 
     def _problem(self, tau: FloatArray) -> BlockProblem:
         state, clocks = self._probe(tau)
-        return BlockProblem.of(self.block, state, clocks, scale_of(self.piece.plan, self.block.core))
+        return BlockProblem.of(self.block, state, clocks, self._scale)
 
     def placed(self, x: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         """The state with the block at core values ``x`` (n,), and the clocks."""
@@ -71,6 +75,8 @@ class HeldBlock:
 
     def off(self, x: FloatArray) -> float:
         """The length of what is watched, at core values ``x`` (n,)."""
+        if self.errors is None:
+            return float(np.linalg.norm(self._problem(np.zeros(1)).wishes(x[None, :])[0]))
         state, clocks = self.placed(x)
         values = [float(np.ravel(error(state, clocks)[0])[0]) for error in self.errors]
         return float(np.sqrt(np.sum(np.square(values))))

@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import islice
 
 import numpy as np
 
 from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
-from movimentum.expressions import Expr, const, sub
+from movimentum.analysis.interactive.placing import Placing
+from movimentum.arrays import FloatArray
+from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.planning.blocks.wishes import in_what_moves
-from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.lowering.system import lowered_expressions
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
+from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Stretch
 
 MOST_STEPS = 400
+STEPS_A_MOVE = 3
+"""As many as one move of a hand takes; what is farther off follows with the next move."""
 MET = 1e-9
 """Of the scene's size: at a smaller distance, it has arrived."""
 STILL = 1e-3
@@ -46,38 +52,116 @@ class Drag:
     moments: list[Snapshot]
 
 
-def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]) -> Drag:
-    """Pull the expressions ``left`` of the scene toward ``target`` at offset ``tau``, while time stands still.
+class Grip:
+    """What a hand has taken hold of: expressions of a scene that it pulls to one target after the other.
 
-    Velocities are least, and all constraints are restored after every step, as for wishes (`solver.free.velocity`).
+    Time stands still. Velocities are least, and all constraints are restored after every step, as for wishes
+    (`solver.free.velocity`). Each move begins at the pose that the one before has left; the target is a parameter of
+    compiled code, so a move compiles nothing. What is not connected to the expressions does not stir.
     """
-    plan = stretch.plan
-    lowered = lowered_expressions(plan.system, left)
-    errors = [
-        in_what_moves(plan.system, frozenset(), plan.measured, sub(expr, const(value)))
-        for expr, value in zip(lowered, target, strict=True)
-    ]
-    functions = [compiled([error], Clocks(plan.clocks)) for error in errors]
-    reads = symbol_numbers(*errors)
-    block = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
-    block = None if block is None else simultaneous(block)
-    if not isinstance(block, Free):
-        instants = piece.instants(np.array([tau]))
-        state, _ = piece.evaluate(instants)
-        values = [float(np.ravel(function(state, instants.clocks)[0])[0]) for function in functions]
-        return Drag(DragResult.FIXED, float(np.sqrt(np.sum(np.square(values)))), [])
-    wish = Wish(tuple(errors), -1, frozenset(reads))
-    held = HeldBlock(piece, drawn_by(plan, block, wish), tau, functions, range(len(plan.system.unknowns)))
-    x = held.x
-    moments = [snapshot(plan, held.placed(x)[0], stretch.base.now, 0)]
-    off = held.off(x)
-    for y in held.pulled(held.x, MOST_STEPS):
-        x = y
-        moments.append(snapshot(plan, held.placed(x)[0], stretch.base.now, 0))
-        before, off = off, held.off(x)
-        if off <= MET * plan.size or before - off <= 1e-9 * plan.size:
-            break
-    if off <= 1e-6 * plan.size:
+
+    def __init__(self, stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr]) -> None:
+        """Take hold of the expressions ``left`` at offset ``tau``; ValueError if nothing states what one of them is."""
+        self.stretch, self.piece, self.tau = stretch, piece, tau
+        plan = stretch.plan
+        lowered = lowered_expressions(plan.system, left)
+        values = tuple(in_what_moves(plan.system, frozenset(), plan.measured, expr) for expr in lowered)
+        self._functions = [compiled([value], Clocks(plan.clocks)) for value in values]
+        self._target = [0.0] * len(values)
+        reads = symbol_numbers(*values)
+        found = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
+        block = None if found is None else simultaneous(found)
+        self._held = None
+        self._placing: Placing | None = None
+        if isinstance(block, Free):
+            drawn = drawn_by(plan, block, Wish(values, -1, frozenset(reads)))
+            watched = None
+            if drawn.wishes is not None:
+                drawn = replace(drawn, wishes=replace(drawn.wishes, errors=self._minus_target(drawn.wishes.errors)))
+            else:
+                watched = [self._minus_target(function, (i,)) for i, function in enumerate(self._functions)]
+            self._held = HeldBlock(piece, drawn, tau, watched, range(len(plan.system.unknowns)))
+            self.x = self._held.x
+
+    def _minus_target(self, function: Compiled, places: Sequence[int] | None = None) -> Compiled:
+        """``function``, whose values are the grip's expressions (those at ``places``), less their targets."""
+        target = self._target
+        chosen = range(len(target)) if places is None else places
+
+        def errors(u: State, k: Sequence[FloatArray], g: FloatArray | float = 1.0) -> tuple[FloatArray, ...]:
+            return tuple(value - target[i] for i, value in zip(chosen, function(u, k, g), strict=True))
+
+        return errors
+
+    @property
+    def fixed(self) -> bool:
+        """Whether nothing that the expressions are about is free to move."""
+        return self._held is None
+
+    def off(self) -> float:
+        """The distance from the last target."""
+        if self._held is not None:
+            return self._held.off(self.x)
+        instants = self.piece.instants(np.array([self.tau]))
+        state, _ = self.piece.evaluate(instants)
+        values = [float(np.ravel(function(state, instants.clocks)[0])[0]) for function in self._functions]
+        return float(np.linalg.norm(np.subtract(values, self._target)))
+
+    def move(self, target: Sequence[float], steps: int = STEPS_A_MOVE) -> int:
+        """Pull toward ``target``, one number for each expression; returns the number of steps taken, at most ``steps``.
+
+        Ends earlier where it arrives, or comes no nearer.
+        """
+        return sum(1 for _ in self._steps(target, steps))
+
+    def path(self, target: Sequence[float], steps: int = MOST_STEPS) -> list[Snapshot]:
+        """Like `move`: the pose before it and those after each step."""
+        return [self.pose(), *(self.pose() for _ in self._steps(target, steps))]
+
+    def _steps(self, target: Sequence[float], steps: int) -> Iterator[None]:
+        self._target[:] = target
+        held, size = self._held, self.stretch.plan.size
+        if held is None:
+            return
+        off = held.off(self.x)
+        if off <= MET * size:
+            return
+        for y in islice(held.pulled(self.x, steps), steps):
+            self.x = y
+            yield
+            before, off = off, held.off(y)
+            if off <= MET * size or before - off <= 1e-9 * size:
+                return
+
+    def placements(self) -> FloatArray:
+        """(N, 4): where each thing of the scene is now, as `Placing.of`."""
+        if self._placing is None:
+            self._placing = Placing(self.stretch.plan, self.pose())
+        assert self._held is not None
+        return self._placing.of(self._held.placed(self.x)[0])
+
+    def pose(self) -> Snapshot:
+        """The pose of the scene as it is now."""
+        assert self._held is not None
+        return snapshot(self.stretch.plan, self._held.placed(self.x)[0], self.stretch.base.now, 0)
+
+    def stuck(self) -> bool:
+        """Whether no velocity leads nearer, although a push aside would."""
+        held, size = self._held, self.stretch.plan.size
+        if held is None:
+            return False
+        slow = held.approach(self.x) <= STILL * min(self.off(), size)
+        return slow and held.stuck(np.array(self.x), ASIDE * size)
+
+
+def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]) -> Drag:
+    """Pull the expressions ``left`` of the scene to ``target`` at offset ``tau``, as far as they go (see `Grip`)."""
+    grip = Grip(stretch, piece, tau, left)
+    if grip.fixed:
+        grip.move(target)
+        return Drag(DragResult.FIXED, grip.off(), [])
+    moments = grip.path(target)
+    off = grip.off()
+    if off <= 1e-6 * stretch.plan.size:
         return Drag(DragResult.REACHED, off, moments)
-    stuck = held.approach(x) <= STILL * min(off, plan.size) and held.stuck(np.array(x), ASIDE * plan.size)
-    return Drag(DragResult.SINGULAR if stuck else DragResult.BLOCKED, off, moments)
+    return Drag(DragResult.SINGULAR if grip.stuck() else DragResult.BLOCKED, off, moments)
