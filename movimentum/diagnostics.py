@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
-from movimentum.source import SourceText, Span
+from movimentum.source import Edit, SourceText, Span
 from movimentum.terminal import visible
 
 MAX_MESSAGES = 200
@@ -36,10 +36,35 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
+class Fix:
+    """A help as a change of the script: ``edits``, which are made together, under a ``title``.
+
+    Who makes a diagnostic only proposes its fixes. `movimentum.workflow.fixes` tries them; only a fix that has been
+    ``tried`` and works (the diagnostic goes away and no error is added) is shown or written to JSON. The title is the
+    text of the help, or says what is changed where the help says it for several fixes at once.
+    """
+
+    title: str
+    edits: tuple[Edit, ...]
+    tried: bool = False
+
+
+def replacement(title: str, span: Span, text: str) -> Fix:
+    """A fix that replaces the text in ``span``."""
+    return Fix(title, (Edit(span, text),))
+
+
+def insertion(title: str, offset: int, text: str) -> Fix:
+    """A fix that inserts ``text`` at ``offset``."""
+    return replacement(title, Span(offset, offset), text)
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One message: a stable ``code`` (``"constraint/conflict"``), a headline that stands alone,
     the narrowest span (``None`` where the whole script is meant) with an optional ``label``,
-    further ``labels``, ``notes`` (numbers in script units) and ``helps`` that can be typed.
+    further ``labels``, ``notes`` (numbers in script units), ``helps`` that can be typed, and ``fixes``: helps that are
+    edits of the script.
 
     >>> import movimentum as mv
     >>> (free,) = mv.loads("Rod : .bar A=[0,0] B=[50,0]; @0 Rod.A = [9,9]; @1").diagnostics
@@ -55,6 +80,15 @@ class Diagnostic:
     labels: tuple[Label, ...] = ()
     notes: tuple[str, ...] = ()
     helps: tuple[str, ...] = ()
+    fixes: tuple[Fix, ...] = ()
+
+    def advised(self, *advice: str | Fix) -> Diagnostic:
+        """The same with more helps. A `Fix` is shown as a help, and is a fix too (before those that are no help);
+        several may have one title.
+        """
+        helps = dict.fromkeys((*self.helps, *(item.title if isinstance(item, Fix) else item for item in advice)))
+        fixes = (item for item in advice if isinstance(item, Fix))
+        return replace(self, helps=tuple(helps), fixes=(*fixes, *self.fixes))
 
 
 # --- as data ------------------------------------------------------------------------------------------
@@ -95,7 +129,7 @@ def to_json(diagnostics: Iterable[Diagnostic], source: SourceText) -> list[dict[
 
     Lines and columns count from 1, in characters; ``end_line`` and ``end_column`` are just after the last character.
     They are None for a diagnostic that is about the whole script. The label at the diagnostic's own place, if any,
-    comes first.
+    comes first. ``fixes`` is there if a fix was tried and works; the places of its edits are in the text as it is.
     """
     return [
         {
@@ -107,9 +141,19 @@ def to_json(diagnostics: Iterable[Diagnostic], source: SourceText) -> list[dict[
             "labels": [{**_place(label.span, source), "message": label.message} for label in _labels(item)],
             "notes": list(item.notes),
             "helps": list(item.helps),
+            **_fixes(item, source),
         }
         for item in diagnostics
     ]
+
+
+def _fixes(item: Diagnostic, source: SourceText) -> dict[str, Any]:
+    found = [
+        {"title": fix.title, "edits": [{**_place(edit.span, source), "text": edit.text} for edit in fix.edits]}
+        for fix in item.fixes
+        if fix.tried
+    ]
+    return {"fixes": found} if found else {}
 
 
 def _labels(item: Diagnostic) -> tuple[Label, ...]:

@@ -31,3 +31,13 @@ class FailurePolicy(StrEnum):
     STOP = "stop"
     HOLD = "hold"
     SKIP = "skip"
+
+
+class Advice(StrEnum):
+    """How much work the helps of a motion's diagnostics are worth: ``PLAIN`` if nobody reads them, ``TRIED`` as usual,
+    ``FULL`` with what takes long to find.
+    """
+
+    PLAIN = "plain"
+    TRIED = "tried"
+    FULL = "full"

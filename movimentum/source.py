@@ -1,9 +1,10 @@
-"""The source of text: a script's text, and spans in it."""
+"""The source of text: a script's text, spans in it, and edits of it."""
 
 from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -27,6 +28,32 @@ class Span:
     def to(self, other: Span) -> Span:
         """The smallest span that covers both."""
         return Span(min(self.start, other.start), max(self.end, other.end))
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """A change of a text: ``text`` takes the place of what ``span`` covers (nothing: it is inserted there)."""
+
+    span: Span
+    text: str
+
+
+def edited(text: str, edits: Iterable[Edit]) -> str:
+    """``text`` after all ``edits``, whose spans refer to ``text`` itself and do not overlap."""
+    for edit in sorted(edits, key=lambda item: item.span, reverse=True):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return text
+
+
+def edited_place(offset: int, edits: Iterable[Edit]) -> int:
+    """Where the character at ``offset`` is after ``edits``; the start of what replaces it, if it is replaced."""
+    place = offset
+    for edit in edits:
+        if edit.span.end <= offset:
+            place += len(edit.text) - (edit.span.end - edit.span.start)
+        elif edit.span.start < offset < edit.span.end:
+            place += edit.span.start - offset
+    return place
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +86,11 @@ class SourceText:
         start = self._line_starts[number - 1]
         end = self._line_starts[number] if number < len(self._line_starts) else len(self.text)
         return self.text[start:end].rstrip("\r\n")
+
+    @property
+    def newline(self) -> str:
+        """How its lines end."""
+        return "\r\n" if "\r\n" in self.text else "\r" if "\r" in self.text and "\n" not in self.text else "\n"
 
     def slice(self, span: Span) -> str:
         """The text that ``span`` covers."""

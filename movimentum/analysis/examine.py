@@ -23,6 +23,7 @@ from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.planning.blocks.kinds import Free
+from movimentum.settings import Advice
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
@@ -71,20 +72,20 @@ class _Reports(Sequence[StepReport]):
         return len(self._stretches)
 
 
-def examine(motion: PathMotion, *, every_frame: bool = True) -> Examination:
+def examine(motion: PathMotion, *, every_frame: bool = True, advice: Advice = Advice.TRIED) -> Examination:
     """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds, and what the script
     claims; without ``every_frame`` these two are left out.
     """
     with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
-        return _examined(motion, every_frame)
+        return _examined(motion, every_frame, advice)
 
 
-def _examined(motion: PathMotion, every_frame: bool) -> Examination:
+def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examination:
     found: list[Diagnostic] = []
     every: list[list[BlockRank]] = []
     fault = 0
     told: set[object] = set()
-    trials = Trials(motion)
+    trials = Trials(motion, 0) if advice is Advice.PLAIN else Trials(motion)
     for index, stretch in enumerate(motion.stretches):
         ranks = block_ranks(stretch)
         every.append(ranks)
@@ -92,7 +93,7 @@ def _examined(motion: PathMotion, every_frame: bool) -> Examination:
             from movimentum.analysis.diagnose.failure import failure_diagnostic
 
             trouble = min(stretch.troubles, key=lambda item: item.begin)
-            diagnostic, fault = failure_diagnostic(motion, stretch, trouble)
+            diagnostic, fault = failure_diagnostic(motion, stretch, trouble, advice)
             found.append(diagnostic)
         for diagnostic in (
             *ambiguities(trials, index),

@@ -12,6 +12,7 @@ from movimentum.text import counted, listed
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import MotionReport, PartReport, StepReport
+    from movimentum.diagnostics import Fix
     from movimentum.source import SourceText, Span
     from movimentum.workflow.check import CheckReport
 
@@ -77,7 +78,7 @@ def _freedom(step: StepReport) -> dict[str, Any]:
 
 
 def check_sarif(report: CheckReport, source: SourceText) -> str:
-    """A SARIF 2.1.0 log of one run: a result for each diagnostic, its other places as related locations.
+    """A SARIF 2.1.0 log of one run: a result for each diagnostic, its other places as related locations, and its fixes.
 
     Columns are counted in characters (``unicodeCodePoints``), as everywhere.
     """
@@ -91,13 +92,7 @@ def check_sarif(report: CheckReport, source: SourceText) -> str:
     def location(span: Span | None, message: str = "") -> dict[str, Any]:
         where: dict[str, Any] = {"artifactLocation": place}
         if span is not None:
-            start, end = source.position(span.start), source.position(span.end)
-            where["region"] = {
-                "startLine": start.line,
-                "startColumn": start.column,
-                "endLine": end.line,
-                "endColumn": end.column,
-            }
+            where["region"] = _region(span, source)
         return {"physicalLocation": where, **({"message": {"text": message}} if message else {})}
 
     results: list[dict[str, Any]] = []
@@ -113,11 +108,26 @@ def check_sarif(report: CheckReport, source: SourceText) -> str:
         if item.labels:
             related = enumerate(item.labels, 1)
             result["relatedLocations"] = [{"id": n, **location(label.span, label.message)} for n, label in related]
+        if fixes := [_sarif_fix(fix, place, source) for fix in item.fixes if fix.tried]:
+            result["fixes"] = fixes
         results.append(result)
     driver = {"name": "Movimentum", "version": __version__, "rules": [{"id": code} for code in codes]}
     run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
     log = {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}
     return json.dumps(log, indent=1, ensure_ascii=False, allow_nan=False)
+
+
+def _region(span: Span, source: SourceText) -> dict[str, int]:
+    start, end = source.position(span.start), source.position(span.end)
+    return {"startLine": start.line, "startColumn": start.column, "endLine": end.line, "endColumn": end.column}
+
+
+def _sarif_fix(fix: Fix, place: dict[str, str], source: SourceText) -> dict[str, Any]:
+    replacements = [
+        {"deletedRegion": _region(edit.span, source), "insertedContent": {"text": edit.text}} for edit in fix.edits
+    ]
+    changes = [{"artifactLocation": place, "replacements": replacements}]
+    return {"description": {"text": fix.title}, "artifactChanges": changes}
 
 
 def check_text(report: CheckReport, source: SourceText, *, color: bool, freedom: bool = False) -> str:

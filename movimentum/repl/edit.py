@@ -4,39 +4,45 @@ from __future__ import annotations
 
 import difflib
 import os
-import re
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import NoReturn
 
-from movimentum.diagnostics import Diagnostic, Severity, render_text
+from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text
 from movimentum.errors import ScriptError
 from movimentum.output.files import whole_file
 from movimentum.repl.command import Answer, Command, plain
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.repl.text_edits import stated, statement_of, without
 from movimentum.scene.model import Constraint
-from movimentum.source import SourceText
+from movimentum.source import SourceText, edited
 from movimentum.syntax.suggest import nearest
-
-_QUOTED = re.compile(r"`([^`]*;)`")
 
 
 def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
-    """Diagnostics as text; the statements that they suggest are numbered for `apply`."""
-    found = tuple(diagnostics)
-    suggestions = [text for item in found for help_ in item.helps for text in _QUOTED.findall(help_)]
-    text = render_text(found, session.work.source).rstrip("\n")
-    suggestions = list(dict.fromkeys(suggestions))
-    if suggestions:
-        text += "\n\n" + "\n".join(f"apply {n}: {line}" for n, line in enumerate(suggestions, 1))
+    """Diagnostics as text; their fixes are numbered for `apply`."""
+    suggestions: list[str | Fix] = []
+    numbered = [_numbered(item, suggestions) for item in diagnostics]
+    text = render_text(numbered, session.work.source).rstrip("\n")
     return replace(session, suggestions=tuple(suggestions)), text
+
+
+def _numbered(item: Diagnostic, suggestions: list[str | Fix]) -> Diagnostic:
+    """A diagnostic whose helps begin with what applies them; fixes that no help is about follow."""
+    fixes = {fix.title: fix for fix in item.fixes if fix.tried}
+    helps: list[str] = []
+    for title in dict.fromkeys((*item.helps, *fixes)):
+        if title in fixes:
+            suggestions.append(fixes[title])
+            title = f"apply {len(suggestions)}: {title}"
+        helps.append(title)
+    return replace(item, helps=tuple(helps))
 
 
 def check(session: Session, argument: str) -> Answer:
     """``check``: all messages about the script as it is now."""
     plain(argument, "check")
-    diagnostics = session.work.diagnostics
+    diagnostics = session.work.advice
     if not diagnostics:
         return replace(session, suggestions=()), "there are no messages"
     return told(session, diagnostics)
@@ -46,14 +52,14 @@ def conflicts(session: Session, argument: str) -> Answer:
     """``conflicts``: what contradicts, or has no solution."""
     plain(argument, "conflicts")
     codes = ("constraint/conflict", "solve/unreachable", "solve/not-converged", "constraint/redundant", "claim/broken")
-    found = [d for d in session.work.diagnostics if d.code in codes or d.severity is Severity.ERROR]
+    found = [d for d in session.work.advice if d.code in codes or d.severity is Severity.ERROR]
     return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 
 
 def _changed(session: Session, text: str) -> Answer:
     """The session with another text, and the effect of the change."""
     after = session.edited(text)
-    serious = [d for d in after.work.diagnostics if d.severity is not Severity.NOTE]
+    serious = [d for d in after.work.advice if d.severity is not Severity.NOTE]
     said = f"now {_summary(after)}"
     if not serious:
         return after, said
@@ -62,7 +68,7 @@ def _changed(session: Session, text: str) -> Answer:
 
 
 def _summary(session: Session) -> str:
-    diagnostics = session.work.diagnostics
+    diagnostics = session.work.advice
     errors = sum(d.severity is Severity.ERROR for d in diagnostics)
     warnings = sum(d.severity is Severity.WARNING for d in diagnostics)
     parts = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in ((errors, "error"), (warnings, "warning")) if n]
@@ -100,7 +106,7 @@ def near_commands(word: str, commands: Iterable[str]) -> list[str]:
 def _stated(session: Session, text: str) -> Answer:
     scene = session.work.scene
     step = session.step
-    trial = stated(session.text, scene, step, text, ())
+    trial = stated(scene, step, text)
     after = session.edited(trial)
     if not after.work.moves:
         _refuse_typed(after, text, trial)
@@ -109,7 +115,7 @@ def _stated(session: Session, text: str) -> Answer:
     own = tuple(
         item for item in scene.steps[step].statements if (item.key, item.relation) == (typed.key, typed.relation)
     )
-    return _changed(session, stated(session.text, scene, step, text, own))
+    return _changed(session, stated(scene, step, text, own))
 
 
 def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
@@ -148,10 +154,11 @@ def drop(session: Session, argument: str) -> Answer:
         )
     own = [c for c in found if c.step == session.step]
     text = session.text
-    for item in sorted(own, key=lambda c: -c.span.start):
-        text = without(text, item)
     if not own or _stated_before(session, found[0]):  # otherwise an earlier step's would be in force again
-        text = stated(text, work.scene, session.step, f"{found[0].key} {found[0].relation} _", ())
+        text = stated(work.scene, session.step, f"{found[0].key} {found[0].relation} _", own)
+    else:
+        for item in sorted(own, key=lambda c: -c.span.start):
+            text = without(text, item)
     return _changed(session, text)
 
 
@@ -165,7 +172,7 @@ def _stated_before(session: Session, item: Constraint) -> bool:
 
 
 def apply(session: Session, argument: str) -> Answer:
-    """``apply N``: put in a suggestion."""
+    """``apply N``: make a fix, or put in a suggested statement."""
     count = len(session.suggestions)
     if not count:
         raise refused("nothing-suggested", "there are no suggestions; `check` and `solutions` make some", "check")
@@ -173,6 +180,9 @@ def apply(session: Session, argument: str) -> Answer:
     if not text.isdecimal() or len(text) > 9 or not 1 <= int(text) <= count:
         raise refused("argument", f"suggestions go from 1 to {count}", "apply 1")
     chosen = session.suggestions[int(text) - 1]
+    if isinstance(chosen, Fix):
+        after, said = _changed(session, edited(session.text, chosen.edits))
+        return after, f"{chosen.title}\n{said}"
     answer = session, ""
     for part in filter(None, (piece.strip() for piece in chosen.split(";"))):
         answer = _stated(answer[0], part)
@@ -225,7 +235,7 @@ COMMANDS = (
     Command("check", "check", "all messages, with numbered suggestions", check),
     Command("conflicts", "conflicts", "what contradicts, has no solution, or is stated twice", conflicts),
     Command("drop", "drop KEY", "end what is stated under a key from this step on", drop),
-    Command("apply", "apply N", "put in the suggestion with that number", apply),
+    Command("apply", "apply N", "make the fix, or put in the suggestion, with that number", apply),
     Command("undo", "undo", "take back the last change", undo),
     Command("redo", "redo", "take back the last undo", redo),
     Command("diff", "diff", "the changes, against the file", diff),

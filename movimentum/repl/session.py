@@ -6,10 +6,11 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError
 from movimentum.output.files import refuse_overwriting
 from movimentum.source import SourceText
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from movimentum.solver.poses import Poses
     from movimentum.solver.segment_motion import Stretch
     from movimentum.timeline.model import Timeline
+
+PATIENCE_S = 3.0
+"""The limit for trying all fixes of a script: the user waits for them."""
 
 
 class Refused(Exception):
@@ -107,13 +111,19 @@ class Work:
         except MovimentumError as error:
             raise Refused(error.diagnostics, self.source) from error
 
+    @cached_property
+    def advice(self) -> tuple[Diagnostic, ...]:
+        """The diagnostics with the fixes that work."""
+        return self.revision.advice(PATIENCE_S)
+
 
 @dataclass(frozen=True, slots=True)
 class Session:
     """``file`` is the script's path, ``original`` its text there; ``work`` has the text as it is now.
 
     ``time`` is the moment looked at. ``watches`` are expressions shown after every move. ``past`` and ``future`` are
-    the texts that undo and redo go to. ``suggestions`` are statements that `apply` puts in, numbered from 1.
+    the texts that undo and redo go to. ``suggestions`` are what `apply` does, numbered from 1: fixes, and statements
+    that it puts in at this step.
     """
 
     file: str
@@ -123,7 +133,7 @@ class Session:
     watches: tuple[str, ...] = ()
     past: tuple[str, ...] = ()
     future: tuple[str, ...] = ()
-    suggestions: tuple[str, ...] = ()
+    suggestions: tuple[str | Fix, ...] = ()
     ended: bool = field(default=False)
 
     @property

@@ -110,7 +110,7 @@ def step(session: Session, line: str) -> tuple[Session, bool]:
 
 def greet(session: Session) -> Session:
     """The errors of the script, if any, and where the session begins."""
-    diagnostics = [d for d in session.work.diagnostics if d.severity is not Severity.NOTE]
+    diagnostics = [d for d in session.work.advice if d.severity is not Severity.NOTE]
     if diagnostics:
         session, text = edit.told(session, diagnostics)
         say(text)

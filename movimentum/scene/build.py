@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
-from movimentum.diagnostics import Label, the_first
+from movimentum.diagnostics import Fix, Label, insertion, replacement, the_first
 from movimentum.errors import ScriptError
 from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
@@ -56,7 +56,7 @@ def build(script: ScriptTree, source: SourceText, image_size: ImageSize, *, max_
     ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
     folder. Raises ScriptError with all errors of the script (and its warnings) at once.
     """
-    findings = Findings()
+    findings = Findings(source)
     config = build_config([item for item in script.items if isinstance(item, ConfigStatement)], max_pixels, findings)
     things, table = build_things(
         [item for item in script.items if isinstance(item, Definition)], _folder(source), image_size, findings
@@ -121,7 +121,7 @@ def _steps(script: ScriptTree, table: ThingTable, findings: Findings) -> tuple[l
             "this statement comes before the first step",
             early.span,
             labels=(Label(spans[0], "the first step begins here"),),
-            helps=("write `@0` before it",),
+            helps=(insertion("write `@0` before it", early.span.start, "@0 "),),
         )
     return times, spans, drafts
 
@@ -153,8 +153,18 @@ def _report_no_step(script: ScriptTree, findings: Findings) -> None:
         "timeline/no-step",
         "the script has no step, so there is no moment to show",
         first.span if first else None,
-        helps=("write `@0` before the statements",) if first else ("add a step: `@0` shows the things as drawn",),
+        helps=(
+            insertion("write `@0` before the statements", first.span.start, "@0 ")
+            if first
+            else insertion("add a step: `@0` shows the things as drawn", *_at_the_end(script, findings.source)),
+        ),
     )
+
+
+def _at_the_end(script: ScriptTree, source: SourceText) -> tuple[int, str]:
+    """Where the first step goes in a script of definitions, and its text."""
+    end = max((item.span.end for item in script.items), default=0)
+    return end, (source.newline if end else "") + "@0" + ("" if end else source.newline)
 
 
 # --- statements -----------------------------------------------------------------------------------
@@ -267,13 +277,15 @@ def _warn_nothing_to_end(
     statement: Statement, key: str, relation: Relation, stated: set[tuple[str, Relation]], findings: Findings
 ) -> None:
     others = [item.value for item in Relation if (key, item) in stated]
-    helps: tuple[str, ...] = ()
+    helps: tuple[Fix, ...] = ()
     if others:
-        helps = (f"`{key} {others[0]} _;` ends what is stated",)
+        ending = f"{key} {others[0]} _"
+        helps = (replacement(f"`{ending};` ends what is stated", statement.span, ending),)
     else:
         guess = findings.nearest(key, (name for name, other in stated if other is relation))
         if guess:
-            helps = (f"did you mean `{guess} {relation} _;`?",)
+            ending = f"{guess} {relation} _"
+            helps = (replacement(f"did you mean `{ending};`?", statement.span, ending),)
     findings.warning(
         "timeline/nothing-to-end",
         f"nothing is stated under `{key} {relation}`, so nothing can end here",

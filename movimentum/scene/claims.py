@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import count
 
+from movimentum.diagnostics import Fix, replacement
 from movimentum.expressions import Expr, walk
 from movimentum.scene.clocks import clock_meant
 from movimentum.scene.constants import exact
@@ -16,6 +17,7 @@ from movimentum.scene.kinds import Inference
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import Anonymous, Claim, Ending
 from movimentum.scene.resolve import ThingTable, VariableUse
+from movimentum.scene.text_edits import removed
 from movimentum.source import Span
 from movimentum.syntax import tree
 from movimentum.syntax.printer import expression_text
@@ -57,7 +59,9 @@ def _claim(
         return
     pairs = [pair for pair in zip(left, right, strict=True) if not any(map(_is_blank, pair))]
     if not pairs:
-        findings.error("claim/empty", "this claims nothing: `_` is any value", claim.span, helps=("leave it out",))
+        findings.error(
+            "claim/empty", "this claims nothing: `_` is any value", claim.span, helps=(_left_out(claim, findings),)
+        )
         return
     for node in walk(*(side for pair in pairs for side in pair)):
         if node.op in ("integral", "derivative"):
@@ -91,6 +95,10 @@ def _claim(
     )
 
 
+def _left_out(claim: tree.ClaimStatement, findings: Findings) -> Fix:
+    return Fix("leave it out", (removed(findings.source.text, claim.span),))
+
+
 def _is_blank(node: Expr) -> bool:
     return node.op == "symbol" and isinstance(node.payload, Anonymous)
 
@@ -118,7 +126,9 @@ def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findi
                     "claim/undetermined",
                     f"no constraint mentions `{name}`, so nothing can be claimed about it",
                     span,
-                    helps=(f"did you mean `{guess}`?",) if guess else (f"state it: `{name} = …;`",),
+                    helps=(replacement(f"did you mean `{guess}`?", span, guess),)
+                    if guess
+                    else (f"state it: `{name} = …;`",),
                 )
 
 

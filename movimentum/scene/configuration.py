@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from movimentum.diagnostics import Label
+from movimentum.diagnostics import Fix, Label, replacement
 from movimentum.scene import model
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
 from movimentum.scene.things import read_color, report_count, report_twice
+from movimentum.source import Span
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import ConfigStatement, Expression, Option, Text
 
@@ -39,13 +40,20 @@ def build_config(configs: list[ConfigStatement], max_pixels: int, findings: Find
             "syntax/arguments",
             f"`.config` takes 1 or 3 arguments, not {len(first.arguments)}",
             first.span,
-            helps=("write `.config(fps);` or `.config(fps, width, height);`",),
+            helps=(_argument_help(first),),
         )
     else:
         fps = _fps(first.arguments[0], findings)
         if len(first.arguments) == 3:
             size = _size(first.arguments[1], first.arguments[2], max_pixels, findings)
     return model.Config(fps, size, _background(first.options, findings), first.span)
+
+
+def _argument_help(config: ConfigStatement) -> Fix:
+    """The first argument is the rate, and the first three are all that fit."""
+    kept = 1 if len(config.arguments) < 3 else 3
+    rest = Span(config.arguments[kept - 1].span.end, max(item.span.end for item in config.arguments))
+    return replacement("write `.config(fps);` or `.config(fps, width, height);`", rest, "")
 
 
 def _fps(argument: Expression | Text, findings: Findings) -> Fraction:
@@ -96,7 +104,11 @@ def _background(options: tuple[Option, ...], findings: Findings) -> tuple[int, i
                 "syntax/unknown-option",
                 f"`.config` has no option `.{option.name}`",
                 option.name_span,
-                helps=(f"did you mean `.{guess}`?" if guess else "it takes `.background('white')`",),
+                helps=(
+                    replacement(f"did you mean `.{guess}`?", option.name_span, f".{guess}")
+                    if guess
+                    else "it takes `.background('white')`",
+                ),
             )
         elif first is not None:
             report_twice(option, first.span, findings)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from movimentum.diagnostics import MAX_MESSAGES, Diagnostic, Label, Severity
-from movimentum.source import Span
+from movimentum.diagnostics import MAX_MESSAGES, Diagnostic, Fix, Label, Severity
+from movimentum.source import SourceText, Span
 from movimentum.syntax.suggest import nearest
 
 
 class Findings:
     """A list of diagnostics that grows; it lives as long as one call of `movimentum.scene.build.build`."""
 
-    def __init__(self) -> None:
+    def __init__(self, source: SourceText) -> None:
+        self.source = source
         self.items: list[Diagnostic] = []
         self.errors = 0
         """How many errors there are so far."""
@@ -37,11 +38,12 @@ class Findings:
         *,
         labels: Sequence[Label] = (),
         notes: Sequence[str] = (),
-        helps: Sequence[str] = (),
+        helps: Sequence[str | Fix] = (),
     ) -> None:
         """Add an error."""
-        self.add(Diagnostic(code, Severity.ERROR, message, span, label, tuple(labels), tuple(notes), tuple(helps)))
+        found = Diagnostic(code, Severity.ERROR, message, span, label, tuple(labels), tuple(notes))
+        self.add(found.advised(*helps))
 
-    def warning(self, code: str, message: str, span: Span | None, *, helps: Sequence[str] = ()) -> None:
+    def warning(self, code: str, message: str, span: Span | None, *, helps: Sequence[str | Fix] = ()) -> None:
         """Add a warning."""
-        self.add(Diagnostic(code, Severity.WARNING, message, span, helps=tuple(helps)))
+        self.add(Diagnostic(code, Severity.WARNING, message, span).advised(*helps))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from enum import StrEnum
 
-from movimentum.diagnostics import Label
+from movimentum.diagnostics import Label, insertion
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef
 from movimentum.scene.resolve import ComponentUse, Meanings, Swallowed, VariableUse
@@ -124,8 +125,19 @@ class Inference:
                 "one of these factors must be a vector, but nothing says which",
                 product.operands[index + 1].span,
                 labels=(Label(product.operands[index].span, "this one?"),),
-                helps=("state the vector's components: `v = [_, _];`",),
+                helps=[
+                    insertion("state the vector's components: `v = [_, _];`", *self._as_vector(operand))
+                    for operand in product.operands[index : index + 2]
+                    if isinstance(operand, Name)
+                ],
             )
+
+    def _as_vector(self, name: Name) -> tuple[int, str]:
+        """A statement that makes a variable a vector, and the place for it: behind the statement that uses it."""
+        end = re.compile(r"(?:[^;/]|//[^\r\n]*|/\*.*?\*/|/)*;", re.DOTALL).match(
+            self._findings.source.text, name.span.end
+        )
+        return (name.span.end if end is None else end.end()), f" {name.name} = [_, _];"
 
     def _propagate(self) -> None:
         """Draw conclusions from products until there are no more, forwards and backwards in turn."""

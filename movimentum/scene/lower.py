@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeVar
 
+from movimentum.diagnostics import replacement
 from movimentum.expressions import (
     ONE,
     OPERATIONS,
@@ -41,6 +42,7 @@ from movimentum.scene.model import (
     VariableComponent,
 )
 from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PropertyUse, Swallowed, VariableUse
+from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
     Blank,
     Call,
@@ -194,7 +196,13 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
                     "kind/not-constant",
                     "an exponent must be a constant",
                     node.exponent.span,
-                    helps=("write `.exp(n * .ln(s))` for a power that changes",),
+                    helps=(
+                        replacement(
+                            "write `.exp(n * .ln(s))` for a power that changes",
+                            node.span,
+                            f".exp(({expression_text(node.exponent)}) * .ln({expression_text(node.base)}))",
+                        ),
+                    ),
                 )
                 return (ONE,)
             return (power(of(node.base)[0], exponent),)
@@ -227,7 +235,7 @@ def report_not_yet(node: Expression, findings: Findings) -> None:
         "kind/not-yet",
         "a z other than 0 is not possible yet: things live in the plane",
         node.span,
-        helps=("leave out the third component, or write 0",),
+        helps=(replacement("leave out the third component, or write 0", node.span, "0"),),
     )
 
 

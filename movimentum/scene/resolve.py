@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from movimentum.diagnostics import Label
+from movimentum.diagnostics import Fix, Label, insertion, replacement
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef, Thing
 from movimentum.source import Span
-from movimentum.syntax.tree import Expression, Member, Name
-from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.syntax.tree import Expression, Member, Name, Number
+from movimentum.syntax.words import CLOCKS, THING_MEMBERS, VECTOR_MEMBERS
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +65,11 @@ class ThingTable:
         index = self._anchors[thing].get(name)
         return None if index is None else AnchorRef(thing, index)
 
+    def having(self, name: str) -> list[str]:
+        """The things after which the member ``name`` may stand."""
+        own = name in THING_MEMBERS
+        return [thing.name for thing in self.things if own or name in self._anchors[thing.number]]
+
     def anchor_names(self, thing: int) -> tuple[str, ...]:
         """In the order of definition."""
         return tuple(self._anchors[thing])
@@ -101,25 +106,30 @@ def _member(node: Member, table: ThingTable, findings: Findings) -> Meaning | No
             return _member_of_thing(node, table.things[number], table, findings)
         if node.name in VECTOR_MEMBERS:
             return ComponentUse(VECTOR_MEMBERS[node.name])
-        guess = findings.nearest(node.operand.name, table.number)
-        if guess is None and table.number and len(table.number) <= 8:
-            helps = ("things are " + ", ".join(f"`{name}`" for name in table.number),)
-        else:
-            helps = (f"did you mean `{guess}.{node.name}`?",) if guess else ()
-        findings.error(
-            "name/unknown-thing", f"there is no thing called `{node.operand.name}`", node.operand.span, helps=helps
-        )
+        report_unknown_thing(node.operand.name, node.name, node.operand.span, table, findings)
         return None
     if node.name in VECTOR_MEMBERS:
         return ComponentUse(VECTOR_MEMBERS[node.name])
     guess = findings.nearest(node.name, VECTOR_MEMBERS)
-    findings.error(
-        "name/unknown-anchor",
-        f"a vector has no `.{node.name}`",
-        node.name_span,
-        helps=(f"did you mean `.{guess}`?",) if guess else ("a vector has `.x`, `.y` and its length `.l`",),
-    )
+    help_: str | Fix = "a vector has `.x`, `.y` and its length `.l`"
+    if isinstance(node.operand, Number) and node.name in CLOCKS:
+        title = f"to multiply, write `{findings.source.slice(node.operand.span)}*.{node.name}`"
+        help_ = insertion(title, node.operand.span.end, "*")
+    elif guess:
+        help_ = replacement(f"did you mean `.{guess}`?", node.name_span, guess)
+    findings.error("name/unknown-anchor", f"a vector has no `.{node.name}`", node.name_span, helps=(help_,))
     return None
+
+
+def report_unknown_thing(name: str, anchor: str, span: Span, table: ThingTable, findings: Findings) -> None:
+    """Report that there is no thing ``name``, with the nearest one (if possible one that has such an anchor)."""
+    guess = findings.nearest(name, table.having(anchor)) or findings.nearest(name, table.number)
+    helps: tuple[str | Fix, ...] = ()
+    if guess is not None:
+        helps = (replacement(f"did you mean `{guess}.{anchor}`?", span, guess),)
+    elif table.number and len(table.number) <= 8:
+        helps = ("things are " + ", ".join(f"`{name}`" for name in table.number),)
+    findings.error("name/unknown-thing", f"there is no thing called `{name}`", span, helps=helps)
 
 
 def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Findings) -> Meaning | None:
@@ -146,11 +156,13 @@ def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable
     if name in ("c", "color", "colour") and thing.is_body and name not in known:
         guess = "red"  # as a statement about a colour says it
     if guess is not None:
-        helps: tuple[str, ...] = (f"did you mean `{thing.name}.{guess}`?",)
+        helps: tuple[str | Fix, ...] = (replacement(f"did you mean `{thing.name}.{guess}`?", span, guess),)
         if name.lower() in ("c", "color", "colour"):
             helps = (f"a colour is three numbers: `{thing.name}.red`, `.green` and `.blue`, 0 to 255",)
     elif name in ("length", "l", "Length", "LENGTH") and len(known) > 1:
-        helps = (f"the distance between two anchors is `({thing.name}.{known[1]} - {thing.name}.{known[0]}).l`",)
+        distance = f"({thing.name}.{known[1]} - {thing.name}.{known[0]}).l"
+        whole = Span(span.start - len(thing.name) - 1, span.end)
+        helps = (replacement(f"the distance between two anchors is `{distance}`", whole, distance),)
     elif not thing.is_body:
         helps = ("a line has no anchors of its own: name the anchors that it is drawn through",)
     elif known:
@@ -174,6 +186,12 @@ def _report_thing_as_value(node: Name, thing: Thing, findings: Findings) -> None
         node.span,
         labels=(Label(thing.name_span, f"`{thing.name}` is defined here"),),
         helps=(
-            f"name one of its anchors, such as `{thing.name}.{first}`" if thing.anchors else f"`{thing.name}.{first}`",
+            insertion(
+                f"name one of its anchors, such as `{thing.name}.{first}`"
+                if thing.anchors
+                else f"`{thing.name}.{first}`",
+                node.span.end,
+                f".{first}",
+            ),
         ),
     )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from movimentum.diagnostics import Diagnostic, Label
+from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
 from movimentum.errors import MovimentumError
 from movimentum.expressions import ZERO, Expr, add, const, mul, sub
 from movimentum.scene.colors import color, color_names
@@ -14,12 +14,14 @@ from movimentum.scene.constants import constant, constant_expression
 from movimentum.scene.findings import Findings
 from movimentum.scene.lower import report_not_yet
 from movimentum.scene.model import Anchor, AnchorRef, Shape, Thing
-from movimentum.scene.resolve import ThingTable, report_unknown_anchor
-from movimentum.source import Span
+from movimentum.scene.resolve import ThingTable, report_unknown_anchor, report_unknown_thing
+from movimentum.source import Edit, Span
+from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
     AnchorDefinition,
     Definition,
     Expression,
+    Name,
     Operator,
     Option,
     Reference,
@@ -112,9 +114,7 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
             f"{_CALLED[shape]} needs at least {least} anchor{'s' if least > 1 else ''}, `{definition.name}` has "
             f"{len(anchors) or 'none'}",
             definition.name_span,
-            helps=(f"write `{definition.name} : .{shape} A = [0,0]" + (" B = [100,0];`" if least > 1 else ";`"),)
-            if shape in (Shape.BAR, Shape.ARROW)
-            else (),
+            helps=(_another_anchor(definition, shape),),
         )
     if options.topleft and size is not None:
         anchors = [_moved(item, item.coordinates[0], sub(const(size[1]), item.coordinates[1])) for item in anchors]
@@ -140,13 +140,33 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
     )
 
 
+def _another_anchor(definition: Definition, shape: Shape) -> Fix:
+    """The anchors that are missing, behind those that there are."""
+    had = [part for part in definition.parts if isinstance(part, AnchorDefinition)]
+    names = [name for name in "ABCDEFGHIJ" if name not in {part.name for part in had}]
+    if had:
+        another = f"{names[0]} = {had[0].name} + [100,0]"
+        return insertion(f"give it another anchor, such as `{another}`", had[-1].span.end, f" {another}")
+    least = _LEAST_ANCHORS[shape]
+    places = " ".join(f"{name} = {place}" for name, place in zip("AB"[:least], ("[0,0]", "[100,0]"), strict=False))
+    head = f"{definition.name} : {_spelled(definition, shape)}"
+    return insertion(f"write `{head} {places};`", definition.shape.span.end, f" {places}")
+
+
+def _spelled(definition: Definition, shape: Shape) -> str:
+    argument = definition.shape.argument
+    if argument is None:
+        return f".{shape}"
+    return f".{shape}({expression_text(argument)})" if not isinstance(argument, Text) else f".{shape}('…')"
+
+
 # --- anchors --------------------------------------------------------------------------------------
 
 
 def _anchors(definitions: list[AnchorDefinition], findings: Findings) -> list[Anchor]:
     """The anchors, in the coordinates in which they are written; a wrong one is placed at the origin."""
     found: dict[str, Anchor] = {}
-    later = {item.name for item in definitions}
+    later = {item.name: item for item in definitions}
     for item in definitions:
         x, y = _position(item, found, later, findings)
         first = found.get(item.name)
@@ -168,7 +188,7 @@ def _moved(anchor: Anchor, x: Expr, y: Expr) -> Anchor:
 
 
 def _position(
-    item: AnchorDefinition, earlier: dict[str, Anchor], later: set[str], findings: Findings
+    item: AnchorDefinition, earlier: dict[str, Anchor], later: Mapping[str, AnchorDefinition], findings: Findings
 ) -> tuple[Expr, Expr]:
     if isinstance(item.base, Vector):
         x, y = _coordinates(item.base, findings)
@@ -192,7 +212,7 @@ def _coordinates(vector: Vector, findings: Findings) -> tuple[Expr, Expr]:
 
 
 def _report_unknown_base(
-    item: AnchorDefinition, earlier: dict[str, Anchor], later: set[str], findings: Findings
+    item: AnchorDefinition, earlier: dict[str, Anchor], later: Mapping[str, AnchorDefinition], findings: Findings
 ) -> None:
     base = item.base
     assert not isinstance(base, Vector)
@@ -201,7 +221,7 @@ def _report_unknown_base(
             "name/unknown-anchor",
             f"`{base.name}` is not defined yet: an anchor can refer only to earlier ones",
             base.span,
-            helps=(f"define `{base.name}` before `{item.name}`",) if base.name != item.name else (),
+            helps=(_before(later[base.name], item, findings),) if base.name != item.name else (),
         )
         return
     guess = findings.nearest(base.name, earlier)
@@ -209,10 +229,19 @@ def _report_unknown_base(
         "name/unknown-anchor",
         f"`{item.name}` refers to `{base.name}`, but there is no such anchor",
         base.span,
-        helps=(f"did you mean `{guess}`?",)
+        helps=(replacement(f"did you mean `{guess}`?", base.span, guess),)
         if guess
         else ("an anchor can refer only to earlier anchors of the same thing",),
     )
+
+
+def _before(moved: AnchorDefinition, item: AnchorDefinition, findings: Findings) -> Fix:
+    """The definition ``moved`` in front of ``item``."""
+    text = findings.source.slice(moved.span)
+    start = item.span.start
+    left = len(findings.source.text[: moved.span.start].rstrip())
+    edits = (Edit(Span(start, start), f"{text} "), Edit(Span(left, moved.span.end), ""))
+    return Fix(f"define `{moved.name}` before `{item.name}`", edits)
 
 
 def _references(definition: Definition, table: ThingTable, findings: Findings) -> tuple[AnchorRef, ...]:
@@ -222,13 +251,7 @@ def _references(definition: Definition, table: ThingTable, findings: Findings) -
     for item in references:
         number = table.number.get(item.thing)
         if number is None:
-            guess = findings.nearest(item.thing, table.number)
-            findings.error(
-                "name/unknown-thing",
-                f"there is no thing called `{item.thing}`",
-                item.thing_span,
-                helps=(f"did you mean `{guess}.{item.anchor}`?",) if guess else (),
-            )
+            report_unknown_thing(item.thing, item.anchor, item.thing_span, table, findings)
             continue
         anchor = table.anchor(number, item.anchor)
         if anchor is None:
@@ -288,7 +311,7 @@ def _fits(option: Option, shape: Shape, findings: Findings) -> bool:
             f"there is no option `.{option.name}`",
             option.name_span,
             helps=(
-                f"did you mean `.{guess}`?"
+                replacement(f"did you mean `.{guess}`?", option.name_span, f".{guess}")
                 if guess
                 else f"{_CALLED[shape]} takes " + ", ".join(f"`.{name}`" for name in fitting),
             ),
@@ -324,7 +347,10 @@ def report_count(option: Option, count: int, findings: Findings) -> None:
 def read_color(argument: Expression | Text, findings: Findings) -> tuple[int, int, int] | None:
     """A colour from an option's argument; None after an error."""
     if not isinstance(argument, Text):
-        findings.error("kind/mismatch", "a colour is a text", argument.span, helps=("write `'orange'` or `'#ff8000'`",))
+        help_: str | Fix = "write `'orange'` or `'#ff8000'`"
+        if isinstance(argument, Name) and color(argument.name) is not None:
+            help_ = replacement(f"write `'{argument.name}'`", argument.span, f"'{argument.name}'")
+        findings.error("kind/mismatch", "a colour is a text", argument.span, helps=(help_,))
         return None
     value = color(argument.text)
     if value is None:
@@ -333,7 +359,9 @@ def read_color(argument: Expression | Text, findings: Findings) -> tuple[int, in
             "name/unknown-color",
             f"there is no colour `{argument.text}`",
             argument.span,
-            helps=(f"did you mean `'{guess}'`?",) if guess else ("write a CSS colour name, `'#rgb'` or `'#rrggbb'`",),
+            helps=(replacement(f"did you mean `'{guess}'`?", argument.span, f"'{guess}'"),)
+            if guess
+            else ("write a CSS colour name, `'#rgb'` or `'#rrggbb'`",),
         )
     return value
 

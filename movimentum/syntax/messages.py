@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
-from movimentum.diagnostics import Diagnostic, Label, Severity
-from movimentum.source import Span
+from movimentum.diagnostics import Diagnostic, Fix, Label, Severity, insertion, replacement
+from movimentum.source import Edit, Span
 from movimentum.syntax.automaton import Unexpected
-from movimentum.syntax.older import SIGNS, called, written
+from movimentum.syntax.older import SIGNS, called, sign_fixes, written
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS
 
@@ -44,8 +45,13 @@ _LOOKALIKES = {
     "\u2212": "-", "\u2013": "-", "\u00d7": "*", "\u00b7": "*", "\u2217": "*", "\u00f7": "/", "\u2264": "<=",
     "\u2265": ">=", "\u201c": "'", "\u201d": "'", "\u2018": "'", "\u2019": "'", '"': "'", "\u2248": "~",
 }  # fmt: skip
+_END = "end the statement with `;`"
+_CLOSING = {"RPAR": ")", "RSQB": "]", "RBRACE": "}"}
+_QUOTED = re.compile(r"([\"\u201c\u201d\u2018\u2019])[^\"'\u201c\u201d\u2018\u2019;\r\n]*[\"'\u201c\u201d\u2018\u2019]")
 _PIECE = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|'(?:[^'\r\n]|'')*'|[A-Za-z0-9_.]+|.", re.DOTALL)
 _DOTTED = re.compile(r"\.[A-Za-z][A-Za-z0-9_]*")
+_ANOTHER = re.compile(r"[A-Za-z][A-Za-z0-9_.]*\s*(?:[=<>~:]|\.r|[-+*/(\[])[^;@]*;")
+"""What looks like the next statement or definition, on the same line."""
 _FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|.", re.DOTALL)
 
 
@@ -56,6 +62,8 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
     """
     place, accepted = unexpected.place, unexpected.accepted
     before = _end_before(text, start, place)
+    if text.startswith(":", place) and (ahead := _definition_after(text, start, before, accepted)) is not None:
+        return ahead
     if unexpected.at_end:
         return _unexpected_end(text, before, accepted), len(text), False
     special = _unreadable(text, place)
@@ -70,8 +78,9 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
     helps = _helps(text, before, place, found, accepted)
     new_line = "\n" in text[before:place] or "\r" in text[before:place]
     resume = False
-    if "SEMICOLON" in accepted and (new_line or found == "@") and not helps:
-        helps = ("end the statement with `;`",)
+    another = new_line or found == "@" or (place > before and _ANOTHER.match(text, place) is not None)
+    if "SEMICOLON" in accepted and another and not helps:
+        helps = (insertion(_END, before, ";"),)
         labels = (Label(Span(max(before - 1, start), before), "`;` missing after this?"),)
         resume = found == "@" or found[0].isalpha() or found == ".config"
     error = Diagnostic(
@@ -80,9 +89,27 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
         f"expected {expected_words(accepted)}, found `{found}`",
         Span(place, place + len(found)),
         labels=labels,
-        helps=helps,
-    )
+    ).advised(*helps)
     return error, place, resume
+
+
+def _definition_after(
+    text: str, start: int, before: int, accepted: frozenset[str]
+) -> tuple[Diagnostic, int, bool] | None:
+    """The error, if what was read as an anchor's name (up to ``before``, and a colon behind it) begins a definition."""
+    name = re.search(r"[A-Za-z][A-Za-z0-9_]*$", text[max(start, before - 200) : before])
+    if accepted != frozenset({"EQUAL"}) or name is None:
+        return None
+    place = before - len(name[0])
+    end = _end_before(text, start, place)
+    error = Diagnostic(
+        "syntax/unexpected",
+        Severity.ERROR,
+        f"expected `;`, a name or an option, found the definition of `{name[0]}`",
+        Span(place, before),
+        labels=(Label(Span(max(end - 1, start), end), "`;` missing after this?"),),
+    )
+    return error.advised(insertion(_END, end, ";")), place, True
 
 
 def expected_words(accepted: frozenset[str]) -> str:
@@ -137,61 +164,74 @@ def _end_before(text: str, start: int, place: int) -> int:
 
 
 def _unexpected_end(text: str, before: int, accepted: frozenset[str]) -> Diagnostic:
-    helps = ("end the statement with `;`",) if "SEMICOLON" in accepted else ()
+    helps = (insertion(_END, before, ";"),) if "SEMICOLON" in accepted else _unclosed(before, accepted)
     return Diagnostic(
         "syntax/unexpected-end",
         Severity.ERROR,
         f"the script ends where {expected_words(accepted)} should follow",
         Span(max(before - 1, 0), before),
-        helps=helps,
-    )
+    ).advised(*helps)
 
 
 def _unreadable(text: str, place: int) -> Diagnostic | None:
     """Texts without an end, characters without a meaning."""
     character = text[place]
     if character == "'" and not re.match(r"'(?:[^'\r\n]|'')*'", text[place:]):
-        line_end = re.compile(r"[\r\n]|$").search(text, place)
-        return Diagnostic(
-            "syntax/text",
-            Severity.ERROR,
-            "this text never ends",
-            Span(place, line_end.start() if line_end else len(text)),
-            helps=("close it with `'` on the same line",),
-        )
+        return _endless_text(text, place)
     if character in _LOOKALIKES:
-        wanted = _LOOKALIKES[character]
-        help_text = "write texts as `'…'`" if wanted == "'" else f"write `{wanted}`"
-        return _character(character, place, (help_text,))
+        return _character(character, place).advised(_lookalike(text, place))
     if character == "_" and re.match(r"_[A-Za-z0-9_]", text[place:]):
-        name = re.match(r"_+([A-Za-z0-9_]*)", text[place:])
+        name = re.compile(r"_+([A-Za-z0-9_]*)").match(text, place)
         assert name is not None
         return Diagnostic(
             "syntax/name",
             Severity.ERROR,
             f"`{name[0]}` is not a name: a name begins with a letter",
             Span(place, place + len(name[0])),
-            helps=(f"write `{name[1]}`",) if name[1][:1].isalpha() else (),
-        )
+        ).advised(*((replacement(f"write `{name[1]}`", Span(*name.span()), name[1]),) if name[1][:1].isalpha() else ()))
     if character.isspace() or (character.isascii() and (character.isalnum() or character in ".,;:=<>~+-*/^()[]{}@'_")):
         return None
-    helps = SIGNS.get(character, ())
-    unit = re.search(r"\.config\s*\(([^();]*),\s*$", text[max(0, place - 80) : place])
+    unit = re.search(r"\.config\s*\(([^();]*)(,\s*)$", text[max(0, place - 80) : place])
     if character == "\u00b0" and unit:
-        helps = (f"angles are always in degrees: `.config({unit[1].strip()})`",)
+        title = f"angles are always in degrees: `.config({unit[1].strip()})`"
+        return _character(character, place).advised(replacement(title, Span(place - len(unit[2]), place + 1), ""))
+    helps = SIGNS.get(character, ())
     if not helps and character.isalpha():
         helps = ("a name consists of the letters A to Z, a to z, digits and `_`",)
-    return _character(character, place, helps)
+    return replace(_character(character, place), helps=helps, fixes=sign_fixes(text, place))
 
 
-def _character(character: str, place: int, helps: tuple[str, ...]) -> Diagnostic:
+def _endless_text(text: str, place: int) -> Diagnostic:
+    found = re.compile(r"[^\r\n]*").match(text, place)
+    end = place if found is None else found.end()
+    title = "close it with `'` on the same line"
+    word = re.compile(r"'[^\s;)']*").match(text, place)  # a file's name or a colour: other things may follow it
+    rest = re.compile(r"'[^\r\n]*?(?=[\s;)]*$)", re.MULTILINE).match(text, place)
+    places = [match.end() for match in (word, rest) if match is not None]
+    diagnostic = Diagnostic("syntax/text", Severity.ERROR, "this text never ends", Span(place, end))
+    return diagnostic.advised(*(insertion(title, offset, "'") for offset in dict.fromkeys([*places, end])))
+
+
+def _lookalike(text: str, place: int) -> str | Fix:
+    """What to write instead of a sign that looks like one of the language's; of quotes, both are replaced."""
+    wanted = _LOOKALIKES[text[place]]
+    if wanted != "'":
+        return replacement(f"write `{wanted}`", Span(place, place + 1), wanted)
+    title = "write texts as `'…'`"
+    quotes = _QUOTED.match(text, place)
+    if quotes is None:
+        return title
+    ends = (place, quotes.end() - 1)
+    return Fix(title, tuple(Edit(Span(offset, offset + 1), "'") for offset in ends))
+
+
+def _character(character: str, place: int) -> Diagnostic:
     name = f"`{character}`" if character.isprintable() else "this"
     return Diagnostic(
         "syntax/character",
         Severity.ERROR,
         f"{name} (U+{ord(character):04X}) has no meaning in a script",
         Span(place, place + 1),
-        helps=helps,
     )
 
 
@@ -211,9 +251,10 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
     if not known or word in known:
         return None
     guess = nearest(word, known)
-    other = called(text, match.end(), word) if text.startswith("(", match.end()) else None
+    other = called(text, place, match.end(), word) if text.startswith("(", match.end()) else None
     kind = "shape" if "BAR" in accepted else "word"
-    helps = (f"did you mean `.{guess}`?",) if guess else ()
+    here = Span(*match.span())
+    helps: tuple[str | Fix, ...] = (replacement(f"did you mean `.{guess}`?", here, f".{guess}"),) if guess else ()
     if other is not None:
         helps = (other,)
     if kind == "shape" and not guess:
@@ -222,36 +263,66 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
         "syntax/unknown-word",
         Severity.ERROR,
         f"there is no {kind} `.{word}`" + (" that fits here" if kind == "word" else ""),
-        Span(match.start(), match.end()),
-        helps=helps,
-    )
+        here,
+    ).advised(*helps)
 
 
-def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[str]) -> tuple[str, ...]:
+def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[str]) -> tuple[str | Fix, ...]:
     """What was probably meant."""
     previous_match = re.search(r"\.?[A-Za-z0-9_.]+$|<=|>=|.$", text[max(0, before - 60) : before])
     previous = previous_match[0] if previous_match else ""
-    functions = {*FUNCTIONS, *SYNONYMS}
+    begin, here = before - len(previous), Span(place, place + len(found))
     other = written(text, before, place, found)
     if other is not None:
         return (other,)
+    number = re.fullmatch(r"(\d+)\.([a-z]+)", previous)
+    if found == "(" and number and number[2] in {*FUNCTIONS, *SYNONYMS}:
+        title = f"to multiply, write `{number[1]}*.{number[2]}(…)`"
+        return (insertion(title, begin + len(number[1]), "*"),)
+    pair = re.compile(r"\(([^()\[\];]*)\)").match(text, place)
+    if found == "(" and pair and "LSQB" in accepted and "LPAR" not in accepted:
+        edits = (Edit(here, "["), Edit(Span(pair.end() - 1, pair.end()), "]"))
+        return (Fix(f"write a vector as `[{pair[1].strip()}]`", edits),)
     step = re.search(r"@[^:;@\r\n]*$", text[:before])
     if found == ":" and step:
-        return (f"a step has no colon: write `{step[0].rstrip()}`",)
+        return (replacement(f"a step has no colon: write `{step[0].rstrip()}`", here, ""),)
     if found == "(" and "." in previous[:-1] and "CIRCUMFLEX" in accepted:
-        guess = nearest(previous[previous.rfind(".") + 1 :], ["r", "rotate"])
-        if guess:
-            return (f"did you mean `.{guess}`?",)
-    if found == "(" and previous in functions:
-        return (f"write `.{previous}(…)`: the language's own words begin with a dot",)
+        word = previous[previous.rfind(".") + 1 :]
+        if guess := nearest(word, ["r", "rotate"]):
+            return (replacement(f"did you mean `.{guess}`?", Span(before - len(word), before), guess),)
+    if found == "(" and previous in {*FUNCTIONS, *SYNONYMS}:
+        return (insertion(f"write `.{previous}(…)`: the language's own words begin with a dot", begin, "."),)
+    if "BAR" in accepted and found in SHAPES:
+        return (insertion(f"write `.{found}`: the language's own words begin with a dot", place, "."),)
     if "BAR" in accepted:
-        return (f"write `.{found}`: the language's own words begin with a dot" if found in SHAPES else _SHAPES_HELP,)
+        return (_SHAPES_HELP,)
     if found == "=" and previous in ("=", "!"):
-        return ("write one `=`",)
+        return (replacement("write one `=`", Span(begin, here.end), "="),)
     if found in ("=", "<", ">", "<=", ">=", "~") and "SEMICOLON" in accepted:
-        return ("state one relation at a time: `a < b;  b < c;`",)
+        title = "state one relation at a time: `a < b;  b < c;`"
+        middle = re.search(r"[=<>~]\s*([^=<>~;@]+)$", text[max(0, before - 500) : before])
+        return (title if middle is None else insertion(title, before, f";  {middle[1].strip()}"),)
     if "STAR" in accepted and place == before and (found[0].isalpha() or found == "("):
-        return (f"to multiply, write `{previous}*{found}{'…' if found == '(' else ''}`",)
+        return (insertion(f"to multiply, write `{previous}*{found}{'…' if found == '(' else ''}`", place, "*"),)
     if found == "'" or found.startswith('"'):
         return ("write texts as `'…'`",)
-    return ()
+    return _brackets(before, here, found, accepted)
+
+
+def _brackets(before: int, here: Span, found: str, accepted: frozenset[str]) -> tuple[Fix, ...]:
+    """A bracket of the wrong kind, one too many, or one that is missing."""
+    wanted = next((sign for name, sign in _CLOSING.items() if name in accepted), None)
+    if found in _CLOSING.values():
+        if wanted is not None:
+            return (replacement(f"write `{wanted}`", here, wanted), replacement(f"leave out `{found}`", here, ""))
+        open_ = "SEMICOLON" not in accepted
+        return () if open_ else (replacement(f"nothing is open here: leave out `{found}`", here, ""),)
+    return _unclosed(before, accepted) if wanted is not None and found in (";", "@") else ()
+
+
+def _unclosed(before: int, accepted: frozenset[str]) -> tuple[Fix, ...]:
+    wanted = next((sign for name, sign in _CLOSING.items() if name in accepted), None)
+    if wanted is None:
+        return ()
+    title = f"close the bracket with `{wanted}`"
+    return (insertion(title, before, wanted), insertion(title, before, f"{wanted};"))

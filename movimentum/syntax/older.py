@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import re
 
+from movimentum.diagnostics import Fix, insertion, replacement
+from movimentum.source import Edit, Span
+
 SIGNS = {
     "\u00b0": ("angles are in degrees: leave out the `°`",),
     "\u00b2": ("write `^2`", "the square of the length of a vector is `(…).l^2`"),
@@ -22,67 +25,107 @@ SIGNS = {
 }
 """The probable meaning of signs that have no meaning in a script."""
 
+_LEFT_OUT = {"\u00b0"}
+_WRITTEN = {
+    "\u00b2": "^2", "\u00b3": "^3", "\u03c0": ".pi", "\u2192": "=", "\u00bd": "1/2", "\u00bc": "1/4", "\u00be": "3/4",
+}  # fmt: skip
+"""How to write a sign, where that needs to know nothing else."""
+_ROOT = re.compile(r"\u221a\s*(\([^()]*\)|[A-Za-z0-9_.]+)")
+_BARS = re.compile(r"\|([^|;@\r\n]+)\|")
+
 _MEMBERS = {"length": "l", "l": "l", "LENGTH": "l", "Length": "l", "len": "l", "abs": "l", "norm": "l"}
 _DISTANCES = ("dist", "distance", "Distance")
 _SIMPLE = re.compile(r"[A-Za-z][A-Za-z0-9_]*(\.[A-Za-z][A-Za-z0-9_]*)*")
 _STEP = re.compile(r"@\s*\+?[^:;@=\r\n]*$")
 
 
-def called(text: str, place: int, word: str) -> str | None:
+def sign_fixes(text: str, place: int) -> tuple[Fix, ...]:
+    """The fixes for a sign that has no meaning; each is a help of `SIGNS` or one way to do what it says."""
+    character = text[place]
+    here = Span(place, place + 1)
+    factor = text[place - 1 : place].isalnum() or text[place - 1 : place] == ")"
+    if character == "\u03c0" and factor:
+        return (replacement(SIGNS[character][0], here, "*.pi"),)
+    if character in "\u00bd\u00bc\u00be" and factor:  # one and a half, which may be part of a product
+        return ()
+    if character in _WRITTEN:
+        return (replacement(SIGNS[character][0], here, _WRITTEN[character]),)
+    if character in _LEFT_OUT:
+        return (replacement(SIGNS[character][0], here, ""),)
+    if character == "\u221a" and (root := _ROOT.match(text, place)):
+        new = f".sqrt({root[1].removeprefix('(').removesuffix(')')})"
+        return (replacement(f"write `{new}`", Span(*root.span()), new),)
+    if character == "|" and (bars := _BARS.match(text, place)):
+        inner = bars[1].strip()
+        both = (f"{_vector(inner)}.l", f".abs({inner})")
+        return tuple(replacement(f"write `{new}`", Span(*bars.span()), new) for new in both)
+    return ()
+
+
+def called(text: str, start: int, place: int, word: str) -> Fix | None:
     """How to write a function that does not exist here (``.length(v)``, ``distance(P, Q)``, ``rotate(v, a)``);
-    ``place`` is the offset of its ``(``.
+    ``start`` is the offset of its name and ``place`` that of its ``(``.
     """
-    arguments = _arguments(text, place)
-    if arguments is None:
+    found = _arguments(text, place)
+    if found is None:
         return None
+    arguments, end = found
+    new, why = None, ""
     if word in _MEMBERS and len(arguments) == 1:
-        return f"write `{_vector(arguments[0])}.{_MEMBERS[word]}`: it follows its vector"
-    if word in _DISTANCES and len(arguments) == 2:
-        return f"write `({arguments[0]} - {arguments[1]}).l`"
-    if word in ("rotate", "r", "rot") and len(arguments) == 2:
-        return f"write `{_vector(arguments[0])}.rotate({arguments[1]})`: it follows its vector"
-    if word in ("x", "y", "z") and len(arguments) == 1:
-        return f"write `{_vector(arguments[0])}.{word}`"
-    return None
+        new, why = f"{_vector(arguments[0])}.{_MEMBERS[word]}", ": it follows its vector"
+    elif word in _DISTANCES and len(arguments) == 2:
+        new = f"({arguments[0]} - {arguments[1]}).l"
+    elif word in ("rotate", "r", "rot") and len(arguments) == 2:
+        new, why = f"{_vector(arguments[0])}.rotate({arguments[1]})", ": it follows its vector"
+    elif word in ("x", "y", "z") and len(arguments) == 1:
+        new = f"{_vector(arguments[0])}.{word}"
+    return None if new is None else replacement(f"write `{new}`{why}", Span(start, end), new)
 
 
-def written(text: str, before: int, place: int, found: str) -> str | None:
+def written(text: str, before: int, place: int, found: str) -> str | Fix | None:
     """Help for the text at ``place``, after the text that ends at ``before``, if it is a spelling from elsewhere."""
     behind, ahead = text[max(0, before - 80) : before], text[place : place + 80]
+    here = Span(place, place + len(found))
     name = re.search(r"(?<![A-Za-z0-9_])\.?([A-Za-z]+)$", behind)
     if found == "(" and name is not None:
+        begin = before - len(name[0])
         if name[0] == "config":
-            return "write `.config(…)`: the language's own words begin with a dot"
-        if name[0] == ".rot" and (angle := _arguments(text, place)) is not None and len(angle) == 1:
-            return f"write `.rotate({angle[0]})`"
-        return called(text, place, name[1])
+            return insertion("write `.config(…)`: the language's own words begin with a dot", begin, ".")
+        if name[0] == ".rot" and (angle := _arguments(text, place)) is not None and len(angle[0]) == 1:
+            return replacement(f"write `.rotate({angle[0][0]})`", Span(begin, before), ".rotate")
+        return called(text, begin, place, name[1])
     if found == ";" and (step := _STEP.search(behind)) and re.search(r"\d", step[0]):
-        return f"a step's time has no `;` after it: write `{step[0].rstrip()}`"
-    if found in ("deg", "degree", "degrees", "rad", "radians"):
-        return f"angles are in degrees: leave out `{found}`" if found[0] == "d" else "angles are in degrees"
+        return replacement(f"a step's time has no `;` after it: write `{step[0].rstrip()}`", here, "")
+    if found in ("deg", "degree", "degrees"):
+        return replacement(f"angles are in degrees: leave out `{found}`", Span(before, here.end), "")
+    if found in ("rad", "radians"):
+        return "angles are in degrees"
     if found == "*" and behind.endswith("*"):
-        return "write `^` for a power"
+        return replacement("write `^` for a power", Span(before - 1, here.end), "^")
     if found == "=" and behind.endswith(":"):
-        return "write `=`"
+        return replacement("write `=`", Span(before - 1, here.end), "=")
     if behind.endswith((".rotate", ".r")) and (number := re.match(r"-?[A-Za-z0-9_.]+", ahead)):
-        return f"write `.rotate({number[0]})`"
+        return replacement(f"write `.rotate({number[0]})`", Span(before, place + number.end()), f"({number[0]})")
     if found == ",":
-        return _comma(text, before, behind, ahead)
+        return _comma(text, before, place, behind, ahead)
     if found == ";" and (pair := re.search(r"\[([^\[\]]*)$", behind)) and (rest := re.match(r";([^\[\]]*)\]", ahead)):
-        return f"write a vector as `[{pair[1].strip()}, {rest[1].strip()}]`"
+        return replacement(f"write a vector as `[{pair[1].strip()}, {rest[1].strip()}]`", here, ",")
     return None
 
 
-def _comma(text: str, before: int, behind: str, ahead: str) -> str | None:
+def _comma(text: str, before: int, place: int, behind: str, ahead: str) -> Fix | None:
     """Help for a comma in the wrong place."""
+    here = Span(place, place + 1)
     digits, more = re.search(r"(?<![\w.])(\d+)$", behind), re.match(r",(\d+)", ahead)
     if digits and more and not _in_vector(text, before):
-        return f"a decimal point is a dot: `{digits[1]}.{more[1]}`"
+        return replacement(f"a decimal point is a dot: `{digits[1]}.{more[1]}`", here, ".")
     pair, rest = re.search(r"(?<![A-Za-z0-9_])\(([^()]*)$", behind), re.match(r",([^()]*)\)", ahead)
     if pair and rest:
-        return f"write a vector as `[{pair[1].strip()}, {rest[1].strip()}]`"
+        opens, closes = before - len(pair[0]), place + rest.end() - 1
+        title = f"write a vector as `[{pair[1].strip()}, {rest[1].strip()}]`"
+        return Fix(title, (Edit(Span(opens, opens + 1), "["), Edit(Span(closes, closes + 1), "]")))
     if re.match(r",\s*[A-Za-z][A-Za-z0-9_]*\s*=", ahead):
-        return "anchors are separated by spaces, without a comma"
+        return replacement("anchors are separated by spaces, without a comma", here, "")
     return None
 
 
@@ -92,8 +135,10 @@ def _in_vector(text: str, place: int) -> bool:
     return statement.count("[") > statement.count("]") or statement.count("(") > statement.count(")")
 
 
-def _arguments(text: str, place: int) -> list[str] | None:
-    """The arguments in the brackets that open at ``place``; None if they do not close in the statement."""
+def _arguments(text: str, place: int) -> tuple[list[str], int] | None:
+    """The arguments in the brackets that open at ``place``, and where the brackets end; None if they do not close in
+    the statement.
+    """
     depth, start, found = 0, place + 1, list[str]()
     for i, character in enumerate(text[place : place + 300], place):
         if character in "([{":
@@ -101,7 +146,7 @@ def _arguments(text: str, place: int) -> list[str] | None:
         elif character in ")]}":
             depth -= 1
             if depth == 0:
-                return [*found, text[start:i].strip()]
+                return [*found, text[start:i].strip()], i + 1
         elif character == "," and depth == 1:
             found.append(text[start:i].strip())
             start = i + 1

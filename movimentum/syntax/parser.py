@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import cast
 
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Fix, Severity, insertion
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText, Span
 from movimentum.syntax.automaton import TooDeep, Unexpected, run
@@ -37,6 +38,7 @@ MAX_ERRORS = 20
 
 _BRACKETS = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|/\*|[\[({]|[\])}]", re.DOTALL)
 _ITEM_END = re.compile(r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[;@]", re.DOTALL)
+_LINE = re.compile(r"[^\r\n]*")
 _OPERATIONS = re.compile(
     r"'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|(?P<part>[;@:=<>~])|(?P<op>[-+*/^,]|\.[A-Za-z])",
     re.DOTALL | re.ASCII,
@@ -158,10 +160,17 @@ def _check_brackets(text: str, max_nesting: int) -> None:
             depth = max(depth - 1, 0)
         elif first == "/*":
             place = Span(match.start(), match.end())
-            helps = ("close it with `*/`",)
-            raise ScriptError(
-                [Diagnostic("syntax/comment", Severity.ERROR, "this comment never ends", place, helps=helps)]
-            )
+            error = Diagnostic("syntax/comment", Severity.ERROR, "this comment never ends", place)
+            raise ScriptError([error.advised(*_closed_comment(text, match.end()))])
+
+
+def _closed_comment(text: str, start: int) -> Iterator[Fix]:
+    """Where a comment probably ends: with its line, before the next statement, or with the text."""
+    line = _LINE.match(text, start)
+    item = _ITEM_END.search(text, start)
+    places = [*(found.end() for found in (line, item) if found is not None), len(text.rstrip())]
+    for place in dict.fromkeys(places):
+        yield insertion("close it with `*/`", max(place, start), " */")
 
 
 def _check_operations(text: str, max_operations: int) -> None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity, limited
 from movimentum.errors import MovimentumError, UsageError
+from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.fixes import with_fixes
 from movimentum.workflow.read import read
 from movimentum.workflow.stages import arranged, examined, understand
 
@@ -31,12 +34,13 @@ class CheckReport:
 def check(
     path: str, choices: Choices, *, fps_invariance: bool = False, reverse: bool = False
 ) -> tuple[CheckReport, SourceText]:
-    """All diagnostics and the step reports; a script's errors are reported, not raised.
+    """All diagnostics, with the fixes that work, and the step reports; a script's errors are reported, not raised.
 
     ``fps_invariance`` and ``reverse`` test promises on this script (see `analysis.invariance`).
 
     Raises `UsageError` if there is no script to read.
     """
+    begun = time.monotonic()
     source = SourceText("<stdin>" if path == "-" else path, "")
     frames: int | None = None
     duration: float | None = None
@@ -44,12 +48,14 @@ def check(
         source = read(path)
         timeline = arranged(understand(source, choices), choices)
         frames, duration = timeline.frame_count, float(timeline.end - timeline.start)
-        solution = examined(timeline, choices)
+        solution = examined(timeline, choices, advice=Advice.FULL)
     except UsageError:
         raise
     except MovimentumError as error:
-        return CheckReport(error.diagnostics, (), frames, duration, error.exit_code), source
-    found, fault = solution.diagnostics, solution.fault
+        found = with_fixes(error.diagnostics, source, choices, took=time.monotonic() - begun)
+        return CheckReport(found, (), frames, duration, error.exit_code), source
+    took, fault = time.monotonic() - begun, solution.fault
+    found = with_fixes(limited(solution.diagnostics), source, choices, took=took)
     if fault == 0:
         from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
 

@@ -7,6 +7,7 @@ before: it is that of a fresh start, to the last bit.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
@@ -16,8 +17,9 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from movimentum.cancellation import cancellable
-from movimentum.diagnostics import Diagnostic
+from movimentum.diagnostics import Diagnostic, limited
 from movimentum.errors import MovimentumError
+from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.same_statements import Items, items_of, shifted
@@ -95,14 +97,16 @@ class Engine:
         return self._shown
 
     def examined(self, motion: PathMotion) -> Examination:
-        """The diagnostics of a motion. Of the same statements elsewhere in the text they are not found again."""
+        """The diagnostics of a motion, without fixes (see `Revision.advice`). Of the same statements elsewhere in the
+        text they are not found again.
+        """
         from movimentum.analysis.examine import examine
 
         items = items_of(motion.timeline.scene.source.text)
         last = self._examined
         if last is not None and last[0].texts == items.texts:
             return shifted(last[1], last[0], items)
-        found = examine(motion)
+        found = shifted(examine(motion), items, items)
         self._examined = items, found
         return found
 
@@ -209,6 +213,19 @@ class Revision:
         if isinstance(solved, MovimentumError):
             return solved.diagnostics
         return (*scene.diagnostics, *self.examination.diagnostics)
+
+    def advice(self, seconds: float) -> tuple[Diagnostic, ...]:
+        """The diagnostics with the fixes that work, which are tried for so many ``seconds`` at most."""
+        from movimentum.analysis.examine import examine
+        from movimentum.workflow.fixes import with_fixes
+
+        begun = time.monotonic()
+        try:
+            found = (*self.scene.diagnostics, *examine(self.motion, advice=Advice.FULL).diagnostics)
+        except MovimentumError as error:
+            found = error.diagnostics
+        took = time.monotonic() - begun
+        return with_fixes(limited(found), self.source, self.engine.choices, took=took, seconds=seconds)
 
     def glimpse(self, time: Fraction) -> Poses | None:
         """The poses (F = 1) at ``time`` before the path is known, all constraints satisfied; None where the path has to

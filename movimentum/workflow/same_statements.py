@@ -42,10 +42,13 @@ def items_of(text: str) -> Items:
 
 
 def shifted(examination: Examination, old: Items, new: Items) -> Examination:
-    """What was found about one text, for another that states the same."""
+    """What was found about one text, for another that states the same; without fixes, whose edits depend on white space
+    and comments too.
+    """
     return replace(examination, diagnostics=tuple(_shifted(item, old, new) for item in examination.diagnostics))
 
 
 def _shifted(item: Diagnostic, old: Items, new: Items) -> Diagnostic:
     labels = tuple(Label(old.place_in(new, label.span), label.message) for label in item.labels)
-    return replace(item, span=None if item.span is None else old.place_in(new, item.span), labels=labels)
+    span = None if item.span is None else old.place_in(new, item.span)
+    return replace(item, span=span, labels=labels, fixes=())

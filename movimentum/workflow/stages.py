@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError, ScriptError
-from movimentum.settings import Accuracy, FailurePolicy
+from movimentum.settings import Accuracy, Advice, FailurePolicy
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.limits import MAX_PIXELS
 
@@ -83,20 +83,24 @@ class Solution:
     fault: int
 
 
-def examined(timeline: Timeline, choices: Choices) -> Solution:
-    """The motion with its errors reported, not raised; `ScriptError` only if there is nothing to solve."""
+def examined(
+    timeline: Timeline, choices: Choices, *, advice: Advice = Advice.TRIED, path: PathMotion | None = None
+) -> Solution:
+    """The motion with its errors reported, not raised; `ScriptError` only if there is nothing to solve. ``path``: the
+    motion, if it is known already (see `moved`).
+    """
     from movimentum.analysis.examine import examine
 
     before = timeline.scene.diagnostics
-    path = moved(timeline)
+    path = moved(timeline) if path is None else path
     motion: AnyMotion = path
     if choices.accuracy is Accuracy.DRAFT:
         from movimentum.solver.accuracy.draft import drafted
 
         motion = drafted(path)
-        examination = examine(motion.drawn, every_frame=False)  # it says itself what it is off by
+        examination = examine(motion.drawn, every_frame=False, advice=advice)  # it says itself what it is off by
     else:
-        examination = examine(path)
+        examination = examine(path, advice=advice)
     found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
     fault = examination.fault or (1 if warned else 0)
     if examination.doubted:

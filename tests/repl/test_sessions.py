@@ -49,6 +49,12 @@ class Talk:
         return caught.value.diagnostics[0].code
 
 
+@pytest.fixture(autouse=True)
+def patient(monkeypatch):
+    """No test depends on how fast the machine is."""
+    monkeypatch.setattr("movimentum.repl.session.PATIENCE_S", 300.0)
+
+
 @pytest.fixture
 def talk(tmp_path):
     return lambda text=SLIDER: Talk(tmp_path, text)
@@ -388,7 +394,7 @@ def test_plots_and_pictures(talk, tmp_path):
 def test_suggestions_of_check_can_be_applied(talk):
     text = OPEN.replace("90*.t", "90*.t + 20").replace("angle = 180", "angle = 200")
     say = talk(text)
-    assert "apply 1: Rod.A.x < Rod.B.x;" in say("check")
+    assert "= help: apply 1: `Rod.A.x < Rod.B.x;` selects the one chosen" in say("check")
     assert say("apply 1").endswith("now everything is determined and agrees")
     say("undo")
     assert say.session.text == text

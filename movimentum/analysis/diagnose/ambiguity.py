@@ -10,9 +10,10 @@ import numpy as np
 from movimentum.analysis.diagnose.equal_solutions import ONE, loose_variables, solutions_of
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.planning.blocks.kinds import Newton, Ode, Quadratic
 from movimentum.scene.model import VariableComponent
+from movimentum.scene.text_edits import added
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot, ThingPose, as_drawn
 from movimentum.solver.block.closed_form import State
@@ -75,8 +76,7 @@ def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> I
         message=f"{len(groups)} solutions {where}; {taken} was taken",
         span=span,
         notes=tuple(notes),
-        helps=tuple(helps),
-    )
+    ).advised(*helps)
 
 
 # --- what there is to choose from
@@ -84,7 +84,7 @@ def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> I
 
 def _choice(
     trials: Trials, index: int, beginning: PathBeginning, part: Part, states: Sequence[State], loose: Sequence[str]
-) -> tuple[list[str], list[str]]:
+) -> tuple[list[str], list[Fix]]:
     """Notes on the differences between the solutions, and tried help that selects each of them."""
     from movimentum.analysis.diagnose.inequalities import (
         described,
@@ -101,14 +101,16 @@ def _choice(
     poses = [followed_at(plan, stretch, part, state) for state in states[: len(followed)]]
     words = described(plan, part.candidates[: len(followed)], poses, loose)
     notes: list[str] = []
-    helps: list[str] = []
+    helps: list[Fix] = []
+    step = stretch.segment.step
     for k, (what, inequality) in enumerate(zip(words, texts, strict=True)):
         notes.append(f"{'chosen' if k == 0 else f'solution {k + 1}'}: {what}")
         offered = [text for text in (inequality, selecting_wish(plan, part, k, loose)) if text is not None]
         wanted = snapshot(plan, states[k], stretch.base.now, 0)
         text = next((text for text in offered if _selects(trials, index, text, wanted, loose)), None)
         if text is not None:
-            helps.append(f"`{text}` selects {'the one chosen' if k == 0 else f'solution {k + 1}'}")
+            title = f"`{text}` selects {'the one chosen' if k == 0 else f'solution {k + 1}'}"
+            helps.append(Fix(title, (added(plan.system.scene, step, text),)))
     if len(part.candidates) > len(followed):
         notes.append(f"{len(part.candidates) - len(followed)} more are not shown")
     if not part.complete:

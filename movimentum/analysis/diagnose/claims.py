@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from movimentum.analysis.evaluate import Reader, reader
 from movimentum.arrays import FloatArray
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.scene.model import Claim, Relation
+from movimentum.scene.text_edits import tolerated
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Dead
+from movimentum.source import SourceText
 from movimentum.text import counted, number, time_text
 from movimentum.timeline.model import HeldClaim
 
@@ -173,10 +175,10 @@ class _Judge:
 def claim_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     """An error for each claim that does not hold."""
     for broken in broken_claims(motion):
-        yield _told(broken, motion.size)
+        yield _told(broken, motion.size, motion.timeline.scene.source)
 
 
-def _told(broken: Broken, size: float) -> Diagnostic:
+def _told(broken: Broken, size: float, source: SourceText) -> Diagnostic:
     claim = broken.claim
     left, right = claim.told
     word = {Relation.EQUAL: "", Relation.BELOW: "below ", Relation.ABOVE: "above "}[claim.relation]
@@ -184,10 +186,10 @@ def _told(broken: Broken, size: float) -> Diagnostic:
     found, wanted = (_vector(side, digits) for side in (broken.left, broken.right))
     asked = wanted if right == wanted else f"`{right}`, which is {wanted}"
     finite = np.isfinite(broken.worst)
-    helps = ["either the claim or a constraint is wrong: the claim itself moves nothing"]
+    helps: list[str | Fix] = ["either the claim or a constraint is wrong: the claim itself moves nothing"]
     if finite and broken.worst <= max(NEARLY * size, 10.0 * broken.tolerance):
         enough = _rounded_up(broken.worst)
-        helps.append(f"`.within({enough})` after it accepts this result")
+        helps.append(Fix(f"`.within({enough})` after it accepts this result", (tolerated(source, claim, enough),)))
     off = f"it is off by {number(broken.amount)} there" if finite else "it has no value there"
     if finite and broken.worst > 1.001 * broken.amount:
         off += f", and by at most {number(broken.worst)}, at t = {time_text(broken.worst_time)}"
@@ -205,8 +207,7 @@ def _told(broken: Broken, size: float) -> Diagnostic:
             + (" (1e-9 of the scene's size)" if claim.tolerance is None else ""),
             f"checked at {counted(broken.instants, 'instant')}: every frame and the solver's own grid",
         ),
-        helps=tuple(helps),
-    )
+    ).advised(*helps)
 
 
 def _digits(broken: Broken) -> int:

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
-from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, left_out, off_text
+from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Winding
-from movimentum.scene.model import Constraint, Scene
+from movimentum.scene.model import Constraint, Scene, Thing
+from movimentum.scene.text_edits import lengthened, turned_round
+from movimentum.settings import Advice
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Stretch, Trouble, TroubleKind
 from movimentum.solver.start.candidates import Selection
@@ -27,11 +29,15 @@ begins.
 """
 SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
+MOST_LEFT_OUT = 6
+"""Of contradicting constraints, so many of the last ones are offered to be left out."""
 STEADY = 1e-4
 """By which fraction the amount of such a contradiction may vary."""
 
 
-def failure_diagnostic(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+def failure_diagnostic(
+    motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice = Advice.TRIED
+) -> tuple[Diagnostic, int]:
     """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
     time).
     """
@@ -41,13 +47,13 @@ def failure_diagnostic(motion: PathMotion, stretch: Stretch, trouble: Trouble) -
         and _is_formula(stretch.plan.blocks[trouble.block])
     ):
         return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
-    if trouble.kind is TroubleKind.GAP and (bound := bind(motion, stretch, trouble)) is not None:
+    if trouble.kind is TroubleKind.GAP and (bound := bind(motion, stretch, trouble, advice)) is not None:
         return bound, 3
     if trouble.kind is TroubleKind.SELECTOR:
         return _left_nothing(motion, stretch, trouble, trouble.begin), 3
     if trouble.kind is TroubleKind.CHECK:
         return _no_longer(motion, stretch, trouble)
-    return _no_beginning(motion, stretch, trouble)
+    return _no_beginning(motion, stretch, trouble, advice)
 
 
 def _no_longer(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
@@ -84,7 +90,7 @@ def _at(stretch: Stretch, tau: float) -> str:
     return time_text(float(stretch.segment.start) + tau)
 
 
-def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice) -> tuple[Diagnostic, int]:
     selection = trouble.selection
     assert selection is not None
     selectors = [r for r in selection.rejections if r.selector is not None]
@@ -93,7 +99,7 @@ def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tup
     # stated by a first step for all its time, it is a contradiction; driven there or stated later, it is a reach
     first = stretch.segment.step == 0 and trouble.until >= float(stretch.segment.end - stretch.segment.start)
     past = driven_past(stretch, selection) and not (first and always)
-    if past and (bound := bind(motion, stretch, trouble)) is not None:
+    if past and (bound := bind(motion, stretch, trouble, advice)) is not None:
         return bound, 3
     if contradiction is None:
         for rejection in selection.rejections:
@@ -131,7 +137,8 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
     chosen = [c for c in (constraint_of(stretch, n) for n in conflict.constraints) if c is not None]
     when = _at(stretch, tau)
     labels = [Label(constraint.span, off_text(conflict, constraint.number)) for constraint in chosen[:-1]]
-    helps: list[str] = []
+    helps: list[str | Fix] = []
+    others: list[Fix] = []
     for t in conflict.things:
         thing = scene.things[t]
         text = "rigid"
@@ -145,7 +152,9 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
                 first, second = (f"{thing.name}.{anchor.name}" for anchor in thing.anchors)
                 text = f"rigid: |{second} - {first}| = {number(now, 6)},"
                 text += f" would have to be {number(factor * now, 6)}"
-                helps.append(f"make `{thing.name}` {number(factor * now, 6)} long (it is {number(now, 6)})")
+                rounded, exact = _another_length(thing, factor, now)
+                helps.append(rounded)
+                others.append(exact)
         labels.append(Label(thing.span, text))
     last = chosen[-1] if chosen else None
     if last is not None:
@@ -160,7 +169,7 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
             else f" at t = {when}: there is no solution"
         )
     )
-    others = f"{counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
+    rest = f"{counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
     return Diagnostic(
         code=code,
         severity=Severity.ERROR,
@@ -168,9 +177,16 @@ def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) 
         span=last.span if last is not None else (labels[0].span if labels else None),
         label=off_text(conflict, last.number) if last is not None else "",
         labels=tuple(labels),
-        notes=(f"smallest conflicting set; {others}",),
-        helps=tuple(helps),
-    )
+        notes=(f"smallest conflicting set; {rest}",),
+        fixes=(*(left_out(scene.source, constraint) for constraint in reversed(chosen[-MOST_LEFT_OUT:])), *others),
+    ).advised(*helps)
+
+
+def _another_length(thing: Thing, factor: float, now: float) -> tuple[Fix, Fix]:
+    """The length with which all others hold, rounded (usually that is what the script means) and as it is."""
+    title = f"make `{thing.name}` {number(factor * now, 6)} long (it is {number(now, 6)})"
+    first, second = (lengthened(thing, wanted / now) for wanted in (round(factor * now, 6), factor * now))
+    return Fix(title, () if first is None else (first,)), Fix(title, () if second is None else (second,))
 
 
 def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:
@@ -202,6 +218,8 @@ def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: f
         message = f"no solution satisfies this inequality at t = {when}"
     else:
         message = f"at t = {when} this has no solution (a length cannot be negative, an angle points one way)"
+    scene = plan.system.scene
+    own = constraint if selector.constraint is not None else None
     step = stretch.segment.step
     reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
@@ -210,14 +228,15 @@ def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: f
         message=message,
         span=constraint.span if constraint else None,
         notes=tuple(notes),
-        helps=_ways_out(constraint) if selector.constraint is not None and constraint is not None else (),
-    )
+        fixes=() if own is None else (left_out(scene.source, own),),
+    ).advised(*(() if own is None else _ways_out(scene, own)))
 
 
-def _ways_out(constraint: Constraint) -> tuple[str, ...]:
+def _ways_out(scene: Scene, constraint: Constraint) -> tuple[str | Fix, ...]:
     other = {"<": ">", ">": "<"}.get(str(constraint.relation), "=")
+    edit = turned_round(scene, constraint)
     return (
-        f"`{constraint.key} {other} …` selects the other side",
+        Fix(f"`{constraint.key} {other} …` selects the other side", () if edit is None else (edit,)),
         f"`{constraint.key} {constraint.relation} _;` in an earlier step ends it",
     )
 

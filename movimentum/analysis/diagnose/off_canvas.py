@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.scene.looks import DISC_RADIUS, LABEL_HEIGHT, width_of
 from movimentum.scene.model import Scene, Shape, Thing
+from movimentum.scene.text_edits import resized
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import listed, number, time_text
@@ -144,18 +145,20 @@ def _told(
         message=f"`{scene.things[first].name}` is {where} ({width} x {height}) at t = {time_text(when[first])}",
         span=scene.things[first].name_span,
         notes=tuple(notes),
-        helps=(_remedy(scene, (left, bottom), (right, top)),),
-    )
+    ).advised(*_remedy(scene, (left, bottom), (right, top)))
 
 
-def _remedy(scene: Scene, low: tuple[float, float], high: tuple[float, float]) -> str:
+def _remedy(scene: Scene, low: tuple[float, float], high: tuple[float, float]) -> tuple[Fix, ...]:
     assert scene.config.size is not None
     fps = str(scene.config.fps)
     if min(low) >= 0.0:
         width, height = (max(side, round(value)) for side, value in zip(scene.config.size, high, strict=True))
-        return f"`.config({fps}, {width}, {height})` holds everything"
-    return (
+        title, edit = f"`.config({fps}, {width}, {height})` holds everything", resized(scene, (width, height))
+        return (Fix(title, () if edit is None else (edit,)),)
+    edit = resized(scene, None)
+    title = (
         f"`.config({fps})` without a size fits the canvas to everything; a size of"
         f" {round(high[0] - min(low[0], 0.0))} x {round(high[1] - min(low[1], 0.0))} does, if everything is moved by"
         f" [{number(max(0.0, -low[0]), 6)}, {number(max(0.0, -low[1]), 6)}]"
     )
+    return (Fix(title, () if edit is None else (edit,)),)

@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Block, Newton, Ode
-from movimentum.scene.model import Constraint, Scene
+from movimentum.scene.model import Constraint, Scene, Thing
+from movimentum.scene.text_edits import lengthened, removed
+from movimentum.settings import Advice
 from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Stretch, Trouble, TroubleKind
 from movimentum.solver.start.candidates import Selection
+from movimentum.source import SourceText
 from movimentum.text import number, time_text
 
 if TYPE_CHECKING:
     from movimentum.analysis.diagnose.conflict import Conflict
 
+MOMENTS = tuple(k / 8 for k in range(1, 9))
+"""Where, in the time without a solution, lengths are looked at that would do."""
+FEW = 200
+"""Unknowns up to which they are."""
+CLEARLY = 0.8
+"""Of the last digit of a suggested length: how far it must be from one that is just enough."""
 DECIMALS = 11
 """A time is shown with at most this many decimals of the step's length."""
 
@@ -36,7 +46,7 @@ def driven_past(stretch: Stretch, selection: Selection) -> bool:
     return any(block.moving or (stretch.segment.step > 0 and not block.free) for block in blocks)
 
 
-def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> Diagnostic | None:
+def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice) -> Diagnostic | None:
     """A path ended, or could not begin: which constraints bind, and their errors at the next frame.
 
     None if it could not begin and nothing shows that there is no solution: the search only found none.
@@ -73,13 +83,57 @@ def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> Diagnostic |
         label=label,
         labels=tuple(labels),
         notes=(_last_good(motion, stretch, trouble),),
+        fixes=()
+        if conflict is None or advice is not Advice.FULL
+        else tuple(_long_enough(stretch, trouble, block, carry, conflict)),
         helps=("`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out",),
     )
+
+
+def _long_enough(stretch: Stretch, trouble: Trouble, block: Block, carry: Carry, conflict: Conflict) -> Iterator[Fix]:
+    """Each thing that is too short or too long, with a round length that is enough for the whole time without a
+    solution, as far as some moments of it show.
+    """
+    from movimentum.analysis.diagnose.conflict import find_conflict
+
+    plan = stretch.plan
+    if len(plan.system.unknowns) > FEW:
+        return
+    end = min(trouble.until, float(stretch.segment.end - stretch.segment.start))
+    places = [trouble.begin + part * (end - trouble.begin) for part in MOMENTS]
+    later = [find_conflict(plan, set(block.unknowns), tau, carry) for tau in places]
+    for t, factor in sorted(conflict.stretch.items()):
+        thing = plan.system.scene.things[t]
+        factors = [factor, *(found.stretch[t] for found in later if found is not None and t in found.stretch)]
+        now = _length(thing)
+        if len(thing.anchors) != 2 or abs(factor - 1.0) < 1e-9 or now <= 0.0:
+            continue
+        wanted = _round(now * max(factors), up=True) if factor > 1.0 else _round(now * min(factors), up=False)
+        edit = lengthened(thing, wanted / now)
+        if edit is not None:
+            yield Fix(f"make `{thing.name}` {number(wanted, 6)} long (it is {number(now, 6)})", (edit,))
+
+
+def _length(thing: Thing) -> float:
+    points = [anchor.local for anchor in thing.anchors]
+    return max((float(np.hypot(a[0] - b[0], a[1] - b[1])) for a in points for b in points), default=0.0)
+
+
+def _round(value: float, *, up: bool) -> float:
+    """A number of two or three digits that is clearly beyond ``value``."""
+    unit = 10.0 ** (np.floor(np.log10(max(value, 1e-9))) - 1)
+    return float(unit * (np.ceil(value / unit + CLEARLY) if up else np.floor(value / unit - CLEARLY)))
 
 
 def constraint_of(stretch: Stretch, number_: int | None) -> Constraint | None:
     """The active constraint of that number."""
     return next((c for c in stretch.segment.active if c.number == number_), None)
+
+
+def left_out(source: SourceText, constraint: Constraint) -> Fix:
+    """The script without a constraint."""
+    text = " ".join(source.slice(constraint.span).split())
+    return Fix(f"leave out `{text}`", (removed(source.text, constraint.span),))
 
 
 def off_text(conflict: Conflict, constraint: int) -> str:
@@ -149,9 +203,7 @@ def _amount(scene: Scene, conflict: Conflict) -> str:
         return f"they are out of reach by {number(max(conflict.off.values()))}" if conflict.off else ""
     t, factor = max(short, key=lambda item: abs(item[1] - 1.0))
     thing = scene.things[t]
-    points = [anchor.local for anchor in thing.anchors]
-    reach = max(float(np.hypot(a[0] - b[0], a[1] - b[1])) for a in points for b in points)
-    gap = (factor - 1.0) * reach
+    gap = (factor - 1.0) * _length(thing)
     return f"`{thing.name}` is {number(abs(gap))} too {'short' if gap > 0 else 'long'}"
 
 

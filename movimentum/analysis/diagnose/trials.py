@@ -30,16 +30,16 @@ EFFORT = 12_000
 
 
 class Trials:
-    """Tries statements out on one motion; counts how often, so that the messages for a script full of errors come soon
-    too.
+    """Tries statements out on one motion, at most ``most`` times, so that the messages for a script full of errors come
+    soon too.
     """
 
-    def __init__(self, motion: PathMotion) -> None:
+    def __init__(self, motion: PathMotion, most: int = MOST) -> None:
         self.motion = motion
         self._script = Amender(motion.timeline.scene)
         coupled = [len(b.core) for s in motion.stretches for b in s.plan.blocks if isinstance(b, Newton | Ode)]
         unknowns = sum(len(stretch.plan.system.unknowns) for stretch in motion.stretches)
-        most = min(MOST, MOST_UNKNOWNS // max(unknowns, 1))
+        most = min(most, MOST_UNKNOWNS // max(unknowns, 1))
         self._left = most if max(coupled, default=0) <= COUPLED else 0
         self._whole = _values(motion) <= LARGEST
         self._effort = EFFORT

@@ -8,9 +8,10 @@ from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.trials import Trials, first_that_works
 from movimentum.analysis.freedom.degrees import BlockRank
 from movimentum.analysis.freedom.motions import FreeMotion, remedy
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.scene.clocks import clock_meant
 from movimentum.scene.model import Relation, Scene
+from movimentum.scene.text_edits import added, renamed
 from movimentum.solver.segment_motion import Stretch
 from movimentum.source import Span
 from movimentum.text import time_text
@@ -24,7 +25,7 @@ def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iter
         for motion in rank.motions:
             if motion.drawn:
                 continue
-            meant = meant_clocks(motion)
+            meant = meant_clocks(stretch.plan.system.scene, motion)
             statement = None if meant else first_that_works(trials, index, motion.holds, freedom)
             yield Diagnostic(
                 code="constraint/free-motion",
@@ -32,15 +33,24 @@ def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iter
                 message=f"{motion.words}; it moves as little as it can",
                 span=_where(stretch, rank, motion),
                 notes=(f"from t = {time_text(float(stretch.segment.start))} on",) if stretch.segment.number else (),
-                helps=meant or (remedy(motion, statement),),
-            )
+            ).advised(*(meant or (_given(stretch, motion, statement),)))
 
 
-def meant_clocks(motion: FreeMotion) -> tuple[str, ...]:
+def _given(stretch: Stretch, motion: FreeMotion, statement: str | None) -> str | Fix:
+    title = remedy(motion, statement)
+    if statement is None:
+        return title
+    return Fix(title, (added(stretch.plan.system.scene, stretch.segment.step, statement),))
+
+
+def meant_clocks(scene: Scene, motion: FreeMotion) -> tuple[Fix, ...]:
     """Help for variables that are named like the language's own clocks and constants, if nothing determines them."""
     names = [(name, clock) for name in motion.variables if (clock := clock_meant(name)) is not None]
     return tuple(
-        f"`{name}` is an ordinary variable, and nothing determines it: did you mean `.{clock}`?"
+        Fix(
+            f"`{name}` is an ordinary variable, and nothing determines it: did you mean `.{clock}`?",
+            renamed(scene, name, f".{clock}"),
+        )
         for name, clock in names
     )
 
@@ -60,8 +70,7 @@ def unstated_clocks(scene: Scene, found: Sequence[Diagnostic]) -> Iterator[Diagn
             severity=Severity.WARNING,
             message=f"`{name}` is an ordinary variable, and no statement says what it is",
             span=variable.span,
-            helps=(f"did you mean `.{clock}`?",),
-        )
+        ).advised(Fix(f"did you mean `.{clock}`?", renamed(scene, name, f".{clock}")))
 
 
 def _where(stretch: Stretch, rank: BlockRank, motion: FreeMotion) -> Span | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.analysis.diagnose.reach import left_out
 from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
@@ -180,7 +181,8 @@ def _opposed(motion: PathMotion, life: _Life, last: float, name: str, wishes: Se
     """Other wishes of the same part hold it back."""
     scene = motion.timeline.scene
     others = {wish.constraint for wish in wishes} - {life.constraint.number}
-    keys = [scene.source.slice(c.left_span) for c in scene.constraints() if c.number in others]
+    opposing = [c for c in scene.constraints() if c.number in others]
+    keys = [scene.source.slice(c.left_span) for c in opposing]
     quoted = [f"`{key}`" for key in keys]
     return Diagnostic(
         "wish/blocked",
@@ -188,4 +190,5 @@ def _opposed(motion: PathMotion, life: _Life, last: float, name: str, wishes: Se
         f"other wishes hold `{name}` {number(last)} from its goal: those for {listed(quoted)}",
         life.constraint.span,
         helps=(f"`{keys[0]} ~ _;` ends {'that' if len(keys) == 1 else 'one'}",),
+        fixes=tuple(left_out(scene.source, constraint) for constraint in opposing),
     )

@@ -93,10 +93,11 @@ class HeldBlock:
         longest, off = STEP, self.off(x)
         with np.errstate(all="ignore"):
             for _ in range(steps):
-                velocity = self.motion.velocity(self.tau, x)
+                tangent = self.motion.tangent(self.tau, x)
+                velocity = self.motion.velocity(self.tau, x, tangent)
                 largest = float(np.max(np.abs(velocity), initial=0.0))
                 step = min(longest, FARTHEST * self.piece.plan.size / max(largest, 1e-300))
-                y, good, _ = self.motion.restored(self.tau, x + step * velocity)
+                y, good, _ = self.motion.restored(self.tau, x + step * velocity, tangent)
                 now = self.off(y)
                 if not good or now > off:  # too far: near a stretched pose it would bounce
                     longest = 0.5 * step

@@ -80,6 +80,10 @@ class FreeVelocity:
         wished = self.wished(errors[0], (errors[1] - errors[2]) / span)
         return tangent.toward(v, slopes[0], wished, self.damping)
 
+    def tangent(self, tau: float, x: FloatArray) -> Tangent:
+        """The block linearised at core values ``x`` (n,)."""
+        return tangent_at(self.local.around(tau)[0].first(), x)
+
     def wished(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
         """How fast each error should change (p,): with its target, and what it is off by down; no faster than a wish's
         own speed, nor than if it were `FARTHEST` off.

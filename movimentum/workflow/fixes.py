@@ -1,0 +1,206 @@
+"""The fixes of diagnostics, tried on the script before anybody sees them.
+
+A fix is tried by reading, solving and examining the script with its edits. It works if its diagnostic goes away and no
+error is there that was not there before. Nothing else makes a fix ``tried``, and only those are shown as edits.
+
+What it costs: every trial costs what `check` costs on the script as it would be. So fixes are tried only where somebody
+looks at them (`check`, the debugger), never by `run` or `solve`. All trials together have a limit of seconds and of
+solver steps. A fix beyond it stays plain text.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from movimentum.diagnostics import Diagnostic, Fix, Severity
+from movimentum.errors import MovimentumError, UsageError
+from movimentum.settings import Advice
+from movimentum.solver.basis.effort import GivenUp, limited
+from movimentum.source import Edit, SourceText, Span, edited, edited_place
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, examined, moved, understand
+
+SECONDS = 5.0
+"""The limit for all trials of one script."""
+EFFORT = 40_000
+"""The limit of linearizations for them (see `movimentum.solver.basis.effort`): the same on every machine."""
+BEFORE_SOLVING = ("syntax/", "name/", "kind/", "asset/", "timeline/", "limit/", "claim/")
+"""Codes of errors that keep a script from being solved: with them, nothing is known of what solving would say."""
+NO_SOLUTION = ("constraint/conflict", "solve/unreachable", "solve/not-converged")
+"""Codes of errors about times without a solution."""
+_STATEMENT = re.compile(r"[;@]")
+
+
+class Verdict(Enum):
+    """What a trial shows. A fix that is contradicted does not help because of what the script says elsewhere."""
+
+    WORKS = "works"
+    FAILS = "fails"
+    CONTRADICTED = "contradicted"
+    UNKNOWN = "not tried"
+
+
+def with_fixes(
+    found: Sequence[Diagnostic], source: SourceText, choices: Choices, *, took: float = 0.0, seconds: float = SECONDS
+) -> tuple[Diagnostic, ...]:
+    """The diagnostics of a script with those of their fixes that work, and without the helps that are contradicted.
+
+    ``found`` are all diagnostics that `check` makes of ``source`` with these ``choices``, for which it ``took`` so many
+    seconds.
+    """
+    if not any(item.fixes for item in found):
+        return tuple(found)
+    trials = _Trials(tuple(found), source, choices, time.monotonic() + seconds, expected=took)
+    verdicts: dict[tuple[int, int], Verdict] = {}
+    tried = [(rank, place) for place, item in enumerate(found) for rank in range(len(item.fixes))]
+    for rank, place in sorted(tried):  # the likeliest of each diagnostic first, in case time runs out
+        item = found[place]
+        fix = item.fixes[rank]
+        done = (verdicts[place, k] for k in range(rank) if item.fixes[k].title == fix.title)
+        verdicts[place, rank] = Verdict.UNKNOWN if Verdict.WORKS in done else trials.verdict(item, fix)
+    return tuple(
+        _judged(item, [verdicts[place, rank] for rank in range(len(item.fixes))]) for place, item in enumerate(found)
+    )
+
+
+def fixed(source: SourceText, fix: Fix) -> SourceText:
+    """The script with a fix made."""
+    return SourceText(source.path, edited(source.text, fix.edits))
+
+
+@dataclass(slots=True)
+class _Trials:
+    """``left``: linearizations that may still be done; ``expected``: how long one of a fix that works
+    may take.
+    """
+
+    found: tuple[Diagnostic, ...]
+    source: SourceText
+    choices: Choices
+    deadline: float
+    left: int = EFFORT
+    expected: float = 0.0
+
+    def verdict(self, item: Diagnostic, fix: Fix) -> Verdict:
+        if not fix.edits or time.monotonic() + self.expected > self.deadline or self.left <= 0:
+            return Verdict.UNKNOWN
+        begun = time.monotonic()
+        after = fixed(self.source, fix)
+        left = [0]
+        try:
+            with limited(self.left) as left:
+                found = diagnosed(after, self.choices, in_full=self._has_another_trouble(item))
+        except (GivenUp, ArithmeticError, ValueError):
+            return Verdict.UNKNOWN
+        finally:
+            self.left = left[0]
+        if found is None:
+            return Verdict.FAILS if _before_solving(item) else Verdict.CONTRADICTED
+        verdict = self._compared(item, fix, found, after)
+        if verdict is Verdict.WORKS:
+            self.expected = max(self.expected, time.monotonic() - begun)
+        return verdict
+
+    def _has_another_trouble(self, item: Diagnostic) -> bool:
+        """Whether there may be times without a solution that have nothing to do with ``item`` (of all of them, only the
+        first is reported).
+        """
+        return item.code not in NO_SOLUTION and any(
+            other.code in NO_SOLUTION and other.severity is Severity.ERROR for other in self.found
+        )
+
+    def _compared(self, item: Diagnostic, fix: Fix, after: Sequence[Diagnostic], source: SourceText) -> Verdict:
+        if _stays(item, fix, self.found, after):
+            return Verdict.CONTRADICTED
+        added = list(_added(self.found, after))
+        if not added:
+            return Verdict.WORKS
+        if not _before_solving(item):  # everything was known before
+            return Verdict.CONTRADICTED
+        touched = [_statement_around(source.text, edit, fix.edits) for edit in fix.edits]
+        near = (error.span for error in added if error.span is not None)
+        own = any(place.start <= span.end and span.start <= place.end for span in near for place in touched)
+        return Verdict.CONTRADICTED if own else Verdict.FAILS
+
+
+def _before_solving(item: Diagnostic) -> bool:
+    return item.severity is Severity.ERROR and item.code.startswith(BEFORE_SOLVING) and item.code != "claim/broken"
+
+
+def _judged(item: Diagnostic, verdicts: Sequence[Verdict]) -> Diagnostic:
+    """A diagnostic with the fixes that work, without the helps that the script contradicts.
+
+    Help about spelling is right even where the edit that was guessed from it is not all that has to be done: it is left
+    out only if another help works.
+    """
+    works = dict.fromkeys(fix.title for fix, found in zip(item.fixes, verdicts, strict=True) if found is Verdict.WORKS)
+    spelling = item.code.startswith("syntax/")
+    wrong: dict[str, bool] = {}
+    for fix, found in zip(item.fixes, verdicts, strict=True):
+        fails = found is Verdict.CONTRADICTED or (spelling and found is Verdict.FAILS)
+        wrong[fix.title] = wrong.get(fix.title, True) and fails and (bool(works) or not spelling)
+    kept = [replace(fix, tried=True) for fix, found in zip(item.fixes, verdicts, strict=True) if found is Verdict.WORKS]
+    return replace(item, helps=tuple(text for text in item.helps if not wrong.get(text)), fixes=tuple(kept))
+
+
+def diagnosed(source: SourceText, choices: Choices, *, in_full: bool = True) -> tuple[Diagnostic, ...] | None:
+    """Everything that `check` says about a script, nothing of it tried out; unless ``in_full``, None if there is no
+    solution at some time, for finding out why takes longest.
+    """
+    try:
+        timeline = arranged(understand(source, choices), choices)
+        path = moved(timeline)
+        if not in_full and any(stretch.troubles for stretch in path.stretches):
+            return None
+        return examined(timeline, choices, advice=Advice.PLAIN, path=path).diagnostics
+    except UsageError:
+        raise
+    except MovimentumError as error:
+        return error.diagnostics
+
+
+def _stays(item: Diagnostic, fix: Fix, before: Sequence[Diagnostic], after: Sequence[Diagnostic]) -> bool:
+    """Whether a diagnostic is still there: as many with its message as before, or of its code at its place."""
+    if _alike(item, after) >= _alike(item, before):
+        return True
+    if item.span is None:
+        return False
+    start = Span(item.span.start, item.span.start)
+    last = edited_place(start.start, fix.edits)
+    first = last - sum(len(edit.text) for edit in fix.edits if edit.span == start)
+    there = _starting(item.code, before, start.start, start.start)
+    return _starting(item.code, after, first, last) >= there
+
+
+def _alike(item: Diagnostic, found: Sequence[Diagnostic]) -> int:
+    return sum((other.code, other.message) == (item.code, item.message) for other in found)
+
+
+def _starting(code: str, found: Sequence[Diagnostic], first: int, last: int) -> int:
+    """How many diagnostics of a code begin between two offsets."""
+    places = (other.span.start for other in found if other.code == code and other.span is not None)
+    return sum(first <= place <= last for place in places)
+
+
+def _added(before: Sequence[Diagnostic], after: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """The errors that were not there before (their places may have moved)."""
+    known = Counter((item.code, item.message) for item in before if item.severity is Severity.ERROR)
+    for item in after:
+        if item.severity is Severity.ERROR:
+            known[item.code, item.message] -= 1
+            if known[item.code, item.message] < 0:
+                yield item
+
+
+def _statement_around(text: str, edit: Edit, edits: Sequence[Edit]) -> Span:
+    """The statement (or definition) that an edit belongs to, in the ``text`` after all ``edits``."""
+    start = edited_place(edit.span.start, [other for other in edits if other.span < edit.span])
+    end = start + len(edit.text)
+    before = max(text.rfind(";", 0, start), text.rfind("@", 0, start)) + 1
+    following = _STATEMENT.search(text, end)
+    return Span(before, len(text) if following is None else following.start())
