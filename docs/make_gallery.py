@@ -1,12 +1,14 @@
 """Renders the gallery: ``python docs/make_gallery.py [NAME …]`` writes ``docs/gallery/NAME.gif`` for every script.
 
-It calls the command line, as a reader of the gallery would.
+``python docs/make_gallery.py --sizes`` prints the table of sizes in ``docs/gallery.md``. It calls the command line, as
+a reader of the gallery would.
 """
 
 from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
@@ -39,8 +41,24 @@ def command(name: str) -> list[str]:
     return ["run", str(SCRIPTS / f"{name}.mov"), *traced, *LIGHTER.get(name, ())]
 
 
+def sizes() -> None:
+    """Prints a table: how many kB the films of the gallery have in each format."""
+    print("| | frames | GIF | SVG | HTML |\n|---|--:|--:|--:|--:|")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in sorted(path.stem for path in SCRIPTS.glob("*.mov")):
+            made = [Path(folder) / f"{name}.{kind}" for kind in ("gif", "svg", "html")]
+            for out in made:
+                done = [sys.executable, "-m", "movimentum", *command(name), "-o", str(out)]
+                said = subprocess.run(done, check=True, capture_output=True, text=True).stderr
+            frames = said.rpartition(": ")[2].split()[0]
+            print(f"| {name} | {frames} |", " | ".join(f"{out.stat().st_size / 1000:.0f}" for out in made), "|")
+
+
 def main(names: list[str]) -> None:
     """Renders the named scripts, or all."""
+    if names == ["--sizes"]:
+        sizes()
+        return
     (DOCS / "gallery").mkdir(exist_ok=True)
     for name in names or sorted(path.stem for path in SCRIPTS.glob("*.mov")):
         out = DOCS / "gallery" / f"{name}.gif"

@@ -288,7 +288,8 @@ class Motion:
         max_pixels: int | None = None,
     ) -> Written:
         """Draw it into the file ``path``, whose suffix names the format: an animation (``.gif``, ``.apng``, ``.webp``,
-        ``.mp4``, ``.webm``), a still (``.png``, ``.jpg``), or numbered pictures (``"frames/%04d.png"``).
+        ``.svg``, ``.mp4``, ``.webm``), a page with a player (``.html``), a still (``.png``, ``.jpg``; ``.svg`` with
+        ``at``), or numbered pictures (``"frames/%04d.png"``).
 
         The keywords are the options of `movimentum run`: ``frames`` (``slice(12, 48)``, ``"12:48"``, ``7``) or one time
         ``at``; ``trace`` ("Rod.B", or several), ``show`` ("names", "free", "anchors", or several), ``background`` (a
@@ -304,7 +305,7 @@ class Motion:
         ...     motion.render(os.path.join(folder, "trammel.gif"), frames="0:5", scale=0.5, workers=1).frames
         5
         """
-        from movimentum.rendering.options import Quality, Show
+        from movimentum.drawing.options import Quality, Show
 
         if at is not None and frames is not None:
             raise usage_error("usage/at", "`at` is one picture and `frames` a range of them: give one of the two")

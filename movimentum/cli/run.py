@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 Examples:
   movimentum run crank.mov                         crank.gif, beside the script
   movimentum run crank.mov -o crank.mp4            a video (pip install 'movimentum[video]')
+  movimentum run crank.mov -o crank.html           a page that plays it, without a network
   movimentum run crank.mov --at 2.5                crank.png, a still at time 2.5
   movimentum run crank.mov -o 'frames/%04d.png'    numbered pictures
   movimentum run crank.mov --trace Rod.B --show names,free
@@ -52,7 +53,8 @@ Examples:
     "--output",
     metavar="OUT",
     help="The file to write: .gif (default, under the script's name), .png or .jpg (a still, or numbered pictures "
-    "with %d in the name), .apng, .webp; .mp4 and .webm with the video extra.",
+    "with %d in the name), .apng, .webp, .svg (a still with --at), .html (a page with a player); .mp4 and .webm with "
+    "the video extra.",
 )
 @FPS
 @FRAMES
@@ -95,7 +97,7 @@ Examples:
     metavar="N",
     help="Play N times; 0 is for ever.",
 )
-@click.option("--transparent", is_flag=True, help="No background (GIF, PNG, APNG, WebP, WebM).")
+@click.option("--transparent", is_flag=True, help="No background (GIF, PNG, APNG, WebP, SVG, HTML).")
 @STRICT
 @ON_FAILURE
 @click.option(

@@ -43,10 +43,12 @@ from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, 
 from movimentum.solver.poses import Poses
 from movimentum.terminal import typed
 
-SUFFIXES = (".gif", ".png", ".jpg", ".jpeg", ".apng", ".webp", ".mp4", ".webm")
+SUFFIXES = (".gif", ".png", ".jpg", ".jpeg", ".apng", ".webp", ".svg", ".html", ".mp4", ".webm")
 _STILLS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
 STILL_KINDS = frozenset(_STILLS.values())
 """The kinds that `check_output` returns for a file with one picture."""
+VECTOR_KINDS = frozenset({"svg", "html"})
+"""The kinds that are not made of pixels: the stage `vector` writes them."""
 _SAMPLES = 8  # frames that a palette is chosen from
 _WORTH_TIMING = 60  # frames: fewer are drawn in this process without measuring
 
@@ -78,8 +80,12 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
     """
     suffix, name = path.suffix.lower(), path.name
     if suffix not in SUFFIXES:
+        from difflib import get_close_matches
+
         known = ", ".join(SUFFIXES)
-        raise usage_error("output/format", f"cannot tell a format from `{name}`: known are {known}", "-o out.gif")
+        near = [f"-o {typed(path.with_suffix(near))}" for near in get_close_matches(suffix, SUFFIXES, 1)]
+        message = f"cannot tell a format from `{name}`: known are {known}"
+        raise usage_error("output/format", message, *(near or ["-o out.gif"]))
     if suffix not in _STILLS:
         return suffix[1:]
     if transparent and suffix != ".png":

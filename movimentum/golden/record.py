@@ -66,7 +66,7 @@ class Rendition:
 
     def images(self) -> Iterator[tuple[int, Any]]:
         """The frames of `pictures` as Pillow images."""
-        from movimentum.rendering.options import PictureOptions
+        from movimentum.drawing.options import PictureOptions
         from movimentum.rendering.painter import make_painter
 
         motion = self.solution.motion

@@ -8,11 +8,10 @@ from itertools import pairwise
 
 from PIL import Image
 
+from movimentum.drawing.style import Color
 from movimentum.geometry import Affine
 from movimentum.rendering.coverage import Coverage, Point, bounded, clipped, stroke
 from movimentum.rendering.sprites import Sprite
-
-Color = tuple[int, int, int]
 
 
 class Canvas:

@@ -14,7 +14,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-Point: TypeAlias = tuple[float, float]
+from movimentum.drawing.model import Point
+
 Floats: TypeAlias = NDArray[np.float32]
 
 FARTHEST = 1e9  # pixels: farther points are drawn as if they were there, wider lines as if they had this width

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.drawing.options import MAX_SPRITE_BYTES, MAX_SPRITE_PIXELS
 from movimentum.errors import ScriptError
-from movimentum.rendering.options import MAX_SPRITE_BYTES, MAX_SPRITE_PIXELS
 from movimentum.source import Span
 
 FORMATS = ("PNG", "GIF", "JPEG", "WEBP", "BMP", "TIFF")

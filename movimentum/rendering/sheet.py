@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from movimentum.rendering.options import PictureOptions
+from movimentum.drawing.options import PictureOptions
 from movimentum.rendering.painter import Painter, make_painter
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses

@@ -9,10 +9,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFilter  # slow: this module is imported only if there is text
 
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.drawing.options import MAX_SPRITE_PIXELS
 from movimentum.errors import ScriptError
 from movimentum.geometry import Affine
 from movimentum.rendering.faces import REPLACEMENT, Face, missing, normal, runs
-from movimentum.rendering.options import MAX_SPRITE_PIXELS
 from movimentum.rendering.sprites import Sprite, outline_of
 from movimentum.scene.model import Thing
 from movimentum.source import Span

@@ -10,8 +10,8 @@ from statistics import median
 import numpy as np
 from PIL import Image
 
+from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.encoding.palette import Mapper, choose_palette
-from movimentum.rendering.options import PictureOptions, Quality
 from movimentum.rendering.painter import Painter, PaintSession, make_painter
 from movimentum.rendering.stream import PoseSource
 from movimentum.scene.model import Scene

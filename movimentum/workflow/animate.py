@@ -19,9 +19,10 @@ from movimentum.workflow.choices import Choices, Outcome, Picture, Progress
 from movimentum.workflow.frames import PoseChunks, chosen_frames
 from movimentum.workflow.read import reads
 from movimentum.workflow.stages import Solution, afterwards, arranged, judged, solved, understand
+from movimentum.workflow.ways import way_to
 
 if TYPE_CHECKING:
-    from movimentum.rendering.options import FreeMark, PictureOptions
+    from movimentum.drawing.options import FreeMark, PictureOptions
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
@@ -41,10 +42,9 @@ def animate(
     ``solution``: where it has been solved with these ``choices`` already.
     """
     from movimentum.analysis.diagnose.off_canvas import OUTSIDE
-    from movimentum.encoding.write import STILL_KINDS, check_output, write_animation
+    from movimentum.drawing.options import Show
+    from movimentum.encoding.write import STILL_KINDS, VECTOR_KINDS, check_output
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
-    from movimentum.rendering.options import Show
-    from movimentum.rendering.painter import make_painter
 
     kind = check_output(target, transparent=picture.transparent)
     background = None if picture.background is None else _color(picture.background)
@@ -55,12 +55,16 @@ def animate(
     refuse_overwriting(target, reads(source, scene), numbers)
     options = _options(scene, picture, background)
     frames = _frames(timeline, picture)
+    shown = (picture.at,) if picture.at is not None else frames[:1] if kind in STILL_KINDS else frames
+    if kind in VECTOR_KINDS:
+        from movimentum.vector.write import refuse_too_long
+
+        refuse_too_long(scene, len(shown), target)
     ready = None
     if scene.config.size is not None and not options.traces and Show.FREE not in options.show:
-        ready = make_painter(scene, (), options)  # what is too large or cannot be read is refused before the work
+        ready = way_to(kind, scene, (), options)  # what is too large or cannot be read is refused before the work
     solution = solution or solved(timeline, choices)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
-    shown = (picture.at,) if picture.at is not None else frames[:1] if kind in STILL_KINDS else frames
     poses: PoseSource = PoseChunks(motion, shown, skip).held()
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
@@ -68,18 +72,17 @@ def animate(
     if not any(len(chunk.frames) for chunk in poses):
         message = "none of the frames asked for has a solution"
         raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
-    painter = ready or make_painter(
+    write = ready or way_to(
+        kind,
         scene,
         PoseChunks(motion, range(timeline.frame_count), skip),
         options,
-        before=PoseChunks(motion, range(frames.start), skip),
+        PoseChunks(motion, range(frames.start), skip),
     )
     with ExitStack() as stack:
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
         place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
-        written = write_animation(
-            painter, poses, place, fps=timeline.fps, loop=picture.loop, workers=picture.workers, progress=progress
-        )
+        written = write(poses, place, timeline.fps, picture, progress)
         said, notes = afterwards(solution, choices)
         diagnostics, warned = judged((*said, *written.diagnostics), choices)
         if warned:
@@ -93,7 +96,7 @@ def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timelin
 
 
 def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
-    from movimentum.rendering.options import PictureOptions, Quality, Show, trace_anchors
+    from movimentum.drawing.options import PictureOptions, Quality, Show, trace_anchors
 
     return PictureOptions(
         quality=Quality(picture.quality),
@@ -124,7 +127,7 @@ FREE_MOMENTS = 24
 def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
     """Arrows for all free motions at ``times`` (ascending): one for each moving anchor, numbered by motion."""
     from movimentum.analysis.freedom.motions import free_motions_at
-    from movimentum.rendering.options import FreeMark
+    from movimentum.drawing.options import FreeMark
 
     if len(times) > FREE_MOMENTS:
         times = [times[round(k * (len(times) - 1) / (FREE_MOMENTS - 1))] for k in range(FREE_MOMENTS)]

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
+from movimentum.drawing.options import PictureOptions
 from movimentum.encoding.palette import Mapper, choose_palette
 from movimentum.encoding.write import check_output, write_animation
 from movimentum.errors import UsageError
-from movimentum.rendering.options import PictureOptions
 from movimentum.rendering.painter import PaintSession, make_painter
 from tests.encoding.films import FPS, bars_only, composed, moving
 from tests.rendering.scenes import pixels, poses, scene, thing

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from movimentum.drawing.options import PictureOptions
 from movimentum.encoding import runs, write
 from movimentum.encoding.write import check_output, write_animation
 from movimentum.errors import MovimentumError, UsageError
-from movimentum.rendering.options import PictureOptions
 from movimentum.rendering.painter import make_painter
 from movimentum.rendering.stream import Spool
 from movimentum.scene.model import AnchorRef

@@ -9,8 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from movimentum.rendering.overlays import LONGEST
-from movimentum.rendering.style import MOTIONS
+from movimentum.drawing.style import LONGEST, MOTIONS
 from tests.command import movimentum
 
 FOUR_BAR = """.config(10, 300, 300);

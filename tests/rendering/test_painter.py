@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from movimentum.drawing.options import FreeMark, PictureOptions, Quality, Show, trace_anchors
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
-from movimentum.rendering.options import FreeMark, PictureOptions, Quality, Show, trace_anchors
 from movimentum.rendering.painter import PaintSession, make_painter
 from movimentum.rendering.stream import Spool, kept_frames, pieces, thinned
 from movimentum.scene.model import AnchorRef

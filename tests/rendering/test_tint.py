@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from movimentum.rendering.options import PictureOptions, Quality
+from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.rendering.painter import make_painter
 from movimentum.scene.colors import INK
 from movimentum.scene.model import AnchorRef
@@ -102,4 +102,4 @@ def test_the_trace_of_a_sprite_is_drawn_in_ink(tmp_path):
     where = poses([[5, 40, 0], [50, 40, 0]])
     made = scene(thing("sprite", (0, 0), image=image), size=(60, 50))
     painter = make_painter(made, where, PictureOptions(traces=(AnchorRef(0, 0),)))
-    assert painter.traces[0].color == INK
+    assert painter.traces[0].mark.color == INK

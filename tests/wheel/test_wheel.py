@@ -44,6 +44,7 @@ def test_the_wheel_holds_the_grammar_and_nothing_foreign(wheel: Path) -> None:
     assert grammar == (ROOT / "grammar" / "movimentum.lark").read_bytes()
     assert "movimentum/py.typed" in names
     assert {f"movimentum/rendering/fonts/DejaVuSans.{end}" for end in ("ttf", "LICENSE")} <= set(names)
+    assert {"movimentum/vector/player.js", "movimentum/vector/page.css"} <= set(names)
     assert "movimentum = movimentum.__main__:main" in entry_points
     assert {name.partition("/")[0].partition("-")[0] for name in names} == {"movimentum"}
     sources = {path.relative_to(ROOT).as_posix() for path in (ROOT / "movimentum").rglob("*.py")}
@@ -64,3 +65,5 @@ def test_the_wheel_renders_a_script_without_the_checkout(wheel: Path, tmp_path: 
     run(python.parent / "movimentum", "run", "crank.mov", cwd=tmp_path)
     with Image.open(tmp_path / "crank.gif") as picture:
         assert (picture.format, picture.n_frames) == ("GIF", 11)
+    run(python.parent / "movimentum", "run", "crank.mov", "-o", "crank.html", cwd=tmp_path)
+    assert "class MovimentumPlayer" in (tmp_path / "crank.html").read_text(encoding="utf-8")

@@ -4,9 +4,13 @@
 
 from __future__ import annotations
 
-from movimentum.rendering.canvas import Color
+from typing import TypeAlias
+
 from movimentum.scene.colors import INK
 from movimentum.scene.model import Shape, Thing
+
+Color: TypeAlias = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
 
 BACKGROUND: Color = (255, 255, 255)
 ACCENT: Color = (200, 30, 90)
@@ -16,7 +20,13 @@ MOTIONS: tuple[Color, ...] = (ACCENT, (0, 114, 178), (0, 140, 90), (213, 94, 0),
 """Colours of the free motions, in turn; most colour-blind people can distinguish them (after Okabe & Ito)."""
 
 TRACE_WIDTH = 1.6
+UNITS = 1000
+"""Units of a text's outline in the height of its font."""
 NOTE_HEIGHT = 12.0  # of the font of names over the picture
+DOT_EDGE = 1.2  # of the dot that marks an anchor
+LONGEST, SHORTEST = 36.0, 3.0
+"""World pixels: the arrow of the fastest anchor, and the length below which an arrow is too short to be seen."""
+ARROW_WIDTH = 2.5  # of free motions
 
 
 def color_of(thing: Thing) -> Color:
@@ -27,3 +37,8 @@ def color_of(thing: Thing) -> Color:
 def paint_of(thing: Thing) -> Color:
     """The colour of a thing; for a sprite, its tint."""
     return UNTINTED if thing.shape is Shape.SPRITE else color_of(thing)
+
+
+def motion_color(motion: int) -> Color:
+    """The colour of free motion number ``motion``."""
+    return MOTIONS[motion % len(MOTIONS)]

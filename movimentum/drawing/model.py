@@ -1,0 +1,163 @@
+"""The display list: what is drawn, in paint order, apart from how it moves.
+
+Every way to draw a film (Pillow's painter, SVG, the player of a page) draws this one list, so a thing looks the same
+everywhere. Marks are in their bodies' local frames or attached to anchors, in world pixels, y up; where the bodies are
+in a frame is in `solver.poses`, and `drawing.motion` combines the two.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from movimentum.drawing.style import Color
+from movimentum.source import Span
+
+Point: TypeAlias = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Paint:
+    """Whose visibility, opacity and colour a mark has: those of thing number ``thing``. ``color`` (of an image: its
+    tint) as the definition gives it; constraints may change it.
+    """
+
+    thing: int
+    color: Color
+
+
+@dataclass(frozen=True, slots=True)
+class ImageMark:
+    """The image file ``path``, its lower-left corner at the local origin; an image pixel is ``pixel`` world pixels."""
+
+    paint: Paint
+    path: str
+    pixel: float
+    span: Span | None = None
+
+    @property
+    def body(self) -> int:
+        """The thing that it moves with."""
+        return self.paint.thing
+
+
+@dataclass(frozen=True, slots=True)
+class TextMark:
+    """A line of text whose baseline begins at the local point ``start``; the font is ``height`` high."""
+
+    paint: Paint
+    text: str
+    height: float
+    start: Point
+    span: Span | None = None
+
+    @property
+    def body(self) -> int:
+        """The thing that it moves with."""
+        return self.paint.thing
+
+
+@dataclass(frozen=True, slots=True)
+class PolylineMark:
+    """A line through a body's local ``points`` with round caps and joins; with ``arrow``, a head at the last point."""
+
+    paint: Paint
+    points: tuple[Point, ...]
+    width: float
+    arrow: bool = False
+
+    @property
+    def body(self) -> int:
+        """The thing that it moves with."""
+        return self.paint.thing
+
+
+@dataclass(frozen=True, slots=True)
+class DiscMark:
+    """A circle about a local point, filled, or with ``width`` its outline, centred on the circle."""
+
+    paint: Paint
+    centre: Point
+    radius: float
+    width: float | None
+
+    @property
+    def body(self) -> int:
+        """The thing that it moves with."""
+        return self.paint.thing
+
+
+@dataclass(frozen=True, slots=True)
+class LinkMark:
+    """A line through points of other things, (thing number, local point) each; drawn while all of them are visible."""
+
+    paint: Paint
+    through: tuple[tuple[int, Point], ...]
+    width: float
+
+
+@dataclass(frozen=True, slots=True)
+class NoteMark:
+    """A text beside a body's local point, upright, on a halo of `style.PAPER`; with ``dot`` > 0 a dot of that radius at
+    the point. ``offset`` is from the point to the start of the baseline (world pixels, y up).
+    """
+
+    body: int
+    local: Point
+    text: str
+    color: Color
+    offset: Point
+    dot: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class FreeArrow:
+    """An arrow from a body's local ``tail``: how that point moves in a free motion.
+
+    ``velocity`` in the local frame; the fastest point of a motion moves by 1 and has an arrow of `style.LONGEST`. It is
+    shown at times from ``begin`` to ``end``, both included, if it is at least `style.SHORTEST` long.
+    """
+
+    body: int
+    tail: Point
+    velocity: Point
+    color: Color
+    begin: float = -math.inf
+    end: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class TraceMark:
+    """The path of a body's local point, from the animation's first frame to the present one."""
+
+    body: int
+    local: Point
+    color: Color
+    width: float
+
+
+ThingMark: TypeAlias = ImageMark | TextMark | PolylineMark | DiscMark | LinkMark
+"""What a thing of the scene looks like."""
+
+OverMark: TypeAlias = NoteMark | FreeArrow
+"""What is drawn over a picture on request."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """``things`` from back to front, then ``traces``, then ``overlays``, on ``background``.
+
+    ``matte`` is the background colour even if the picture is transparent: what video, which has no transparency, shows.
+    """
+
+    things: tuple[ThingMark, ...]
+    traces: tuple[TraceMark, ...]
+    overlays: tuple[OverMark, ...]
+    matte: Color
+    transparent: bool = False
+
+    @property
+    def background(self) -> Color | None:
+        """The colour of the ground; None if it is transparent."""
+        return None if self.transparent else self.matte

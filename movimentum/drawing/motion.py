@@ -1,0 +1,144 @@
+"""How the marks of a display list move: poses -> numbers of every frame. Frame of reference: the world, y up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.drawing.arrows import arrow_head
+from movimentum.drawing.model import (
+    DiscMark,
+    FreeArrow,
+    LinkMark,
+    NoteMark,
+    OverMark,
+    Paint,
+    Point,
+    PolylineMark,
+    ThingMark,
+    TraceMark,
+)
+from movimentum.drawing.style import ARROW_WIDTH, LONGEST, SHORTEST, Color
+from movimentum.solver.poses import Poses
+
+
+def paint_at(paint: Paint, poses: Poses, i: int) -> tuple[float, Color]:
+    """(opacity, colour) in frame ``i`` of ``poses``; opacity 0 where the thing is not visible."""
+    if not poses.visible[paint.thing, i]:
+        return 0.0, paint.color
+    changed = poses.properties
+    opacity = changed.get((paint.thing, "opacity"))
+    channels = [changed.get((paint.thing, name)) for name in ("red", "green", "blue")]
+    red, green, blue = (
+        own if values is None else round(min(max(float(values[i]), 0.0), 255.0))
+        for own, values in zip(paint.color, channels, strict=True)
+    )
+    return (1.0 if opacity is None else min(max(float(opacity[i]), 0.0), 1.0)), (red, green, blue)
+
+
+def state(mark: ThingMark | OverMark | TraceMark, poses: Poses) -> FloatArray:
+    """(F, K): all numbers that the picture of a mark depends on; equal rows are equal pictures."""
+    match mark:
+        case LinkMark():
+            points = link_points(mark, poses).reshape(len(poses.frames), -1)
+            shown = [poses.visible[thing].astype(np.float64)[:, None] for thing, _ in mark.through]
+            return np.concatenate([points, *shown, *_paint_state(mark.paint, poses)], axis=1)
+        case NoteMark() | TraceMark():
+            return point_state(mark.body, mark.local, poses)
+        case FreeArrow():
+            now = arrow_times(mark, poses)[:, None].astype(np.float64)
+            point = point_state(mark.body, mark.tail, poses)
+            return np.concatenate([point, poses.direction[mark.body], now], axis=1)
+        case _:
+            pose = (poses.origin[mark.body], poses.direction[mark.body])
+            return np.concatenate([*pose, *_paint_state(mark.paint, poses)], axis=1)
+
+
+def bounds(mark: ThingMark | OverMark, poses: Poses, corners: Sequence[Point]) -> FloatArray:
+    """(F, 4): left, bottom, right, top of a mark; rows of NaN where nothing is drawn.
+
+    ``corners`` are the local corners of the outline of an image or a text. Names do not make a picture larger: their
+    rows are NaN.
+    """
+    match mark:
+        case NoteMark():
+            return np.full((len(poses.frames), 4), np.nan)
+        case FreeArrow():
+            # it may be the only thing that is visible
+            return boxes(arrow_ends(mark, poses), arrow_shown(mark, poses), arrow_head(ARROW_WIDTH)[1])
+        case LinkMark():
+            shown = np.logical_and.reduce(
+                [poses.visible[thing] for thing in (*(thing for thing, _ in mark.through), mark.paint.thing)]
+            )
+            return boxes(link_points(mark, poses), shown, mark.width / 2.0)
+        case PolylineMark():
+            reach = arrow_head(mark.width)[1] if mark.arrow else mark.width / 2.0
+            return boxes(_world(poses, mark.body, mark.points), poses.visible[mark.body], reach)
+        case DiscMark():
+            reach = mark.radius + (mark.width or 0.0) / 2.0
+            return boxes(_world(poses, mark.body, [mark.centre]), poses.visible[mark.body], reach)
+        case _:
+            return boxes(_world(poses, mark.body, corners), poses.visible[mark.body], 0.0)
+
+
+def link_points(mark: LinkMark, poses: Poses) -> FloatArray:
+    """(F, P, 2): the points that a line goes through."""
+    return np.stack([poses.world(thing, local) for thing, local in mark.through], axis=1)
+
+
+def arrow_times(mark: FreeArrow, poses: Poses) -> BoolArray:
+    """(F,) whether it is the arrow's time."""
+    return (mark.begin <= poses.times) & (poses.times <= mark.end)
+
+
+def arrow_shown(mark: FreeArrow, poses: Poses) -> BoolArray:
+    """(F,) whether an arrow of a free motion is drawn."""
+    long_enough = math.hypot(*mark.velocity) * LONGEST >= SHORTEST
+    return poses.visible[mark.body] & arrow_times(mark, poses) & long_enough
+
+
+def arrow_ends(mark: FreeArrow, poses: Poses) -> FloatArray:
+    """(F, 2, 2): where an arrow begins and where its tip is."""
+    tail = poses.world(mark.body, mark.tail)
+    c, s = np.moveaxis(poses.direction[mark.body], -1, 0)
+    vx, vy = mark.velocity
+    along = np.stack([c * vx - s * vy, s * vx + c * vy], axis=-1) * LONGEST
+    return np.stack([tail, tail + along], axis=1)
+
+
+def point_state(thing: int, local: Point, poses: Poses) -> FloatArray:
+    """(F, 3): x and y of a thing's local point, and 1 where the thing is visible, else 0."""
+    return np.concatenate([poses.world(thing, local), poses.visible[thing].astype(np.float64)[:, None]], axis=1)
+
+
+def boxes(points: FloatArray, shown: BoolArray, reach: float) -> FloatArray:
+    """(F, 4) boxes about ``points`` (F, P, 2) with ``reach`` around them; rows of NaN where not ``shown``."""
+    box = np.concatenate([points.min(axis=1) - reach, points.max(axis=1) + reach], axis=1)
+    return np.where(shown[:, None], box, np.nan)
+
+
+def _paint_state(paint: Paint, poses: Poses) -> list[FloatArray]:
+    """Visibility and the properties that change, each (F, 1)."""
+    columns = [poses.visible[paint.thing].astype(np.float64)[:, None]]
+    columns += [values[:, None] for (thing, _), values in sorted(poses.properties.items()) if thing == paint.thing]
+    return columns
+
+
+def _world(poses: Poses, thing: int, points: Sequence[Point]) -> FloatArray:
+    """(F, P, 2)."""
+    return np.stack([poses.world(thing, point) for point in points], axis=1)
+
+
+def paint_over(paint: Paint, poses: Poses) -> tuple[FloatArray, FloatArray]:
+    """(F,) opacity, 0 where the thing is not visible, and (F, 3) colour in whole numbers: `paint_at` of all frames."""
+    count = len(poses.frames)
+    opacity = poses.properties.get((paint.thing, "opacity"), np.ones(count))
+    color = np.tile(np.array(paint.color, dtype=np.float64), (count, 1))
+    for column, name in enumerate(("red", "green", "blue")):
+        values = poses.properties.get((paint.thing, name))
+        if values is not None:
+            color[:, column] = np.rint(np.clip(values, 0.0, 255.0))
+    return np.where(poses.visible[paint.thing], np.clip(opacity, 0.0, 1.0), 0.0), color

@@ -1,0 +1,147 @@
+"""Texts as outlines, for pictures that are not made of pixels: the page or the SVG needs no font.
+
+The fonts differ in format and licence (Pillow's own, DejaVu Sans, whatever the system has), and Pillow does not give
+their outlines. So every character is drawn once, large, and its edge is traced: that works with all of them, needs no
+other library, and every browser shows the letters that Pillow draws.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from movimentum.arrays import FloatArray
+from movimentum.drawing.model import Point
+from movimentum.drawing.style import UNITS
+from movimentum.rendering.faces import Face, normal, runs
+
+_LARGE = 128  # pixels: the size at which characters are traced
+_LONG = 500  # characters of a script that is traced as a whole; longer ones are traced at a quarter of that size
+_CLOSE = 0.0012  # of the font's height: how far an outline may be from the traced edge
+
+
+@cache
+def text_outline(text: str, pixels: float) -> str:
+    """The path of a text (SVG's ``d``, to be filled by the even-odd rule): y up, the baseline starts at the origin.
+
+    The font's height is `UNITS`. Characters have the distances that they have in a font ``pixels`` high, as in a
+    picture of that size. "" where nothing of the text is visible.
+    """
+    pixels = max(1.0, pixels)
+    parts: list[str] = []
+    start = 0.0  # in pixels
+    for face, piece in runs(normal(text)):
+        font = face.at(pixels)
+        if all(_stands_alone(character) for character in piece):
+            for end in range(1, len(piece) + 1):
+                at = float(font.getlength(piece[:end])) - float(font.getlength(piece[end - 1]))
+                parts += _moved(_traced(face, piece[end - 1], _LARGE), (start + at) / pixels, 1.0)
+        else:
+            size = _LARGE if len(piece) <= _LONG else _LARGE // 4
+            wide = float(face.at(size).getlength(piece)) / size
+            stretch = float(font.getlength(piece)) / pixels / wide if wide > 0.0 else 1.0
+            parts += _moved(_traced(face, piece, size), start / pixels, stretch)
+        start += float(font.getlength(piece))
+    return "".join(parts)
+
+
+def _stands_alone(character: str) -> bool:
+    """Whether a character looks the same whatever is beside it (as in alphabets without joins, and in Chinese)."""
+    code = ord(character)
+    simple = code < 0x0590 or 0x1E00 <= code < 0x2E00 or 0x2E80 <= code < 0xA000 or 0xAC00 <= code < 0xD7B0
+    return simple and unicodedata.category(character) not in ("Mn", "Mc", "Me", "Cf")
+
+
+def _moved(rings: Sequence[Sequence[Point]], x: float, stretch: float) -> Iterator[str]:
+    """Closed polygons (in heights of the font) as a path in whole `UNITS`, stretched and then moved to ``x``."""
+    for ring in rings:
+        corners = [(round((px * stretch + x) * UNITS), round(py * UNITS)) for px, py in ring]
+        steps = [(bx - ax, by - ay) for (ax, ay), (bx, by) in pairwise(corners) if (ax, ay) != (bx, by)]
+        if len(steps) > 1:
+            line = " ".join(f"{dx}{dy}" if dy < 0 else f"{dx} {dy}" for dx, dy in steps)
+            yield f"M{corners[0][0]} {corners[0][1]}l{line}z".replace(" -", "-")
+
+
+@cache
+def _traced(face: Face, text: str, size: int) -> tuple[tuple[Point, ...], ...]:
+    """The edges of a text as closed polygons, in heights of the font, y up; inside is to one side of all of them."""
+    font = face.at(size)
+    left, top, right, bottom = (round(side) for side in font.getbbox(text, anchor="ls"))
+    if right <= left or bottom <= top:
+        return ()
+    mask = Image.new("L", (right - left + 4, bottom - top + 4), 0)
+    ImageDraw.Draw(mask).text((2 - left, 2 - top), text, 255, font, anchor="ls")
+    found: list[tuple[Point, ...]] = []
+    for ring in _rings(np.asarray(mask, dtype=np.float64)):
+        # a pixel's value belongs to its centre
+        corners = [((x + 0.5 + left - 2) / size, -(y + 0.5 + top - 2) / size) for x, y in _simplified(ring, size)]
+        found.append(tuple(corners))
+    return tuple(found)
+
+
+def _rings(values: FloatArray) -> Iterator[list[Point]]:
+    """Where ``values`` (rows, columns), interpolated, pass the middle of 0 to 255: closed lines of (column, row), by
+    marching squares (Lorensen and Cline 1987, in the plane).
+    """
+    follow: dict[tuple[int, int, int], tuple[int, int, int]] = {}
+    bits = (values > 127.5).astype(np.int64)
+    case = bits[:-1, :-1] + 2 * bits[:-1, 1:] + 4 * bits[1:, 1:] + 8 * bits[1:, :-1]
+    for row, column in zip(*(places.tolist() for places in np.nonzero((case > 0) & (case < 15))), strict=True):
+        # the sides of a cell: between which two pixels, each (row, column, 0: along the row or 1: down)
+        sides = ((row, column, 0), (row, column + 1, 1), (row + 1, column, 0), (row, column, 1))
+        for begin, end in _CASES[int(case[row, column])]:
+            follow[sides[begin]] = sides[end]
+    while follow:
+        first, side = follow.popitem()
+        ring = [_crossing(values, first)]
+        while side != first:
+            ring.append(_crossing(values, side))
+            side = follow.pop(side)
+        yield ring
+
+
+_CASES: tuple[tuple[tuple[int, int], ...], ...] = (
+    (), ((3, 0),), ((0, 1),), ((3, 1),), ((1, 2),), ((3, 0), (1, 2)), ((0, 2),), ((3, 2),),
+    ((2, 3),), ((2, 0),), ((0, 1), (2, 3)), ((2, 1),), ((1, 3),), ((1, 0),), ((0, 3),), (),
+)  # fmt: skip
+"""From which side of a cell to which the edge goes, by which corners are inside: bits from the upper left, clockwise.
+Sides from the upper one, clockwise.
+"""
+
+
+def _crossing(values: FloatArray, side: tuple[int, int, int]) -> Point:
+    row, column, down = side
+    a = float(values[row, column])
+    b = float(values[row + down, column + 1 - down])
+    part = (127.5 - a) / (b - a)
+    return (float(column), row + part) if down else (column + part, float(row))
+
+
+def _simplified(ring: list[Point], size: int) -> list[Point]:
+    """Fewer corners, none of the left out ones farther than `_CLOSE` from the line (Douglas and Peucker 1973).
+
+    The first corner is there again at the end.
+    """
+    points = np.array([*ring, ring[0]])
+    keep = np.zeros(len(points), dtype=np.bool_)
+    middle = int(((points - points[0]) ** 2).sum(axis=1).argmax())
+    keep[[0, middle, len(points) - 1]] = True
+    waiting = [(0, middle), (middle, len(points) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        if last - first < 2:
+            continue
+        (ax, ay), (bx, by) = points[first], points[last]
+        between = points[first + 1 : last]
+        length = float(np.hypot(bx - ax, by - ay))
+        away = np.abs((between[:, 0] - ax) * (by - ay) - (between[:, 1] - ay) * (bx - ax)) / max(length, 1e-9)
+        farthest = int(away.argmax())
+        if away[farthest] > _CLOSE * size:
+            keep[first + 1 + farthest] = True
+            waiting += [(first, first + 1 + farthest), (first + 1 + farthest, last)]
+    return [(float(x), float(y)) for x, y in points[keep]]

@@ -1,0 +1,217 @@
+"""A display list made ready: its images and texts are loaded, and it is known which rectangle of the world is shown.
+
+Everything that can fail is done here, before a file is begun. All ways to draw a film begin with a `PreparedDrawing`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.drawing.compose import compose
+from movimentum.drawing.model import Drawing, FreeArrow, ImageMark, NoteMark, OverMark, TextMark, ThingMark, TraceMark
+from movimentum.drawing.motion import bounds, point_state
+from movimentum.drawing.options import MAX_PREPARED_PIXELS, PictureOptions, Quality
+from movimentum.drawing.style import NOTE_HEIGHT
+from movimentum.errors import ScriptError, UsageError
+from movimentum.geometry import View
+from movimentum.rendering.images import load_premultiplied
+from movimentum.rendering.sprites import Sprite, prepare
+from movimentum.rendering.stream import PoseSource, chunks
+from movimentum.scene.model import Scene
+from movimentum.solver.poses import Poses
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedMark:
+    """A mark with its picture, if it is an image or a text; ``halo`` goes under the text of a note."""
+
+    mark: ThingMark | OverMark
+    sprite: Sprite | None = None
+    halo: Sprite | None = None
+
+    def bounds(self, poses: Poses) -> Floats:
+        """(F, 4): left, bottom, right, top in the world; rows of NaN where nothing is drawn."""
+        return bounds(self.mark, poses, () if self.sprite is None else self.sprite.local_corners())
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A path, with the points, as `points` gives them, of frames before the first one that is drawn."""
+
+    mark: TraceMark
+    past: Floats | None = None
+
+    def points(self, poses: Poses) -> Floats:
+        """(F, 3): world x, y, and 1 where the thing is visible, else 0."""
+        return point_state(self.mark.body, self.mark.local, poses)
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedDrawing:
+    """``things`` from back to front, then ``traces``, then ``overlays``: those marks of ``drawing`` that show anything.
+
+    ``view`` is the rectangle of the world that the finished picture shows. Images and texts have ``fineness`` pixels to
+    a pixel of that picture, each way (unless the image's file has fewer).
+    """
+
+    drawing: Drawing
+    view: View
+    fineness: int
+    things: tuple[PreparedMark, ...]
+    traces: tuple[Trace, ...]
+    overlays: tuple[PreparedMark, ...]
+
+
+def prepare_drawing(
+    scene: Scene, source: PoseSource, options: PictureOptions | None = None, *, before: PoseSource = ()
+) -> PreparedDrawing:
+    """The display list of ``scene``, ready to be drawn; reads ``source`` only if the canvas must fit the drawing.
+
+    ``source`` has all frames of the animation, so that the canvas is the same whichever frames are drawn. ``before``
+    has the frames before the first one that is drawn, so that traces are the same.
+
+    `ScriptError`: sprites that are missing, unreadable or too large (all of them), a canvas over the limit;
+    `UsageError`: a scale that is not a positive number.
+    """
+    options = options or PictureOptions()
+    if not (math.isfinite(options.scale) and options.scale > 0.0):
+        raise UsageError([Diagnostic("usage/scale", Severity.ERROR, "the scale must be a positive number")])
+    fineness = 2 if options.quality is Quality.HIGH else 1
+    box = None if scene.config.size is None else (0.0, 0.0, float(scene.config.size[0]), float(scene.config.size[1]))
+    if box is not None:
+        _view(scene, options, fineness, box)  # a limit that needs no sprite
+    magnification = options.scale * fineness
+    _refuse_too_much(scene, magnification)
+    drawing = compose(scene, options)
+    things = _loaded(drawing.things, magnification)
+    traces = tuple(Trace(mark) for mark in drawing.traces)
+    if traces:
+        earlier = [[trace.points(chunk) for trace in traces] for chunk in chunks(before)]
+        paths = [np.concatenate(parts) for parts in zip(*earlier, strict=True)] or [None] * len(traces)
+        traces = tuple(Trace(trace.mark, path) for trace, path in zip(traces, paths, strict=True))
+    overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
+    arrows = [overlay for overlay in overlays if isinstance(overlay.mark, FreeArrow)]
+    view = _view(scene, options, fineness, box or _fitted([*things, *arrows], traces, source))
+    return PreparedDrawing(drawing, view, fineness, tuple(things), traces, tuple(overlays))
+
+
+def _view(scene: Scene, options: PictureOptions, fineness: int, box: tuple[float, float, float, float]) -> View:
+    left, bottom, right, top = box
+    width, height = (right - left) * options.scale, (top - bottom) * options.scale
+    pixels = width * height * fineness**2
+    if not pixels <= options.max_pixels:
+        size = (
+            f"{width:.0f} x {height:.0f} pixels" if max(width, height) < 1e9 else f"{width:.1e} x {height:.1e} pixels"
+        )
+        drawn = f" (drawn {fineness}x as large for --quality high)" if fineness > 1 else ""
+        raise ScriptError(
+            [
+                Diagnostic(
+                    "limit/pixels",
+                    Severity.ERROR,
+                    f"the picture is too large: {size}{drawn}",
+                    scene.config.span,
+                    notes=(f"the limit is {options.max_pixels:,} pixels",),
+                    helps=(
+                        "give a smaller size in `.config(fps, width, height)`",
+                        *([f"--max-pixels {math.ceil(pixels)}"] if pixels < 1e12 else []),
+                    ),
+                )
+            ]
+        )
+    return View(left, bottom, max(1, round(width)), max(1, round(height)), options.scale)
+
+
+def _fitted(
+    items: Sequence[PreparedMark], traces: Sequence[Trace], source: PoseSource
+) -> tuple[float, float, float, float]:
+    """(left, bottom, right, top), whole numbers: everything drawn in any frame, and a margin of 5 %, at least 8."""
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for chunk in chunks(source):
+        for item in items:
+            box = item.bounds(chunk)
+            low = np.fmin(low, np.fmin.reduce(box[:, :2], axis=0))
+            high = np.fmax(high, np.fmax.reduce(box[:, 2:], axis=0))
+        for trace in traces:
+            points = trace.points(chunk)
+            shown = points[points[:, 2] > 0.0, :2]
+            low, high = (
+                np.fmin(low, shown.min(axis=0, initial=np.inf)),
+                np.fmax(high, shown.max(axis=0, initial=-np.inf)),
+            )
+    if not (low <= high).all():
+        return 0.0, 0.0, 1.0, 1.0  # nothing is drawn at all
+    margin = max(8.0, 0.05 * float((high - low).max()))
+    left, bottom = np.floor(low - margin).tolist()
+    right, top = np.ceil(high + margin).tolist()
+    return left, bottom, right, top
+
+
+def _refuse_too_much(scene: Scene, magnification: float) -> None:
+    """`ScriptError` if the pictures of a scene would not fit into memory, before any is decoded."""
+    sizes = {
+        (thing.image, thing.scale): thing.image_size[0]
+        * thing.image_size[1]
+        * min(1.0, thing.scale * magnification) ** 2
+        for thing in scene.things
+        if thing.image is not None and thing.image_size is not None and not thing.hidden
+    }
+    total = sum(sizes.values())
+    if total > MAX_PREPARED_PIXELS:
+        message = (
+            f"the {len(sizes)} pictures of this scene are too large together: {total:,.0f} pixels as they are drawn"
+        )
+        notes = (f"the limit is {MAX_PREPARED_PIXELS:,} pixels",)
+        helps = ("make them smaller, in their files or by `.scale`",)
+        raise ScriptError([Diagnostic("limit/pixels", Severity.ERROR, message, notes=notes, helps=helps)])
+
+
+def _loaded(marks: Sequence[ThingMark], magnification: float) -> list[PreparedMark]:
+    """The marks with their pictures; `ScriptError` with the diagnostics of all that cannot be loaded."""
+    problems: list[Diagnostic] = []
+    sprites: dict[tuple[str, float], Sprite | None] = {}
+    found: list[PreparedMark] = []
+    for mark in marks:
+        try:
+            if not isinstance(mark, ImageMark | TextMark):
+                found.append(PreparedMark(mark))
+            elif (sprite := _sprite(mark, magnification, sprites)) is not None:
+                found.append(PreparedMark(mark, sprite))
+        except ScriptError as error:
+            problems += error.diagnostics
+    if problems:
+        raise ScriptError(problems)
+    return found
+
+
+def _sprite(
+    mark: ImageMark | TextMark, magnification: float, sprites: dict[tuple[str, float], Sprite | None]
+) -> Sprite | None:
+    """The picture of a mark, its pixels mapped to the local frame; None if nothing of it is visible."""
+    if isinstance(mark, TextMark):
+        from movimentum.rendering.text import text_sprite
+
+        sprite = text_sprite(mark.text, mark.height, magnification, mark.span)
+        return None if sprite is None else sprite.moved(*mark.start)
+    key = (mark.path, mark.pixel)
+    if key not in sprites:
+        loaded = load_premultiplied(mark.path, mark.pixel * magnification, mark.span)
+        sprites[key] = prepare(loaded, mark.pixel, mark.pixel * magnification)
+    return sprites[key]
+
+
+def _overlay(mark: OverMark, magnification: float) -> PreparedMark | None:
+    if not isinstance(mark, NoteMark):
+        return PreparedMark(mark)
+    from movimentum.rendering.text import halo, text_sprite
+
+    sprite = text_sprite(mark.text, NOTE_HEIGHT, magnification)
+    return None if sprite is None else PreparedMark(mark, sprite, halo(sprite))

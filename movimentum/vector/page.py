@@ -1,0 +1,216 @@
+"""A film as one HTML file that needs nothing else: the player, the display list, and the poses of all frames.
+
+The page makes no request: its policy forbids all but its own script and style, known by their hashes, and pictures that
+stand in the file itself.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+from collections.abc import Iterator, Sequence
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.drawing.arrows import arrow_parts
+from movimentum.drawing.model import DiscMark, FreeArrow, ImageMark, LinkMark, NoteMark, Point, PolylineMark, TextMark
+from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, TRACE_WIDTH, UNITS, color_of
+from movimentum.geometry import Affine
+from movimentum.rendering.prepare import PreparedMark
+from movimentum.vector.film import Film
+from movimentum.vector.images import embedded
+
+
+def page_document(film: Film) -> Iterator[str]:
+    """The parts of the file; the same each time."""
+    script, style = _shipped("player.js"), _shipped("page.css")
+    policy = (
+        f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; img-src data:;"
+        " base-uri 'none'; form-action 'none'"
+    )
+    yield (
+        "<!DOCTYPE html>\n"
+        '<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta name="generator" content="Movimentum">\n'
+        f"<title>{html.escape(film.title)}</title>\n"
+        f"<style>{style}</style>\n</head>\n"
+        '<body>\n<main><div id="film"></div></main>\n'
+    )
+    yield f'<script type="application/json" data-movimentum="film">{script_json(film_data(film))}</script>\n'
+    yield f"<script>{script}</script>\n</body>\n</html>\n"
+
+
+def script_json(value: Any) -> str:
+    """JSON that may stand inside a script element: no text in it can end the element or begin a comment."""
+    text = json.dumps(value, ensure_ascii=True, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def film_data(film: Film) -> dict[str, Any]:
+    """What the player draws, as values of JSON; see `player.js` for its frame of reference.
+
+    ``poses`` are the numbers that change, as base64 of little-endian 32-bit floats; a number that changes refers to
+    them as ``[offset]``.
+    """
+    return _Data(film).all()
+
+
+def _shipped(name: str) -> str:
+    return files("movimentum.vector").joinpath(name).read_text(encoding="utf-8")
+
+
+def _digest(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}"
+
+
+class _Data:
+    """Gathers the numbers of one film."""
+
+    def __init__(self, film: Film) -> None:
+        self.film = film
+        self._poses: list[FloatArray] = []
+        self._known: dict[bytes, int] = {}
+        self._length = 0
+        self._numbers = {body: number for number, body in enumerate(film.bodies)}
+
+    def all(self) -> dict[str, Any]:
+        film, prepared = self.film, self.film.prepared
+        view, place = prepared.view, prepared.view.to_image
+        background = prepared.drawing.background
+        pictures, places = embedded(prepared.things)
+        bodies = [self._body(body) for body in film.bodies]
+        marks = [
+            self._mark(item, places.get(number)) for number, item in enumerate(prepared.things) if self._seen(item)
+        ]
+        overlays = [self._mark(item, None) for item in prepared.overlays if self._seen(item)]
+        data = np.concatenate(self._poses) if self._poses else np.zeros(0)
+        return {
+            "version": 1,
+            "title": film.title,
+            "width": view.width,
+            "height": view.height,
+            "toImage": _matrix(place),
+            "background": None if background is None else _css(background),
+            "paper": _css(PAPER),
+            "traceWidth": TRACE_WIDTH,
+            "frames": film.frames,
+            "fps": float(film.fps),
+            "loop": film.loop,
+            "times": [_short(time) for time in film.poses.times.tolist()],
+            "bodies": bodies,
+            "marks": marks,
+            "traces": [
+                {
+                    "body": self._numbers[trace.mark.body],
+                    "point": self._local(trace.mark.body, trace.mark.local),
+                    "color": list(trace.mark.color),
+                    "width": trace.mark.width,
+                    "past": [] if trace.past is None else [[_short(x) for x in row] for row in trace.past.tolist()],
+                }
+                for trace in prepared.traces
+            ],
+            "overlays": overlays,
+            "images": [data for _, data in pictures],
+            "poses": base64.b64encode(data.astype("<f4").tobytes()).decode("ascii"),
+        }
+
+    def _seen(self, item: PreparedMark) -> bool:
+        return bool(self.film.paint(item)[0].any())
+
+    def _body(self, body: int) -> dict[str, Any]:
+        motion, thing = self.film.bodies[body], self.film.scene.things[body]
+        return {
+            "name": thing.name,
+            "color": list(color_of(thing)),
+            "x": self._number(motion.x),
+            "y": self._number(motion.y),
+            "angle": self._number(motion.angle),
+            "visible": self._number(motion.visible.astype(np.float64)),
+            "anchors": {anchor.name: self._local(body, anchor.local) for anchor in thing.anchors},
+        }
+
+    def _mark(self, item: PreparedMark, image: int | None) -> dict[str, Any]:
+        mark = item.mark
+        opacity, color = self.film.paint(item)
+        paint = {"opacity": self._number(opacity), "color": [self._number(color[:, channel]) for channel in range(3)]}
+        if isinstance(mark, LinkMark):
+            through = [[self._numbers[thing], *self._local(thing, local)] for thing, local in mark.through]
+            return {"kind": "link", **paint, "through": through, "width": mark.width}
+        paint["body"] = self._numbers[mark.body]
+        match mark:
+            case PolylineMark():
+                points = [self.film.bodies[mark.body].local(point) for point in mark.points]
+                return {"kind": "line", **paint, **_line(points, mark.width, mark.arrow)}
+            case DiscMark():
+                centre = self._local(mark.body, mark.centre)
+                return {"kind": "disc", **paint, "centre": centre, "radius": mark.radius, "width": mark.width}
+            case FreeArrow():
+                x, y = self.film.bodies[mark.body].local(mark.tail)
+                tip = (x + mark.velocity[0] * LONGEST, y + mark.velocity[1] * LONGEST)
+                return {"kind": "line", **paint, **_line([(x, y), tip], ARROW_WIDTH, True)}
+            case NoteMark():
+                letters = self._letters(mark.text, NOTE_HEIGHT, mark.offset)
+                halo = 2.0 / (letters["matrix"][0] * self.film.prepared.view.scale * self.film.prepared.fineness)
+                point = self._local(mark.body, mark.local)
+                note = {"point": point, "dot": mark.dot, "edge": DOT_EDGE, "halo": _short(halo)}
+                return {"kind": "note", **paint, **letters, **note}
+            case TextMark():
+                start = self.film.bodies[mark.body].local(mark.start)
+                return {"kind": "text", **paint, **self._letters(mark.text, mark.height, start)}
+            case ImageMark():
+                assert item.sprite is not None
+                x, y = self.film.bodies[mark.body].pivot
+                place = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ item.sprite.to_local
+                return {"kind": "image", **paint, "image": image, "matrix": _matrix(place)}
+
+    def _letters(self, text: str, height: float, start: Point) -> dict[str, Any]:
+        from movimentum.rendering.outlines import text_outline
+
+        prepared = self.film.prepared
+        path = text_outline(text, height * prepared.view.scale * prepared.fineness)
+        size = _short(height / UNITS)
+        return {"text": text, "path": path, "matrix": [size, 0, 0, size, *map(_short, start)]}
+
+    def _local(self, body: int, point: Point) -> list[float]:
+        return [_short(value) for value in self.film.bodies[body].local(point)]
+
+    def _number(self, values: FloatArray) -> float | list[int]:
+        """A number, or where its values in all frames are to be found."""
+        single = values.astype("<f4")
+        if (single == single[0]).all():
+            return _short(float(values[0]))
+        key = single.tobytes()
+        if key not in self._known:
+            self._known[key] = self._length
+            self._length += len(values)
+            self._poses.append(values)
+        return [self._known[key]]
+
+
+def _line(points: Sequence[Point], width: float, arrow: bool) -> dict[str, Any]:
+    parts = arrow_parts(points, width) if arrow else None
+    shaft, head = parts if parts is not None else (points, None)
+    shown = {"points": [[_short(x), _short(y)] for x, y in shaft], "width": width}
+    return shown if head is None else {**shown, "head": [[_short(x), _short(y)] for x, y in head]}
+
+
+def _matrix(place: Affine) -> list[float]:
+    """As a canvas takes it: by columns."""
+    return [_short(value) for value in (place.a, place.d, place.b, place.e, place.c, place.f)]
+
+
+def _short(value: float) -> float:
+    """A number with nine digits, which is more than the poses have; whole ones without a point."""
+    rounded = float(f"{value:.9g}")
+    return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
+
+
+def _css(color: tuple[int, int, int]) -> str:
+    return "#" + "".join(f"{value:02x}" for value in color)

@@ -1,0 +1,263 @@
+"""A film as one SVG file: a still, or animated with SMIL, without a script.
+
+Everything is in world pixels, y up, inside one group that turns the picture over. Every frame's value holds until the
+next frame, as in a GIF: at each frame's time the picture is exactly that frame's, and nothing turns the long way round.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.drawing.arrows import arrow_parts
+from movimentum.drawing.model import (
+    DiscMark,
+    FreeArrow,
+    ImageMark,
+    LinkMark,
+    NoteMark,
+    Point,
+    PolylineMark,
+    TextMark,
+)
+from movimentum.drawing.motion import link_points
+from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, UNITS
+from movimentum.geometry import Affine
+from movimentum.rendering.prepare import PreparedMark, Trace
+from movimentum.vector.elements import Element, escaped, hex_color
+from movimentum.vector.film import FARTHEST, Film
+from movimentum.vector.images import embedded
+from movimentum.vector.numbers import FilmClock, held, joined, short, texts
+
+_FAR = 99999  # world pixels: a gap that no path is longer than (times the scale of the picture)
+
+
+def svg_document(film: Film) -> Iterator[str]:
+    """The lines of the file; the same each time."""
+    view = film.prepared.view
+    title = escaped(film.title)
+    size = f'width="{view.width}" height="{view.height}" viewBox="0 0 {view.width} {view.height}"'
+    yield f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img" aria-label="{title}">\n'
+    yield f"<title>{title}</title>\n"
+    writer = _SvgWriter(film)
+    yield from writer.definitions()
+    background = film.prepared.drawing.background
+    if background is not None:
+        yield f'<rect width="100%" height="100%" fill="{hex_color(background)}"/>\n'
+    yield f'<g {_matrix(view.to_image)} fill="none" stroke-linecap="round" stroke-linejoin="round">\n'
+    for number, item in enumerate(film.prepared.things):
+        yield writer.mark(item, number)
+    for trace in film.prepared.traces:
+        yield from writer.trace(trace)
+    for item in film.prepared.overlays:
+        yield writer.mark(item)
+    yield "</g>\n</svg>\n"
+
+
+class _SvgWriter:
+    """Writes the marks of one film."""
+
+    def __init__(self, film: Film) -> None:
+        self.film = film
+        view = film.prepared.view
+        self._clock = FilmClock(film.frames, film.fps, film.loop)
+        self._timing = self._clock.timing()
+        self._decimals = max(0, 2 + math.ceil(math.log10(view.scale)))
+        # so that what is far from the pivot is not off by more than a point of the picture is
+        self._turns = max(1, math.ceil(math.log10(max(view.width, view.height) / 6.0)))
+        self._fineness = view.scale * film.prepared.fineness
+        self._pictures, self._places = embedded(film.prepared.things)
+
+    def definitions(self) -> Iterator[str]:
+        """The pictures, each once, and the filters of things that are tinted."""
+        for number, (sprite, data) in enumerate(self._pictures):
+            width, height = sprite.image.size
+            picture = f'<image id="i{number}" width="{width}" height="{height}" href="{data}"/>'
+            yield f"<defs>{picture}</defs>\n"
+        for number, item in enumerate(self.film.prepared.things):
+            if isinstance(item.mark, ImageMark):
+                tint = self.film.paint(item)[1]
+                if (tint != 255.0).any():
+                    yield f"<defs>{self._tint(number, tint)}</defs>\n"
+
+    def _tint(self, number: int, tint: FloatArray) -> str:
+        functions: list[str] = []
+        for column, channel in enumerate("RGB"):
+            function = Element(f"feFunc{channel}", ['type="linear"'])
+            self._animate(function, "slope", texts([tint[:, column] / 255.0], 4))
+            functions.append(str(function))
+        transfer = f"<feComponentTransfer>{''.join(functions)}</feComponentTransfer>"
+        return f'<filter id="t{number}" color-interpolation-filters="sRGB">{transfer}</filter>'
+
+    def mark(self, item: PreparedMark, number: int = -1) -> str:
+        """One line of the file; ``number`` is that of a thing's mark."""
+        mark = item.mark
+        opacity, colors = self.film.paint(item)
+        if not opacity.any():
+            return ""
+        ink = hex_color(colors[0]) if (colors == colors[0]).all() else "currentColor"
+        match mark:
+            case LinkMark():
+                group = self._link(mark, ink, opacity)
+            case NoteMark():
+                group = self._note(mark, ink, opacity)
+            case ImageMark():
+                group = self._moving(self._image(mark, number, (colors != 255.0).any()), mark.body, opacity)
+            case _:
+                group = self._moving(self._shape(mark, ink), mark.body, opacity)
+        if ink == "currentColor" and not isinstance(mark, ImageMark):  # which has a filter for its tint
+            self._animate(group, "color", [hex_color(row) for row in held(colors, opacity)])
+        values = texts([opacity], 3)
+        if not _still(values) or values[0] != "1":
+            self._animate(group, "opacity", values)
+        return f"{group}\n"
+
+    def _image(self, mark: ImageMark, number: int, tinted: np.bool_) -> Element:
+        place = self._places[number]
+        x, y = self.film.bodies[mark.body].pivot
+        to_pivot = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ self._pictures[place][0].to_local
+        tint = [f'filter="url(#t{number})"'] if tinted else []
+        return Element("g", inside=[str(Element("use", [f'href="#i{place}"', *tint, _matrix(to_pivot)]))])
+
+    def _shape(self, mark: TextMark | PolylineMark | DiscMark | FreeArrow, ink: str) -> Element:
+        local = self.film.bodies[mark.body].local
+        match mark:
+            case PolylineMark():
+                return self._line([local(point) for point in mark.points], mark.width, ink, mark.arrow)
+            case DiscMark():
+                return self._circle(local(mark.centre), mark.radius, mark.width, ink)
+            case FreeArrow():
+                x, y = local(mark.tail)
+                tip = (x + mark.velocity[0] * LONGEST, y + mark.velocity[1] * LONGEST)
+                return self._line([(x, y), tip], ARROW_WIDTH, ink, True)
+            case TextMark():
+                path = self._letters(mark.text, mark.height, local(mark.start), f'fill="{ink}"')
+                return Element("g", [_spoken(mark.text)], [path])
+
+    def _note(self, mark: NoteMark, ink: str, opacity: FloatArray) -> Element:
+        group = Element("g", [_spoken(mark.text)])
+        paper = hex_color(PAPER)
+        if mark.dot:
+            edge = [f'stroke="{ink}"', f'stroke-width="{DOT_EDGE}"', f'fill="{paper}"']
+            group.inside.append(str(Element("circle", [f'r="{short(mark.dot, 3)}"', *edge])))
+        # the halo is one pixel of the picture wide
+        halo = short(2.0 / (NOTE_HEIGHT / UNITS * self._fineness), 1)
+        drawn = f'stroke="{paper}" stroke-width="{halo}" paint-order="stroke" fill="{ink}"'
+        group.inside.append(self._letters(mark.text, NOTE_HEIGHT, mark.offset, drawn))
+        where = np.clip(self.film.poses.world(mark.body, mark.local), -FARTHEST, FARTHEST)
+        self._translate(group, texts(list(held(where, opacity).T), self._decimals))
+        return group
+
+    def _line(self, points: Sequence[Point], width: float, ink: str, arrow: bool) -> Element:
+        parts = arrow_parts(points, width) if arrow else None
+        shaft, head = parts if parts is not None else (points, ())
+        dots = [points[0], points[0]] if len(points) == 1 else shaft
+        drawn = [f'stroke="{ink}"', f'stroke-width="{short(width, self._decimals + 1)}"']
+        line = Element("polyline", [f'points="{self._points(dots)}"', *drawn])
+        if not head:
+            return line
+        tip = Element("polygon", [f'points="{self._points(head)}"', f'fill="{ink}"'])
+        return Element("g", inside=[str(line), str(tip)])
+
+    def _link(self, mark: LinkMark, ink: str, opacity: FloatArray) -> Element:
+        drawn = [f'stroke="{ink}"', f'stroke-width="{short(mark.width, self._decimals + 1)}"']
+        line = Element("polyline", drawn)
+        where = link_points(mark, self.film.poses)
+        if len(mark.through) == 1:
+            where = np.concatenate([where, where], axis=1)
+        flat = held(np.clip(where, -FARTHEST, FARTHEST).reshape(self.film.frames, -1), opacity)
+        self._animate(line, "points", texts(list(flat.T), self._decimals))
+        return line
+
+    def _circle(self, centre: Point, radius: float, width: float | None, ink: str) -> Element:
+        decimals = self._decimals + 1
+        places = [f'c{axis}="{short(value, decimals)}"' for axis, value in zip("xy", centre, strict=True) if value]
+        drawn = [f'fill="{ink}"'] if width is None else [f'stroke="{ink}"', f'stroke-width="{short(width, decimals)}"']
+        return Element("circle", [*places, f'r="{short(radius, decimals)}"', *drawn])
+
+    def _letters(self, text: str, height: float, start: Point, drawn: str) -> str:
+        from movimentum.rendering.outlines import text_outline
+
+        path = text_outline(text, height * self._fineness)
+        size = height / UNITS
+        place = _matrix(Affine(size, 0.0, start[0], 0.0, size, start[1]))
+        return f'<path {place} fill-rule="evenodd" {drawn} d="{path}"/>'
+
+    def trace(self, trace: Trace) -> Iterator[str]:
+        """A path for each interval in which the body is visible: a dash that becomes longer."""
+        news = trace.points(self.film.poses)
+        past = np.zeros((0, 3)) if trace.past is None else trace.past
+        points = np.clip(np.concatenate([past, news]), -FARTHEST, FARTHEST)
+        points[:, :2] = np.round(points[:, :2], self._decimals)
+        shown = points[:, 2] > 0.0
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], shown, [False]]).astype(np.int8)))
+        for first, end in edges.reshape(-1, 2).tolist():
+            where = points[first:end, :2]
+            steps = np.hypot(*np.diff(where, axis=0).T)
+            far = np.concatenate([[0.0], np.cumsum(steps)])
+            now = np.arange(len(past), len(points))  # the frames drawn
+            kept = np.concatenate([[True], steps > 0.0])
+            corners = where[kept]
+            line = self._points([(x, y) for x, y in corners.tolist()])
+            path = Element("path", [f'd="M{line}{"h0" if len(corners) == 1 else ""}"'])
+            width = short(trace.mark.width, self._decimals + 1)
+            path.attributes += [f'stroke="{hex_color(trace.mark.color)}"', f'stroke-width="{width}"']
+            if far[-1] > 0.0:
+                long = far[np.clip(now - first, 0, end - first - 1)]
+                gap = short(max(_FAR, 2.0 * float(far[-1])), 0)
+                dashes = [f"{short(value, self._decimals + 2)} {gap}" for value in long.tolist()]
+                self._animate(path, "stroke-dasharray", dashes)
+            if first > len(past):
+                self._animate(path, "opacity", texts([(now >= first).astype(np.float64)], 0))
+            yield f"{path}\n"
+
+    def _points(self, points: Sequence[Point]) -> str:
+        return joined(*(value for point in points for value in point), decimals=self._decimals + 1)
+
+    def _moving(self, element: Element, body: int, shown: FloatArray) -> Element:
+        """The element, measured from a body's pivot, as it moves with the body."""
+        motion = self.film.bodies[body]
+        where = held(np.stack([motion.x, motion.y], axis=1), shown)
+        places = texts(list(where.T), self._decimals)
+        turns = texts([held(motion.angle, shown)], self._turns)
+        if _still(turns) and turns[0] != "0":
+            element.attributes.append(f'transform="rotate({turns[0]})"')
+            element = Element("g", inside=[str(element)])
+        self._translate(element, places)
+        if not _still(turns):
+            element.inside.append(self._transform("rotate", turns, ' additive="sum"'))
+        return element
+
+    def _translate(self, element: Element, places: list[str]) -> None:
+        if _still(places):
+            if places[0] != "0 0":
+                element.attributes.append(f'transform="translate({places[0]})"')
+        else:
+            element.inside.append(self._transform("translate", places))
+
+    def _transform(self, kind: str, values: list[str], added: str = "") -> str:
+        how = f'attributeName="transform" type="{kind}"{added}'
+        return f"<animateTransform {how} {self._timing} {self._clock.values(values)}/>"
+
+    def _animate(self, element: Element, name: str, values: list[str]) -> None:
+        """An attribute with a text for each frame."""
+        element.attributes.append(f'{name}="{values[0]}"')
+        if not _still(values):
+            moving = f'<animate attributeName="{name}" {self._timing} {self._clock.values(values)}/>'
+            element.inside.append(moving)
+
+
+def _still(values: Sequence[str]) -> bool:
+    return all(value == values[0] for value in values)
+
+
+def _spoken(text: str) -> str:
+    return f'role="img" aria-label="{escaped(text)}"'
+
+
+def _matrix(place: Affine) -> str:
+    numbers = joined(*(place.a, place.d, place.b, place.e, place.c, place.f), decimals=6)
+    return f'transform="matrix({numbers})"'

@@ -1,0 +1,70 @@
+"""The entry to this stage: a prepared drawing and poses become an SVG or a page."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+from movimentum.encoding.write import Progress, WriteReport
+from movimentum.errors import usage_error
+from movimentum.output.files import whole_file
+from movimentum.rendering.prepare import PreparedDrawing
+from movimentum.rendering.stream import PoseSource, chunks, concatenate
+from movimentum.scene.model import Scene
+from movimentum.terminal import typed
+from movimentum.vector.film import make_film
+
+MAX_POSES = 1_000_000
+"""Poses (things times frames) in one file: some 30 MB, which browsers still open."""
+
+
+def refuse_too_long(scene: Scene, frames: int, path: Path) -> None:
+    """`UsageError` with ``limit/poses`` if a file would hold more than `MAX_POSES`; before anything is solved."""
+    poses = frames * len(scene.things)
+    if poses > MAX_POSES:
+        kind, fewer = path.suffix[1:].upper(), max(1, MAX_POSES // len(scene.things))
+        raise usage_error(
+            "limit/poses",
+            f"{frames:,} frames of {len(scene.things):,} things are too much for one {kind} file: the limit is"
+            f" {MAX_POSES:,} poses",
+            f"--frames 0:{fewer}",
+            f"-o {typed(path.with_suffix('.gif'))}",
+        )
+
+
+def write_film(
+    scene: Scene,
+    prepared: PreparedDrawing,
+    source: PoseSource,
+    path: Path,
+    *,
+    fps: Fraction,
+    loop: int = 0,
+    progress: Progress | None = None,
+) -> WriteReport:
+    """Write all frames of ``source`` to ``path``, a ``.svg`` or a ``.html``; one frame is a still.
+
+    Frame k (by position in ``source``) is shown from k / ``fps`` seconds. ``loop``: how often the animation is played,
+    0 for ever. The same film gives the same bytes. The file appears whole or not at all; `UsageError` if it cannot be
+    written (``output/unwritable``) or there is no frame (``output/no-frames``).
+    """
+    held = list(chunks(source))
+    if not held:
+        raise usage_error("output/no-frames", "there is no frame to draw")
+    named = scene.source.path
+    title = "Movimentum" if named.startswith("<") else Path(named).stem
+    film = make_film(scene, prepared, concatenate(held), title, fps, loop)
+    if path.suffix.lower() == ".svg":
+        from movimentum.vector.svg import svg_document
+
+        parts = svg_document(film)
+    else:
+        from movimentum.vector.page import page_document
+
+        parts = page_document(film)
+    with whole_file(path) as part, part.open("w", encoding="utf-8", newline="\n") as stream:
+        stream.writelines(parts)
+    if progress is not None:
+        progress(film.frames, film.frames)
+    size = (prepared.view.width, prepared.view.height)
+    return WriteReport((path,), film.frames, size, film.frames / fps, 1)

@@ -1,0 +1,54 @@
+"""The two ways to a file: of pixels that Pillow draws, or of the display list itself (SVG, HTML)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from movimentum.workflow.choices import Picture, Progress
+
+if TYPE_CHECKING:
+    from movimentum.drawing.options import PictureOptions
+    from movimentum.encoding.write import WriteReport
+    from movimentum.rendering.stream import PoseSource
+    from movimentum.scene.model import Scene
+
+Way: TypeAlias = "Callable[[PoseSource, Path, Fraction, Picture, Progress], WriteReport]"
+"""Writes the frames of poses to a file, at so many frames a second, with the user's choices."""
+
+
+def way_to(kind: str, scene: Scene, source: PoseSource, options: PictureOptions, before: PoseSource = ()) -> Way:
+    """Everything ready to write a file of ``kind`` (see `encoding.write.check_output`); what is too large or cannot be
+    read is refused here, see `rendering.prepare.prepare_drawing`.
+    """
+    from movimentum.encoding.write import VECTOR_KINDS
+
+    return (_vectors if kind in VECTOR_KINDS else _pixels)(scene, source, options, before)
+
+
+def _pixels(scene: Scene, source: PoseSource, options: PictureOptions, before: PoseSource) -> Way:
+    from movimentum.encoding.write import write_animation
+    from movimentum.rendering.painter import make_painter
+
+    painter = make_painter(scene, source, options, before=before)
+
+    def write(poses: PoseSource, path: Path, fps: Fraction, picture: Picture, progress: Progress) -> WriteReport:
+        return write_animation(
+            painter, poses, path, fps=fps, loop=picture.loop, workers=picture.workers, progress=progress
+        )
+
+    return write
+
+
+def _vectors(scene: Scene, source: PoseSource, options: PictureOptions, before: PoseSource) -> Way:
+    from movimentum.rendering.prepare import prepare_drawing
+    from movimentum.vector.write import write_film
+
+    prepared = prepare_drawing(scene, source, options, before=before)
+
+    def write(poses: PoseSource, path: Path, fps: Fraction, picture: Picture, progress: Progress) -> WriteReport:
+        return write_film(scene, prepared, poses, path, fps=fps, loop=picture.loop, progress=progress)
+
+    return write

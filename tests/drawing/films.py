@@ -1,0 +1,65 @@
+"""Films in a browser, and the same frames by Pillow."""
+
+from __future__ import annotations
+
+import io
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from tests.command import ROOT
+
+EVERYTHING = """\
+.config(10, 360, 260) .background('#eeeeff');
+Wheel : 'wheel-centre.png' C = [90,90] P = C + [40,0] .scale(0.7);
+Arm   : .arrow A = [0,0] B = A + [60,0] C = B + [40,30] .width(5) .color('firebrick');
+Dot   : .disc(20) O = [250,180] .width(4) .color('seagreen');
+Ball  : .disc(9) O = [320,200] .color('black');
+Bar   : .bar A = [200,60] B = A + [60,0] .color('steelblue') .width(14);
+Cord  : .line Wheel.P Bar.B .width(3) .color('purple');
+Late  : .bar A = [300,30] B = A + [0,40] .color('orange');
+Text  : .label('Größe </script>&"') A = [150,230] .color('navy');
+@0  Wheel.C = [90,110]; Wheel.angle = 90*.t; Wheel.green = 255 - 100*.t; Wheel.opacity = 1 - 0.4*.t;
+    Arm.A = [150,60];   Arm.angle = 45*.t;   Arm.opacity = 0.5;
+    Dot.O = [250 + 20*.t, 180];              Dot.red = 100*.t;
+    Ball.O = [320,200]; Bar.A = [200,60];
+    Text.A = [150,230]; Text.angle = -10*.t;
+@1  Late.A = [300,30];  Late.angle = -30*.t;
+@2
+"""
+"""All kinds of things; what is faded, tinted, coloured by constraints, appears later or is free."""
+
+
+def everything(folder: Path) -> Path:
+    """The script `EVERYTHING` with its picture."""
+    (folder / "wheel-centre.png").write_bytes((ROOT / "scripts" / "sprites" / "wheel-centre.png").read_bytes())
+    script = folder / "everything.mov"
+    script.write_text(EVERYTHING, encoding="utf-8")
+    return script
+
+
+def shot_of_svg(page: Any, seconds: Fraction, size: tuple[int, int]) -> Image.Image:
+    """The SVG that the page shows, stopped at a time."""
+    page.evaluate(
+        "t => {document.documentElement.pauseAnimations(); document.documentElement.setCurrentTime(t)}", float(seconds)
+    )
+    return _shot(page, 0.0, 0.0, size)
+
+
+def shot_of_page(page: Any, frame: int, size: tuple[int, int]) -> Image.Image:
+    """The player's picture of a frame."""
+    page.evaluate(
+        "k => window.movimentum.ready.then(() => {window.movimentum.pause(); window.movimentum.seek(k)})", frame
+    )
+    box = page.get_by_test_id("stage").bounding_box()
+    assert (round(box["width"]), round(box["height"])) == size
+    return _shot(page, box["x"], box["y"], size)
+
+
+def _shot(page: Any, x: float, y: float, size: tuple[int, int]) -> Image.Image:
+    # two frames of the browser, so that what was changed is painted
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    data = page.screenshot(clip={"x": x, "y": y, "width": size[0], "height": size[1]})
+    return Image.open(io.BytesIO(data)).convert("RGB")
