@@ -18,6 +18,7 @@ from movimentum.analysis.freedom.sparse_rank import SparseRank
 from movimentum.interop.linkages import linkage_script
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.generate import structures_compiled
+from movimentum.planning.structure.graph import maximum_matching
 from movimentum.solver import solver
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.continuation import trace
@@ -157,7 +158,39 @@ def test_sparse_rank_is_the_rank() -> None:
     assert np.abs(rows @ free).max() < 1e-12
     assert free == pytest.approx(null @ (null.T @ free), abs=1e-11)
     left = np.linalg.svd(rows)[0][:, expected:]
-    assert SparseRank(rows, rank.RANK_TOLERANCE).stress() == pytest.approx(np.linalg.norm(left, axis=1), abs=1e-9)
+    assert block.sparse is not None
+    assert rank.stress_of(block, rows, found) == pytest.approx(np.linalg.norm(left, axis=1), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_closed_regions_leave_a_matching_as_it_is(seed: int) -> None:
+    """Searching only where a free column may be found gives what searching everywhere gives."""
+    chance = np.random.default_rng(seed)
+    rows = [sorted(chance.choice(14, size=chance.integers(1, 4), replace=False).tolist()) for _ in range(18)]
+    of_row, of_column = maximum_matching(rows, 14)
+    matched = {i for i, column in enumerate(of_row) if column >= 0}
+    assert all(of_column[of_row[i]] == i and of_row[i] in rows[i] for i in matched)
+    first: list[int] = []  # the lexicographically first set: each row that can still be had with those before it
+    for i in range(len(rows)):
+        if _size([rows[k] for k in (*first, i)]) == len(first) + 1:
+            first.append(i)
+    assert sorted(matched) == first
+
+
+def _size(rows: list[list[int]]) -> int:
+    """The size of a maximum matching, by augmenting paths one row after the other (Kuhn)."""
+    owner: dict[int, int] = {}
+
+    def place(i: int, seen: set[int]) -> bool:
+        for column in rows[i]:
+            if column not in seen:
+                seen.add(column)
+                if column not in owner or place(owner[column], seen):
+                    owner[column] = i
+                    return True
+        return False
+
+    return sum(place(i, set()) for i in range(len(rows)))
 
 
 def test_more_free_motions_than_are_looked_for_first() -> None:

@@ -60,7 +60,8 @@ def stress_of(block: Block, rows: FloatArray, rank: int) -> FloatArray:
     """
     if isinstance(block, Free) and block.sparse is not None:
         with suppress(np.linalg.LinAlgError):
-            return SparseRank(rows, RANK_TOLERANCE).stress()
+            left = SparseRank(rows.T, RANK_TOLERANCE, expected=len(rows) - rank).free
+            return np.sqrt(np.sum(left**2, axis=1))
     left = np.linalg.svd(np.nan_to_num(rows))[0][:, rank:]
     return np.sqrt(np.sum(left**2, axis=1))
 

@@ -1,4 +1,4 @@
-"""Rank, null space and dependent rows of a large block's Jacobian, from sparse factorisations.
+"""Rank and null space of a large block's Jacobian, from sparse factorisations.
 
 A singular value decomposition of the whole matrix costs the cube of its size, for a handful of directions. With
 S = A'A + shift, S^-1 enlarges what A (almost) takes to zero over everything else by 1 / shift: a few steps of subspace
@@ -25,10 +25,11 @@ class SparseRank:
     """``rank`` of scaled rows (m, n), singular values below ``tolerance`` of the largest left out; ``free``
     (n, n - rank), an orthonormal basis of the null space.
 
-    Raises numpy.linalg.LinAlgError where the factors cannot be had.
+    ``expected``: how many directions are free, if that is known; it saves work. Raises numpy.linalg.LinAlgError where
+    the factors cannot be had.
     """
 
-    def __init__(self, rows: FloatArray, tolerance: float) -> None:
+    def __init__(self, rows: FloatArray, tolerance: float, expected: int = 0) -> None:
         from scipy.sparse import csr_matrix
 
         self._rows: Any = csr_matrix(np.nan_to_num(rows, posinf=0.0, neginf=0.0))
@@ -40,7 +41,7 @@ class SparseRank:
         if self._factors is None:
             raise np.linalg.LinAlgError
         largest = self._largest(n)
-        count = min(PROBES, n)
+        count = min(max(PROBES, expected + 8), n)
         while True:
             found, singular = self._weakest(n, count)
             weak = singular <= tolerance * largest
@@ -68,13 +69,3 @@ class SparseRank:
         told[: self._rows.shape[0]] = self._rows @ some
         _, singular, turned = np.linalg.svd(told, full_matrices=False)
         return some @ turned[::-1].T, singular[::-1]
-
-    def stress(self) -> FloatArray:
-        """(m,) how much each row takes part in dependences among rows: the length of its share in the left null space.
-
-        A row less what the unknowns can make of it, done twice: the shift leaves a little the first time.
-        """
-        left = np.eye(self._rows.shape[0])
-        for _ in range(2):
-            left -= self._rows @ self._factors.solve(self._across @ left)
-        return np.sqrt(np.sum(left**2, axis=1))

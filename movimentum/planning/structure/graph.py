@@ -6,7 +6,7 @@ Small and dependency-free on purpose: importing a graph library costs more than 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 
 
 def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[int], list[int]]:
@@ -18,9 +18,13 @@ def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[
     Returns ``(of_row, of_column)``, -1: unmatched.
     """
     of_row, of_column = _forced_matching(rows, columns)
+    closed: set[int] = set()  # rows from which no free column can be reached, now or later
     for start in range(len(rows)):
         if of_row[start] < 0:
-            for row, column in _alternating(rows, of_column, start)[0]:
+            path, came, _ = _alternating(rows, of_column, start, closed)
+            if not path:
+                closed |= came.keys()
+            for row, column in path:
                 of_row[row], of_column[column] = column, row
     for start in range(len(rows)):
         if of_row[start] < 0:
@@ -36,10 +40,10 @@ def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[
 
 
 def _alternating(
-    rows: Sequence[Sequence[int]], of_column: Sequence[int], start: int
+    rows: Sequence[Sequence[int]], of_column: Sequence[int], start: int, closed: Set[int] = frozenset()
 ) -> tuple[list[tuple[int, int]], dict[int, tuple[int, int]], int]:
     """Search the alternating paths from an unmatched row: an augmenting path (empty if there is none), for each row
-    reached the (row, column) it was reached by, and the last row reached.
+    reached the (row, column) it was reached by, and the last row reached. Rows in ``closed`` are left out.
     """
     came: dict[int, tuple[int, int]] = {start: (-1, -1)}
     stack = [start]
@@ -55,7 +59,7 @@ def _alternating(
                     path.append((before, column))
                     row = before
                 return path[::-1], came, last
-            if owner not in came:
+            if owner not in came and owner not in closed:
                 came[owner] = (row, column)
                 last = max(last, owner)
                 stack.append(owner)

@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -301,12 +302,11 @@ class _Search:
             self._remember(rejections[-1:], numbers[place:])
         if self.shuffled is not None:
             return [options[i] for i in self.shuffled.permutation(len(options))]
-        follow_up: list[int] = []
-        for number in numbers[place + 1 :]:
-            if self._branches(blocks[number]):
-                break
-            follow_up.append(number)
-        if len(options) < 2 or not any(self.judgements.wishes_await(number) for number in (numbers[place], *follow_up)):
+        if len(options) < 2:
+            return options
+        following = (numbers[i] for i in range(place + 1, len(numbers)))
+        follow_up = list(takewhile(lambda number: not self._branches(blocks[number]), following))
+        if not any(self.judgements.wishes_await(number) for number in (numbers[place], *follow_up)):
             return options
         judged: list[tuple[tuple[float, ...], BlockSolution]] = []
         for option in options:
