@@ -34,7 +34,7 @@ def glimpse(timeline: Timeline, time: Fraction, near: Carry, known: Known) -> Po
     scene = timeline.scene
     segment = timeline.segments[timeline.segment_at(time)]
     size = scene_size(scene)
-    key = segment_key(scene_key(scene), segment, scene.source.text)
+    key = known.number(segment_key(known.number(scene_key(scene)), segment, scene.source.text))
     tau = float(time - segment.start)
     try:
         with limited(EFFORT):

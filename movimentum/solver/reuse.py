@@ -43,19 +43,31 @@ class Known:
 
     solved: int = 0
     planned: int = 0
+    _numbers: dict[Hashable, _Entry[int]] = field(default_factory=dict[Hashable, _Entry[int]])
     _stretches: dict[Hashable, _Entry[Stretch]] = field(default_factory=dict[Hashable, _Entry[Stretch]])
     _structures: dict[Hashable, _Entry[Structure]] = field(default_factory=dict[Hashable, _Entry[Structure]])
     _plans: dict[Hashable, _Entry[Plan]] = field(default_factory=dict[Hashable, _Entry[Plan]])
     _timelines: int = 0
+    _given: int = 0
     _lock: Lock = field(default_factory=Lock)
 
     def begin(self) -> None:
         """Another timeline is solved: forget what the last ones had no use for."""
         with self._lock:
             self._timelines += 1
-            for kept in (self._stretches, self._structures, self._plans):
+            for kept in (self._numbers, self._stretches, self._structures, self._plans):
                 for key in [key for key, entry in kept.items() if entry.used < self._timelines - KEPT]:
                     del kept[key]
+
+    def number(self, key: Hashable) -> int:
+        """A number that stands for ``key``, and for no other: a key of keys is then as short as they are many."""
+        with self._lock:
+            entry = self._numbers.get(key)
+            if entry is None:
+                self._given += 1
+                entry = self._numbers[key] = _Entry(self._given, self._timelines)
+            entry.used = self._timelines
+            return entry.value
 
     def stretch(self, key: Hashable, scene: Scene, segment: Segment) -> Stretch | None:
         """The motion kept under ``key``, for a segment that differs in nothing but where it stands in the text."""
@@ -155,8 +167,8 @@ def scene_key(scene: Scene) -> Hashable:
     return things, variables, scene.config.size
 
 
-def segment_key(scene: Hashable, segment: Segment, text: str) -> Hashable:
-    """Everything that the equations of a segment depend on; ``scene`` is the `scene_key` of its scene."""
+def segment_key(scene: int, segment: Segment, text: str) -> Hashable:
+    """Everything that the equations of a segment depend on; ``scene`` is the number of its scene's `scene_key`."""
     active = tuple((constraint_key(constraint), _words(constraint.span, text)) for constraint in segment.active)
     return scene, segment.number, segment.step, segment.start, segment.end, active, segment.visible
 

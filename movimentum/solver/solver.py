@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -53,13 +53,15 @@ def solve(timeline: Timeline, begin: Carry | None = None, known: Known | None = 
     size = scene_size(scene)
     work = _Work(scene, size, known or Known())
     work.known.begin()
-    whole = None if known is None else scene_key(scene)
+    whole = 0 if known is None else known.number(scene_key(scene))
     carry = begin or as_drawn(scene)
-    before: Hashable = None
+    key = 0
     stretches: list[Stretch] = []
     for segment in timeline.segments:
-        own = segment.number if known is None else segment_key(whole, segment, scene.source.text)
-        key = before = own, before
+        own = segment.number
+        if known is not None:  # the motion depends on that of all segments before
+            own = known.number(segment_key(whole, segment, scene.source.text))
+            key = known.number((own, key))
         stretch = work.known.stretch(key, scene, segment) if known is not None and begin is None else None
         if stretch is None:
             earlier = stretches[-1] if stretches else None
@@ -86,7 +88,7 @@ class _Task:
     """A segment to solve, its key, and the pose before it."""
 
     segment: Segment
-    key: Hashable
+    key: int
     carry: Carry
 
     @property
@@ -276,7 +278,7 @@ def _contradiction(
 
 
 def begun(
-    scene: Scene, segment: Segment, key: Hashable, known: Known, size: float, carry: Carry, tau: float
+    scene: Scene, segment: Segment, key: int, known: Known, size: float, carry: Carry, tau: float
 ) -> tuple[Plan, Selection]:
     """The plan of a segment (``key``: its key in ``known``) and the solution at offset ``tau`` that continues ``carry``
     or is nearest to it.
