@@ -30,6 +30,7 @@ from movimentum.workflow.choices import Choices, Outcome, Picture
 from movimentum.workflow.limits import MAX_PIXELS
 
 if TYPE_CHECKING:
+    from movimentum.solver.reuse import Known
     from movimentum.source import SourceText
 
 
@@ -158,12 +159,12 @@ def run(
         max_pixels=max_pixels,
     )
 
-    def once() -> int:
+    def once(known: Known | None = None) -> int:
         from movimentum.workflow.animate import animate
 
         def work(source: SourceText) -> Outcome:
             with console.progress("rendering") as progress:
-                return animate(source, target, choices, picture, progress)
+                return animate(source, target, choices, picture, progress, known=known)
 
         code, outcome = carried_out(console, script, work)
         if outcome is not None:
@@ -180,19 +181,20 @@ def run(
     return _watch(console, script, once, target, open_it)
 
 
-def _watch(console: Console, script: str, once: Callable[[], int], target: Path, open_it: bool) -> int:
+def _watch(console: Console, script: str, once: Callable[[Known], int], target: Path, open_it: bool) -> int:
     """Call ``once``, which writes ``target``, whenever the script or its pictures change, until Ctrl-C; returns that
-    exit code. ``open_it``: the file is opened when it first exists.
+    exit code. It is given what it has solved before. ``open_it``: the file is opened when it first exists.
     """
     from movimentum.cli.watch import watch
+    from movimentum.solver.reuse import Known
     from movimentum.workflow.read import mentioned_files, read
 
-    waiting, written = open_it, False
+    waiting, written, known = open_it, False, Known()
 
     def again() -> Iterable[Path]:
         nonlocal waiting, written
         try:
-            code = once()
+            code = once(known)
             written |= code in (DONE, NO_SOLUTION)
             # Opened once: most viewers follow the file, and a new window for every change would be a nuisance.
             if waiting and code == DONE:

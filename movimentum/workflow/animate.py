@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
+    from movimentum.solver.reuse import Known
     from movimentum.timeline.model import Timeline
 
 
@@ -36,10 +37,11 @@ def animate(
     picture: Picture,
     progress: Progress,
     solution: Solution | None = None,
+    known: Known | None = None,
 ) -> Outcome:
     """Render the script to ``target``, whose suffix names the format; a picture without ``%d`` is the first frame.
 
-    ``solution``: where it has been solved with these ``choices`` already.
+    ``solution``: where it has been solved with these ``choices`` already; ``known``: what was solved before.
     """
     from movimentum.analysis.diagnose.off_canvas import OUTSIDE
     from movimentum.drawing.options import Show
@@ -63,7 +65,7 @@ def animate(
     ready = None
     if scene.config.size is not None and not options.traces and Show.FREE not in options.show:
         ready = way_to(kind, scene, (), options)  # what is too large or cannot be read is refused before the work
-    solution = solution or solved(timeline, choices)
+    solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
     poses: PoseSource = PoseChunks(motion, shown, skip).held()
     if Show.FREE in options.show:

@@ -122,9 +122,11 @@ def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
     return tuple(lettering(labels))
 
 
-def solved(timeline: Timeline, choices: Choices) -> Solution:
-    """The motion, if ``on_failure`` accepts it; otherwise `ScriptError` or `NoSolutionError` with all diagnostics."""
-    solution = examined(timeline, choices)
+def solved(timeline: Timeline, choices: Choices, known: Known | None = None) -> Solution:
+    """The motion, if ``on_failure`` accepts it; otherwise `ScriptError` or `NoSolutionError` with all diagnostics.
+    ``known``: see `moved`.
+    """
+    solution = examined(timeline, choices, path=moved(timeline, known))
     if solution.fault == 1:
         raise ScriptError(solution.diagnostics)
     if solution.fault and choices.on_failure is FailurePolicy.STOP:

@@ -211,3 +211,23 @@ def test_work_in_another_thread_ends_soon(monkeypatch: pytest.MonkeyPatch) -> No
     thread.join(30)
     assert ended.is_set()
     assert steps < 500  # the whole film takes thousands
+
+
+def test_a_film_rendered_again_has_the_same_bytes(tmp_path: Path) -> None:
+    """As `run --watch` renders it: with what the text before has left."""
+    from movimentum.solver.reuse import Known
+    from movimentum.workflow.animate import animate
+    from movimentum.workflow.choices import Choices, Picture
+
+    def rendered(name: str, text: str, known: Known | None) -> bytes:
+        target = tmp_path / f"{name}.gif"
+        source = SourceText(str(tmp_path / "x.mov"), text)
+        animate(source, target, Choices(), Picture(workers=1), lambda _done, _of: None, known=known)
+        return target.read_bytes()
+
+    known = Known()
+    rendered("first", STEPS, known)
+    recolored = STEPS.replace(": .bar O", ": .bar .color('red') O").replace("20*(.t)", "21*(.t)")
+    again = rendered("again", recolored, known)
+    assert known.solved == 4 + 2
+    assert again == rendered("fresh", recolored, None)
