@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from movimentum.planning.lowering.equations import Equation, Form, System
+from movimentum.planning.lowering.equations import Equation, System
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin
 from movimentum.planning.structure.graph import groups, maximum_matching, reachable, strong_components
 from movimentum.scene.model import ThingAngle
@@ -166,9 +166,7 @@ def _held_together(
 ) -> tuple[list[Group], list[Equation]]:
     """Groups of what is connected to ``merged``, and the equations that are left."""
     links: list[tuple[int, int]] = []
-    used = {n for e in equations if e.form is not Form.WINDING for n in e.unknowns}
-    # an angle that nothing uses is found afterwards; everything else belongs together
-    plain = [e for e in equations if e.form is not Form.WINDING or e.targets[0] in used]
+    plain = _without_measures(system, equations)  # what only measures is found afterwards
     for equation in plain:
         members = sorted(equation.unknowns)
         links.extend((members[0], other) for other in members[1:])
@@ -183,6 +181,32 @@ def _held_together(
         gone |= set(own)
         held.append(Group(tuple(component), tuple(sorted(own)), free=True))
     return held, [e for e in equations if e.number not in gone]
+
+
+def _without_measures(system: System, equations: list[Equation]) -> list[Equation]:
+    """The equations without those that only give what no other equation reads and what is no part of a pose: an angle
+    that nothing uses, a variable for a distance, and what is measured by these.
+    """
+    left = {e.number: e for e in equations}
+    users: list[set[int]] = [set() for _ in system.unknowns]
+    for e in equations:
+        for n in e.unknowns:
+            users[n].add(e.number)
+    waiting = [n for n, reading in enumerate(users) if len(reading) == 1]
+    while waiting:
+        n = waiting.pop()
+        if len(users[n]) != 1 or isinstance(system.unknowns[n].payload, PosePart):
+            continue
+        (number,) = users[n]
+        equation = left[number]
+        if equation.targets != (n,) and not (n in equation.targets and _gives(equation, n)):
+            continue
+        del left[number]
+        for other in equation.unknowns:
+            users[other].discard(number)
+            if len(users[other]) == 1:
+                waiting.append(other)
+    return [e for e in equations if e.number in left]
 
 
 def _free_groups(system: System, equations: list[Equation], of_row: list[int], columns: set[int]) -> Iterable[Group]:
