@@ -62,9 +62,8 @@ def animate(
         from movimentum.vector.write import refuse_too_long
 
         refuse_too_long(scene, len(shown), target)
-    ready = None
-    if scene.config.size is not None and not options.traces and Show.FREE not in options.show:
-        ready = way_to(kind, scene, (), options)  # what is too large or cannot be read is refused before the work
+    known_size = scene.config.size is not None and not options.traces and Show.FREE not in options.show
+    ready = way_to(kind, scene, (), options) if known_size else None  # what is too large is refused before the work
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
     poses: PoseSource = PoseChunks(motion, shown, skip).held()

@@ -280,7 +280,7 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
                     known.add(angle)
                     fresh.add(angle)
     undecided = {t for t in angles if t not in driven and t not in measured}
-    tied = {n for e in system.equations for n in e.unknowns}
+    tied = {n for e in _without_measures(system, list(system.equations)) for n in e.unknowns}
     return frozenset(driven | {t for t in undecided if angles[t] in tied})
 
 
