@@ -22,7 +22,7 @@ from movimentum.planning.blocks.kinds import method_of
 from movimentum.scene.build import build
 from movimentum.solver.motion import BATCH, PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.solver.solver import solve
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
@@ -79,7 +79,7 @@ def _watched(totals: dict[str, float]) -> Iterator[None]:
             setattr(module, name, original)
 
 
-def _solved(motion: PathMotion, stretch: Stretch, piece: Piece, frames: int) -> None:
+def _solved(motion: PathMotion, stretch: SegmentMotion, piece: Piece, frames: int) -> None:
     """Solve all frames, in the batches in which poses are made."""
     for begin in range(0, frames, BATCH):
         piece.solve(motion.instants(stretch, begin, min(begin + BATCH, frames)), windings=False)

@@ -27,7 +27,7 @@ from movimentum.settings import Advice
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
+from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
 
@@ -52,7 +52,7 @@ class Examination:
 class _Reports(Sequence[StepReport]):
     """A report for each segment, made when somebody looks: what moves as one is asked for by `check` only."""
 
-    def __init__(self, stretches: Sequence[Stretch], ranks: Sequence[list[BlockRank]]) -> None:
+    def __init__(self, stretches: Sequence[SegmentMotion], ranks: Sequence[list[BlockRank]]) -> None:
         self._stretches, self._ranks = stretches, ranks
 
     @cached_property
@@ -135,10 +135,10 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examinat
 # --- how it is followed
 
 
-def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
+def _unresolved(stretch: SegmentMotion) -> Iterator[Diagnostic]:
     """The motion is too fast, for too long, to be followed closely enough to see everything on its way."""
     for piece in stretch.pieces:
-        if isinstance(piece, Dead) or piece.resolved:
+        if isinstance(piece, Unsolved) or piece.resolved:
             continue
         begin, end = (time_text(float(stretch.segment.start) + tau) for tau in (piece.begin, piece.end))
         yield Diagnostic(
@@ -151,10 +151,10 @@ def _unresolved(stretch: Stretch) -> Iterator[Diagnostic]:
         )
 
 
-def _inaccurate(motion: PathMotion, stretch: Stretch) -> Iterator[Diagnostic]:
+def _inaccurate(motion: PathMotion, stretch: SegmentMotion) -> Iterator[Diagnostic]:
     """Free motion that was integrated with less accuracy than usual, because otherwise it would not have ended."""
     for piece in stretch.pieces:
-        if isinstance(piece, Dead):
+        if isinstance(piece, Unsolved):
             continue
         for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
             usual = LARGE_TOLERANCE if isinstance(block, Free) and block.sparse is not None else TOLERANCE
@@ -182,7 +182,7 @@ def _inaccurate(motion: PathMotion, stretch: Stretch) -> Iterator[Diagnostic]:
 def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     stretch = motion.stretches[index]
     span = motion.span(index, 0, motion.timeline.frame_count)
-    if span is None or any(t.kind is TroubleKind.START for t in stretch.troubles):
+    if span is None or any(t.kind is FailureKind.START for t in stretch.troubles):
         return
     from movimentum.analysis.diagnose.conditioning import nearly_singular
 
@@ -207,8 +207,8 @@ def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
 # --- what is superfluous
 
 
-def _redundancies(stretch: Stretch, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
-    if any(t.kind is TroubleKind.START for t in stretch.troubles):
+def _redundancies(stretch: SegmentMotion, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
+    if any(t.kind is FailureKind.START for t in stretch.troubles):
         return
     system = stretch.plan.system
     for rank in ranks:

@@ -14,7 +14,7 @@ from movimentum.scene.model import Constraint, Relation
 from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.segment_motion import Dead
+from movimentum.solver.segment_motion import Unsolved
 from movimentum.solver.solver import solve
 from movimentum.text import number, time_text
 from movimentum.timeline.arrange import arrange
@@ -114,7 +114,7 @@ def reverse_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
         return
     last = motion.stretches[-1]
     piece = last.pieces[-1]
-    assert not isinstance(piece, Dead)
+    assert not isinstance(piece, Unsolved)
     carried = carry_at(last, piece, float(last.segment.end - last.segment.start), last.base)
     backwards = solve(_reversed(motion.timeline), Carry(carried.now))
     yield _told(
@@ -125,7 +125,7 @@ def reverse_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
 def _irreversible(motion: PathMotion) -> str | None:
     for stretch in motion.stretches:
         when = f"in the step at t = {time_text(float(stretch.segment.start))}"
-        if stretch.troubles or any(isinstance(piece, Dead) for piece in stretch.pieces):
+        if stretch.troubles or any(isinstance(piece, Unsolved) for piece in stretch.pieces):
             return f"there is no solution all the way {when}"
         if any(b.free for b in stretch.plan.blocks):
             return f"something moves freely {when}"

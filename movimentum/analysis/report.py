@@ -9,7 +9,7 @@ from movimentum.analysis.freedom.degrees import BlockRank, ConnectedPart
 from movimentum.analysis.freedom.motions import FreeMotion, in_order
 from movimentum.planning.blocks.kinds import Assign, Integral, Winding, method_of
 from movimentum.scene.model import Scene
-from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.segment_motion import SegmentMotion
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class StepReport:
     motions: tuple[MotionReport, ...] = ()
 
 
-def step_report(stretch: Stretch, ranks: Sequence[BlockRank], parts: Sequence[ConnectedPart]) -> StepReport:
+def step_report(stretch: SegmentMotion, ranks: Sequence[BlockRank], parts: Sequence[ConnectedPart]) -> StepReport:
     """The report of one stretch; ``ranks`` and ``parts`` as `analysis.freedom.degrees` finds them."""
     plan = stretch.plan
     of_block = {rank.block: rank for rank in ranks}

@@ -16,7 +16,7 @@ from movimentum.repl.session import Session, refused
 from movimentum.repl.sheet import write_film, write_sheet
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Dead
+from movimentum.solver.segment_motion import Unsolved
 from movimentum.text import counted, number, time_text
 
 PATIENCE_S, LEAST_S = 1.4, 0.5
@@ -243,7 +243,7 @@ def _piece(session: Session) -> tuple[Piece, float]:
     tau = float(session.time - stretch.segment.start)
     begins = np.array([piece.begin for piece in stretch.pieces[1:]])
     piece = stretch.pieces[int(np.searchsorted(begins, tau, side="right"))]
-    if isinstance(piece, Dead):
+    if isinstance(piece, Unsolved):
         raise refused("no-solution", "there is no solution at this moment", "conflicts")
     return piece, tau
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
     from movimentum.solver.poses import Poses
-    from movimentum.solver.segment_motion import Stretch
+    from movimentum.solver.segment_motion import SegmentMotion
     from movimentum.timeline.model import Timeline
 
 PATIENCE_S = 3.0
@@ -148,7 +148,7 @@ class Session:
         return Path(name)
 
     @property
-    def stretch(self) -> Stretch:
+    def stretch(self) -> SegmentMotion:
         """The part of the motion that contains the moment."""
         return self.work.motion.stretches[self.work.timeline.segment_at(self.time)]
 

@@ -21,7 +21,7 @@ from movimentum.solver.judge import TOLERANCE, Judge
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
+from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.solver.valued import first_value, has_value
 
 Values = FloatArray | np.float64
@@ -96,10 +96,10 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
     return Snapshot(tuple(things), others, frozenset(known), solved, frames)
 
 
-def carry_at(stretch: Stretch, piece: Piece, time: float, base: Carry) -> Carry:
+def carry_at(stretch: SegmentMotion, piece: Piece, time: float, base: Carry) -> Carry:
     """What is carried on from ``piece`` at offset ``time``, with the velocity there where the piece has a length."""
     span = 1e-6 * (piece.end - piece.begin)
-    gap = next((t for t in stretch.troubles if t.kind is TroubleKind.GAP and t.begin <= time <= t.until), None)
+    gap = next((t for t in stretch.troubles if t.kind is FailureKind.GAP and t.begin <= time <= t.until), None)
     if gap is not None:
         time = max(gap.begin, piece.begin)
     earlier = time - span
@@ -130,7 +130,7 @@ class Assembly:
     def __init__(
         self,
         scene: Scene,
-        stretches: Sequence[Stretch],
+        stretches: Sequence[SegmentMotion],
         frames: NDArray[np.int64],
         times: FloatArray,
         *,
@@ -162,7 +162,7 @@ class Assembly:
             name: np.zeros((count, 2) if variable.is_vector else count) for name, variable in scene.variables.items()
         }
 
-    def add(self, stretch: Stretch, where: slice, instants: Instants) -> None:
+    def add(self, stretch: SegmentMotion, where: slice, instants: Instants) -> None:
         """Fill in the frames ``where``, which lie in ``stretch``."""
         for number in stretch.segment.visible:
             self.visible[number, where] = True
@@ -181,7 +181,7 @@ class Assembly:
             chosen = np.nonzero(of_piece == number)[0]
             piece = stretch.pieces[int(number)]
             places = offset + chosen
-            if isinstance(piece, Dead):
+            if isinstance(piece, Unsolved):
                 self._fill_moment(places, piece.carry.now)
                 self.solved[places] = False
                 continue
@@ -224,7 +224,7 @@ class Assembly:
                 else:
                     values[places, axis] = value
 
-    def _note_missing(self, stretch: Stretch, where: slice) -> None:
+    def _note_missing(self, stretch: SegmentMotion, where: slice) -> None:
         """Mark the variables that no statement in force mentions."""
         for name, values in self.variables.items():
             if not has_value(stretch, name, values.ndim == 2):
@@ -273,7 +273,7 @@ class Assembly:
                 else:
                     values[places, axis] = value
 
-    def _hold(self, places: NDArray[np.intp], tau: FloatArray, piece: Piece, stretch: Stretch) -> None:
+    def _hold(self, places: NDArray[np.intp], tau: FloatArray, piece: Piece, stretch: SegmentMotion) -> None:
         """Frames without a solution hold the last good pose: that of the last of the path's nodes before them that has
         one.
         """

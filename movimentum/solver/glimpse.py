@@ -18,7 +18,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.follow import instant
 from movimentum.solver.poses import Poses
 from movimentum.solver.reuse import Known, scene_key, segment_key
-from movimentum.solver.segment_motion import Dead, PathBeginning, PathReason, Stretch
+from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion, Unsolved
 from movimentum.solver.solver import begun
 from movimentum.timeline.model import Timeline
 
@@ -44,7 +44,7 @@ def glimpse(timeline: Timeline, time: Fraction, near: Carry, known: Known) -> Po
             piece = instant(plan, segment.start, tau, selection.choices)
     except GivenUp:
         return None
-    stretch = Stretch(segment, plan, near, [piece], [PathBeginning(tau, selection, near, PathReason.STEP)], [])
+    stretch = SegmentMotion(segment, plan, near, [piece], [PathBeginning(tau, selection, near, PathReason.STEP)], [])
     alone = replace(timeline, segments=(segment,))
     poses = PathMotion(alone, (stretch,), size, doubted=True).poses_at([time])
     return poses if bool(poses.solved.all()) else None
@@ -57,7 +57,7 @@ def shown_at(motion: PathMotion, time: Fraction) -> Carry:
     stretch = motion.stretches[timeline.segment_at(clipped)]
     tau = float(clipped - stretch.segment.start)
     piece = next((each for each in stretch.pieces if tau <= each.end), stretch.pieces[-1])
-    if isinstance(piece, Dead):
+    if isinstance(piece, Unsolved):
         return held(piece.carry)
     return held(carry_at(stretch, piece, max(tau, piece.begin), stretch.base))
 

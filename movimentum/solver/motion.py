@@ -14,7 +14,7 @@ from movimentum.diagnostics import Diagnostic
 from movimentum.solver.assembly import Assembly
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.timeline.model import Timeline
 
 BATCH = 4096
@@ -65,7 +65,7 @@ class PathMotion:
     """
 
     timeline: Timeline
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[SegmentMotion, ...]
     size: float
     doubted: bool = False
 
@@ -95,7 +95,7 @@ class PathMotion:
                 assembly.add(stretch, slice(begin - first, end - first), self.instants(stretch, begin, end))
         return assembly.finished()
 
-    def spans(self, first: int, stop: int) -> Iterator[tuple[Stretch, int, int]]:
+    def spans(self, first: int, stop: int) -> Iterator[tuple[SegmentMotion, int, int]]:
         """The frames ``first`` … ``stop - 1`` by the stretch they lie in: (stretch, its first frame, the end of its
         frames).
         """
@@ -109,7 +109,7 @@ class PathMotion:
         where there are none.
         """
 
-        def first_frame(stretch: Stretch) -> int:
+        def first_frame(stretch: SegmentMotion) -> int:
             """The first frame not before a step."""
             return int(-((self.timeline.start - stretch.segment.start) * self.timeline.fps // 1))
 
@@ -118,7 +118,7 @@ class PathMotion:
         high = stop if last else min(stop, first_frame(self.stretches[place + 1]))
         return (low, high) if low < high else None
 
-    def instants(self, stretch: Stretch, low: int, high: int) -> Instants:
+    def instants(self, stretch: SegmentMotion, low: int, high: int) -> Instants:
         """The instants of frames ``low`` … ``high - 1``, which lie in ``stretch``."""
         start, step = self.timeline.start, 1 / self.timeline.fps
         return at_frames(stretch.plan.clocks, stretch.segment.start, start, step, np.arange(low, high, dtype=np.int64))

@@ -17,7 +17,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure, compile_structure, structure_of
 from movimentum.scene.model import Anchor, Constraint, Scene, ThingProperty
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.source import Span
 from movimentum.timeline.model import Segment
 
@@ -44,7 +44,7 @@ class Known:
     solved: int = 0
     planned: int = 0
     _numbers: dict[Hashable, _Entry[int]] = field(default_factory=dict[Hashable, _Entry[int]])
-    _stretches: dict[Hashable, _Entry[Stretch]] = field(default_factory=dict[Hashable, _Entry[Stretch]])
+    _stretches: dict[Hashable, _Entry[SegmentMotion]] = field(default_factory=dict[Hashable, _Entry[SegmentMotion]])
     _structures: dict[Hashable, _Entry[Structure]] = field(default_factory=dict[Hashable, _Entry[Structure]])
     _plans: dict[Hashable, _Entry[Plan]] = field(default_factory=dict[Hashable, _Entry[Plan]])
     _timelines: int = 0
@@ -69,12 +69,12 @@ class Known:
             entry.used = self._timelines
             return entry.value
 
-    def stretch(self, key: Hashable, scene: Scene, segment: Segment) -> Stretch | None:
+    def stretch(self, key: Hashable, scene: Scene, segment: Segment) -> SegmentMotion | None:
         """The motion kept under ``key``, for a segment that differs in nothing but where it stands in the text."""
         found = self._found(self._stretches, key)
         return None if found is None else _moved(found, scene, segment)
 
-    def keep(self, key: Hashable, stretch: Stretch) -> None:
+    def keep(self, key: Hashable, stretch: SegmentMotion) -> None:
         """Keep a segment's motion."""
         self.solved += 1
         self._keep(self._stretches, key, stretch)
@@ -118,12 +118,12 @@ def _of(plan: Plan, scene: Scene, segment: Segment) -> Plan:
     return replace(plan, system=replace(plan.system, scene=scene, segment=segment))
 
 
-def _moved(stretch: Stretch, scene: Scene, segment: Segment) -> Stretch:
+def _moved(stretch: SegmentMotion, scene: Scene, segment: Segment) -> SegmentMotion:
     """A motion for the same segment of another text."""
     plans: dict[int, Plan] = {}
 
-    def moved(piece: Piece | Dead) -> Piece | Dead:
-        if isinstance(piece, Dead):
+    def moved(piece: Piece | Unsolved) -> Piece | Unsolved:
+        if isinstance(piece, Unsolved):
             return piece
         plan = plans.setdefault(id(piece.plan), _of(piece.plan, scene, segment))
         # a piece's own notes (what is upstream, steppers) are made anew: two motions never share what can change

@@ -13,7 +13,7 @@ from movimentum.timeline.model import Segment
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Dead:
+class Unsolved:
     """A stretch [``begin``, ``end``] without any path; ``carry`` is the last good pose."""
 
     begin: float
@@ -40,7 +40,7 @@ class PathBeginning:
     selector: int | None = None
 
 
-class TroubleKind(StrEnum):
+class FailureKind(StrEnum):
     """Why there is no solution.
 
     START: none to begin with; GAP: a block has none, after a path that ended; SELECTOR: an inequality is violated and
@@ -54,7 +54,7 @@ class TroubleKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trouble:
+class Failure:
     """No solution from offset ``begin`` to ``until``.
 
     START has a ``selection`` with the reasons; GAP the number of the ``block``; SELECTOR that of the inequality,
@@ -62,7 +62,7 @@ class Trouble:
     the equation, ``check``.
     """
 
-    kind: TroubleKind
+    kind: FailureKind
     begin: float
     until: float = float("inf")
     block: int | None = None
@@ -72,17 +72,17 @@ class Trouble:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stretch:
+class SegmentMotion:
     """One segment's motion. ``base`` is the moment before it; things that its plan does not know stay as there."""
 
     segment: Segment
     plan: Plan
     base: Carry
-    pieces: list[Piece | Dead]
+    pieces: list[Piece | Unsolved]
     beginnings: list[PathBeginning]
-    troubles: list[Trouble]
+    troubles: list[Failure]
 
     @property
     def ended(self) -> bool:
         """Whether there is no path at the segment's end."""
-        return isinstance(self.pieces[-1], Dead)
+        return isinstance(self.pieces[-1], Unsolved)

@@ -19,7 +19,7 @@ from movimentum.solver.path.double_roots import with_redundant_rows
 from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.reuse import Known, scene_key, segment_key
-from movimentum.solver.segment_motion import Dead, PathBeginning, PathReason, Stretch, Trouble, TroubleKind
+from movimentum.solver.segment_motion import Failure, FailureKind, PathBeginning, PathReason, SegmentMotion, Unsolved
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.deceptive import deceptive
 from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
@@ -56,7 +56,7 @@ def solve(timeline: Timeline, begin: Carry | None = None, known: Known | None = 
     whole = 0 if known is None else known.number(scene_key(scene))
     carry = begin or as_drawn(scene)
     key = 0
-    stretches: list[Stretch] = []
+    stretches: list[SegmentMotion] = []
     for segment in timeline.segments:
         own = segment.number
         if known is not None:  # the motion depends on that of all segments before
@@ -102,13 +102,13 @@ class _Task:
         return 1e-4 * self.length if self.length > 0.0 else 1e-4
 
 
-def _solve_segment(work: _Work, task: _Task, earlier: Stretch | None) -> Stretch:
+def _solve_segment(work: _Work, task: _Task, earlier: SegmentMotion | None) -> SegmentMotion:
     segment, carry = task.segment, task.carry
     plan, selection = _begin(work, task, earlier)
     if earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended:
         # the path ended and nothing new is stated: there is still no solution on it
-        stretch = Stretch(segment, plan, carry, [Dead(0.0, task.length, carry)], [], [])
-        stretch.troubles.append(Trouble(TroubleKind.START, 0.0, until=task.length, selection=selection))
+        stretch = SegmentMotion(segment, plan, carry, [Unsolved(0.0, task.length, carry)], [], [])
+        stretch.troubles.append(Failure(FailureKind.START, 0.0, until=task.length, selection=selection))
         return stretch
     stretch = _followed(segment, plan, selection, carry, task.ahead)
     wrong = _disagreement(stretch)
@@ -117,18 +117,18 @@ def _solve_segment(work: _Work, task: _Task, earlier: Stretch | None) -> Stretch
     return stretch
 
 
-def _left_by(stretch: Stretch) -> Carry:
+def _left_by(stretch: SegmentMotion) -> Carry:
     """What a segment hands over to the next."""
     last = stretch.pieces[-1]
-    if isinstance(last, Dead):
+    if isinstance(last, Unsolved):
         return held(last.carry)
     return carry_at(stretch, last, float(stretch.segment.end - stretch.segment.start), stretch.base)
 
 
-def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float) -> Stretch:
+def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float) -> SegmentMotion:
     """A segment's motion from where it begins, piece by piece."""
     length = float(segment.end - segment.start)
-    stretch = Stretch(segment, plan, carry, [], [PathBeginning(0.0, selection, carry, PathReason.STEP)], [])
+    stretch = SegmentMotion(segment, plan, carry, [], [PathBeginning(0.0, selection, carry, PathReason.STEP)], [])
     begin = 0.0
     choices: list[Choice] | None = selection.choices
     if choices is None:
@@ -142,13 +142,13 @@ def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, 
     return stretch
 
 
-def _disagreement(stretch: Stretch) -> tuple[int, float] | None:
+def _disagreement(stretch: SegmentMotion) -> tuple[int, float] | None:
     """The first time at which an equation that was taken for redundant does not hold, and the equation's number."""
     found = (first_disagreement(p, p.end) for p in stretch.pieces if isinstance(p, Piece) and p.end > p.begin)
     return next((wrong for wrong in found if wrong is not None), None)
 
 
-def _planned_anew(work: _Work, task: _Task, stretch: Stretch, wrong: tuple[int, float]) -> Stretch:
+def _planned_anew(work: _Work, task: _Task, stretch: SegmentMotion, wrong: tuple[int, float]) -> SegmentMotion:
     """The motion with the equation that does not hold all along in one block with all that it is connected to; where
     that leads no farther, the motion as far as the equation holds.
     """
@@ -169,17 +169,17 @@ def _planned_anew(work: _Work, task: _Task, stretch: Stretch, wrong: tuple[int, 
     piece.end = time
     return replace(
         stretch,
-        pieces=[*kept, piece, Dead(float(np.nextafter(time, np.inf)), length, left)],
+        pieces=[*kept, piece, Unsolved(float(np.nextafter(time, np.inf)), length, left)],
         beginnings=[beginning for beginning in stretch.beginnings if beginning.time <= time],
         troubles=[
             *(trouble for trouble in stretch.troubles if trouble.begin < time),
-            Trouble(TroubleKind.CHECK, time, until=length, check=check),
+            Failure(FailureKind.CHECK, time, until=length, check=check),
         ],
     )
 
 
 def _late_beginning(
-    stretch: Stretch, selection: Selection, length: float, ahead: float
+    stretch: SegmentMotion, selection: Selection, length: float, ahead: float
 ) -> tuple[list[Choice] | None, float]:
     """Where there is no solution to begin with: the first time at which there is one, and the choice there."""
     carry = stretch.base
@@ -189,15 +189,15 @@ def _late_beginning(
 
     found = first_beginning(stretch.plan, stretch.segment.start, length, selection, chosen)
     onset, begin, there = found or (length, length, selection)
-    stretch.troubles.append(Trouble(TroubleKind.START, 0.0, until=onset, selection=selection))
-    stretch.pieces.append(Dead(0.0, begin, held(carry)))
+    stretch.troubles.append(Failure(FailureKind.START, 0.0, until=onset, selection=selection))
+    stretch.pieces.append(Unsolved(0.0, begin, held(carry)))
     if found is None:
         return None, length
     stretch.beginnings.append(PathBeginning(begin, there, held(carry), PathReason.REACH))
     return there.choices, begin
 
 
-def _begin(work: _Work, task: _Task, earlier: Stretch | None) -> tuple[Plan, Selection]:
+def _begin(work: _Work, task: _Task, earlier: SegmentMotion | None) -> tuple[Plan, Selection]:
     """Plan a segment and choose where it begins; what proves singular by its geometry is planned again as one block."""
     segment, carry, ahead = task.segment, task.carry, task.ahead
     if earlier is not None and earlier.segment.active == segment.active:  # a step that only ends the timeline
@@ -243,13 +243,13 @@ def _begin(work: _Work, task: _Task, earlier: Stretch | None) -> tuple[Plan, Sel
     return plan, selection
 
 
-def _at_end_of(stretch: Stretch) -> list[Choice] | None:
+def _at_end_of(stretch: SegmentMotion) -> list[Choice] | None:
     """What a path would begin with that goes on from the end of ``stretch`` under the same constraints; None where this
     has to be searched for.
     """
     last = stretch.pieces[-1]
     length = float(stretch.segment.end - stretch.segment.start)
-    if isinstance(last, Dead) or stretch.troubles or last.plan is not stretch.plan or last.end < length:
+    if isinstance(last, Unsolved) or stretch.troubles or last.plan is not stretch.plan or last.end < length:
         return None
     return Branch.of(last, length).at(length)
 
@@ -300,7 +300,7 @@ def totals_of(plan: Plan, carry: Carry) -> dict[int, float]:
 
 
 def _continue(
-    stretch: Stretch, piece: Piece, gaps: list[Gap], length: float, ahead: float
+    stretch: SegmentMotion, piece: Piece, gaps: list[Gap], length: float, ahead: float
 ) -> tuple[list[Choice] | None, float]:
     """What comes after ``piece``: nothing (it reaches the end), or another piece: from where an inequality is violated,
     or from where a path that ended has a solution again.
@@ -310,9 +310,9 @@ def _continue(
     if violated is not None or gap is not None:
         end = violated[1] if violated is not None else gap.begin if gap is not None else length
         if len(stretch.pieces) >= MAXIMAL_PIECES or _creeps(stretch, end, length):
-            trouble = Trouble(TroubleKind.GAP, end, until=length, block=None if gap is None else gap.block)
+            trouble = Failure(FailureKind.GAP, end, until=length, block=None if gap is None else gap.block)
             if violated is not None:
-                trouble = Trouble(TroubleKind.SELECTOR, end, until=length, selector=violated[0])
+                trouble = Failure(FailureKind.SELECTOR, end, until=length, selector=violated[0])
             stretch.troubles.append(trouble)
             _die(stretch, piece, end, length)
             return None, length
@@ -323,7 +323,7 @@ def _continue(
     return _beyond_gap(stretch, piece, gap, length)
 
 
-def _creeps(stretch: Stretch, end: float, length: float) -> bool:
+def _creeps(stretch: SegmentMotion, end: float, length: float) -> bool:
     """Whether the last pieces, of which the last would end at ``end``, all end where they begin."""
     recent = [piece for piece in stretch.pieces if isinstance(piece, Piece)][-CREEPING:]
     ends = [*(piece.end for piece in recent[:-1]), end]
@@ -331,15 +331,15 @@ def _creeps(stretch: Stretch, end: float, length: float) -> bool:
     return len(recent) == CREEPING and all(short)
 
 
-def _die(stretch: Stretch, piece: Piece, end: float, until: float) -> Carry:
+def _die(stretch: SegmentMotion, piece: Piece, end: float, until: float) -> Carry:
     """End ``piece`` at ``end``, without a solution until ``until``; the pose that is left."""
     carry = held(carry_at(stretch, piece, end, stretch.base))
     piece.end = end
-    stretch.pieces.append(Dead(float(np.nextafter(end, np.inf)), until, carry))
+    stretch.pieces.append(Unsolved(float(np.nextafter(end, np.inf)), until, carry))
     return carry
 
 
-def _beyond_gap(stretch: Stretch, piece: Piece, gap: Gap, length: float) -> tuple[list[Choice] | None, float]:
+def _beyond_gap(stretch: SegmentMotion, piece: Piece, gap: Gap, length: float) -> tuple[list[Choice] | None, float]:
     """From where the branch has a solution again."""
     branch = Branch.of(piece, gap.begin)
     times = times_after(gap.begin, piece.nodes, length)
@@ -347,7 +347,7 @@ def _beyond_gap(stretch: Stretch, piece: Piece, gap: Gap, length: float) -> tupl
         times = np.union1d(times, [gap.end])
     found = branch.first(times, gap.begin)
     stretch.troubles.append(
-        Trouble(TroubleKind.GAP, gap.begin, until=length if found is None else found[0], block=gap.block)
+        Failure(FailureKind.GAP, gap.begin, until=length if found is None else found[0], block=gap.block)
     )
     if found is None:
         _die(stretch, piece, gap.begin, length)
@@ -359,7 +359,7 @@ def _beyond_gap(stretch: Stretch, piece: Piece, gap: Gap, length: float) -> tupl
 
 
 def _beyond_inequality(
-    stretch: Stretch, piece: Piece, violated: tuple[int, float], length: float, ahead: float
+    stretch: SegmentMotion, piece: Piece, violated: tuple[int, float], length: float, ahead: float
 ) -> tuple[list[Choice] | None, float]:
     """From where an inequality is violated, on another branch that satisfies it."""
     plan = piece.plan
@@ -378,9 +378,9 @@ def _beyond_inequality(
     piece.end = time
     if selection.choices is None:
         stretch.troubles.append(
-            Trouble(TroubleKind.SELECTOR, time, until=length, selector=selector, selection=selection)
+            Failure(FailureKind.SELECTOR, time, until=length, selector=selector, selection=selection)
         )
-        stretch.pieces.append(Dead(time, length, carry))
+        stretch.pieces.append(Unsolved(time, length, carry))
         return None, length
     stretch.beginnings.append(PathBeginning(resume, selection, carry, PathReason.INEQUALITY, selector))
     return selection.choices, resume

@@ -7,21 +7,21 @@ from collections.abc import Sequence
 import numpy as np
 
 from movimentum.scene.model import VariableComponent
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 
-def has_value(stretch: Stretch, name: str, is_vector: bool) -> bool:
+def has_value(stretch: SegmentMotion, name: str, is_vector: bool) -> bool:
     """Whether a variable has a value in a stretch (both components, of a vector)."""
     known = stretch.plan.system.number_of
     return all(VariableComponent(name, axis) in known for axis in ((0, 1) if is_vector else (None,)))
 
 
-def first_value(stretches: Sequence[Stretch], name: str, is_vector: bool) -> tuple[float, ...]:
+def first_value(stretches: Sequence[SegmentMotion], name: str, is_vector: bool) -> tuple[float, ...]:
     """The first value of a variable, by component; zeros where it never has one."""
     axes = (0, 1) if is_vector else (None,)
     for stretch in stretches:
         piece = stretch.pieces[0]
-        if isinstance(piece, Dead) or not has_value(stretch, name, is_vector):
+        if isinstance(piece, Unsolved) or not has_value(stretch, name, is_vector):
             continue
         with np.errstate(all="ignore"):
             state, _ = piece.evaluate(piece.instants(np.array([piece.begin])))

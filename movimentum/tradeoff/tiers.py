@@ -25,7 +25,7 @@ from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.solver.solver import solve
 from movimentum.timeline.model import Timeline
 
@@ -214,14 +214,14 @@ def _by_piece(motion: PathMotion, times: Sequence[Fraction]) -> Iterator[tuple[i
     for number, stretch in enumerate(motion.stretches):
         inside = [time for time in times if motion.timeline.segment_at(time) == number]
         for piece, end in _with_ends(stretch):
-            if isinstance(piece, Dead):
+            if isinstance(piece, Unsolved):
                 continue
             some = [t for t in inside if piece.begin <= float(t - stretch.segment.start) < end]
             if some:
                 yield number, piece, some
 
 
-def _with_ends(stretch: Stretch) -> Iterator[tuple[Piece | Dead, float]]:
+def _with_ends(stretch: SegmentMotion) -> Iterator[tuple[Piece | Unsolved, float]]:
     begins = [piece.begin for piece in stretch.pieces[1:]]
     yield from zip(stretch.pieces, [*begins, float("inf")], strict=True)
 

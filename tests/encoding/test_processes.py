@@ -78,12 +78,12 @@ def test_progress_is_told(tmp_path):
 # --- failures -----------------------------------------------------------------------------------------------------
 
 
-class Trouble(Exception):
+class Failure(Exception):
     pass
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-@pytest.mark.parametrize("error", [Trouble, KeyboardInterrupt])
+@pytest.mark.parametrize("error", [Failure, KeyboardInterrupt])
 @pytest.mark.parametrize("name", ["o.gif", "o.apng", "o.webp", "o-%d.png", "o.mp4"])
 def test_nothing_is_left_after_an_exception(tmp_path, workers, error, name):
     if name.endswith("mp4"):
@@ -105,13 +105,13 @@ def test_nothing_is_left_after_an_exception(tmp_path, workers, error, name):
 
 class BrokenCoder:
     def code(self, image, previous):
-        raise Trouble("in a worker")
+        raise Failure("in a worker")
 
 
 def test_what_goes_wrong_in_a_worker_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(write, "ApngCoder", BrokenCoder)
     made, where = bars_only(100)
-    with pytest.raises(Trouble, match="in a worker"):
+    with pytest.raises(Failure, match="in a worker"):
         write_animation(make_painter(made, where), where, tmp_path / "o.apng", fps=FPS, workers=2)
     assert os.listdir(tmp_path) == []
 

@@ -18,7 +18,7 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot, ThingPose, as_drawn
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import PathBeginning, PathReason, Stretch
+from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.solver.start.candidates import Part
 from movimentum.text import listed, time_text
 
@@ -143,7 +143,7 @@ def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Seq
 # --- the drawing as a selection
 
 
-def _states(stretch: Stretch, beginning: PathBeginning, part: Part) -> list[State]:
+def _states(stretch: SegmentMotion, beginning: PathBeginning, part: Part) -> list[State]:
     """The whole state (one instant) at the beginning with each candidate of the part in turn; none without a path."""
     piece = next(
         (p for p in stretch.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
@@ -162,7 +162,7 @@ def _states(stretch: Stretch, beginning: PathBeginning, part: Part) -> list[Stat
     return states
 
 
-def _drawn_closed(stretch: Stretch, choosing: Sequence[int], part: Part, states: Sequence[State]) -> bool:
+def _drawn_closed(stretch: SegmentMotion, choosing: Sequence[int], part: Part, states: Sequence[State]) -> bool:
     """Whether the solution taken, and no other, is how things are drawn: in place, or all moved and turned as one.
 
     For a single thing that is always true, so it must be in place.

@@ -16,7 +16,7 @@ from movimentum.scene.model import Claim, Relation
 from movimentum.scene.text_edits import tolerated
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Dead
+from movimentum.solver.segment_motion import Unsolved
 from movimentum.source import SourceText
 from movimentum.text import counted, number, time_text
 from movimentum.timeline.model import HeldClaim
@@ -76,7 +76,7 @@ def _grid(motion: PathMotion) -> list[Fraction]:
     times: set[Fraction] = set()
     for stretch in motion.stretches:
         for piece in stretch.pieces:
-            if not isinstance(piece, Dead):
+            if not isinstance(piece, Unsolved):
                 times |= {stretch.segment.start + Fraction(float(tau)) for tau in piece.nodes}
     end = motion.timeline.end
     return sorted(time for time in times if time <= end)

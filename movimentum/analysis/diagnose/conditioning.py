@@ -17,7 +17,7 @@ from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 WORTH_TELLING = 1e6
 """From this condition on, half of float64's digits are lost at worst."""
@@ -40,10 +40,10 @@ class Singular:
     frames: int
 
 
-def nearly_singular(motion: PathMotion, stretch: Stretch, low: int, high: int) -> Iterator[Singular]:
+def nearly_singular(motion: PathMotion, stretch: SegmentMotion, low: int, high: int) -> Iterator[Singular]:
     """The blocks of a stretch that come near a singular position in one of the frames ``low`` … ``high - 1``."""
     for piece in stretch.pieces:
-        if isinstance(piece, Dead) or len(piece.nodes) < 3:
+        if isinstance(piece, Unsolved) or len(piece.nodes) < 3:
             continue
         frames = motion.instants(stretch, low, high).tau
         frames = frames[(frames >= piece.begin) & (frames <= piece.end)]

@@ -14,7 +14,7 @@ from movimentum.scene.model import Constraint, Scene, Thing
 from movimentum.scene.text_edits import lengthened, turned_round
 from movimentum.settings import Advice
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.segment_motion import Stretch, Trouble, TroubleKind
+from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.rejections import Rejection
 from movimentum.text import counted, number, time_text
@@ -36,27 +36,27 @@ STEADY = 1e-4
 
 
 def failure_diagnostic(
-    motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice = Advice.TRIED
+    motion: PathMotion, stretch: SegmentMotion, trouble: Failure, advice: Advice = Advice.TRIED
 ) -> tuple[Diagnostic, int]:
     """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
     time).
     """
     if (
-        trouble.kind is TroubleKind.GAP
+        trouble.kind is FailureKind.GAP
         and trouble.block is not None
         and _is_formula(stretch.plan.blocks[trouble.block])
     ):
         return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
-    if trouble.kind is TroubleKind.GAP and (bound := bind(motion, stretch, trouble, advice)) is not None:
+    if trouble.kind is FailureKind.GAP and (bound := bind(motion, stretch, trouble, advice)) is not None:
         return bound, 3
-    if trouble.kind is TroubleKind.SELECTOR:
+    if trouble.kind is FailureKind.SELECTOR:
         return _left_nothing(motion, stretch, trouble, trouble.begin), 3
-    if trouble.kind is TroubleKind.CHECK:
+    if trouble.kind is FailureKind.CHECK:
         return _no_longer(motion, stretch, trouble)
     return _no_beginning(motion, stretch, trouble, advice)
 
 
-def _no_longer(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[Diagnostic, int]:
+def _no_longer(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> tuple[Diagnostic, int]:
     """Constraints that agreed where the path began, and contradict each other from some time on."""
     from movimentum.analysis.diagnose.conflict import find_conflict
 
@@ -86,11 +86,13 @@ def _no_longer(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> tuple[
     ), 1 if at_once and conflict is not None else 3
 
 
-def _at(stretch: Stretch, tau: float) -> str:
+def _at(stretch: SegmentMotion, tau: float) -> str:
     return time_text(float(stretch.segment.start) + tau)
 
 
-def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice) -> tuple[Diagnostic, int]:
+def _no_beginning(
+    motion: PathMotion, stretch: SegmentMotion, trouble: Failure, advice: Advice
+) -> tuple[Diagnostic, int]:
     selection = trouble.selection
     assert selection is not None
     selectors = [r for r in selection.rejections if r.selector is not None]
@@ -115,7 +117,7 @@ def _no_beginning(motion: PathMotion, stretch: Stretch, trouble: Trouble, advice
     return _contradiction(stretch, told(contradiction), 0.0, code), 1 if always else 3
 
 
-def _holds_all_along(stretch: Stretch, contradiction: Contradiction) -> bool:
+def _holds_all_along(stretch: SegmentMotion, contradiction: Contradiction) -> bool:
     """Whether a contradiction at a segment's beginning is the same at some other moments of it.
 
     One that grows or shrinks belongs to a drive that is beyond its reach all the time.
@@ -132,7 +134,7 @@ def _holds_all_along(stretch: Stretch, contradiction: Contradiction) -> bool:
     return True
 
 
-def _contradiction(stretch: Stretch, conflict: Conflict, tau: float, code: str) -> Diagnostic:
+def _contradiction(stretch: SegmentMotion, conflict: Conflict, tau: float, code: str) -> Diagnostic:
     scene = stretch.plan.system.scene
     chosen = [c for c in (constraint_of(stretch, n) for n in conflict.constraints) if c is not None]
     when = _at(stretch, tau)
@@ -189,7 +191,7 @@ def _another_length(thing: Thing, factor: float, now: float) -> tuple[Fix, Fix]:
     return Fix(title, () if first is None else (first,)), Fix(title, () if second is None else (second,))
 
 
-def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: float) -> Diagnostic:
+def _left_nothing(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, tau: float) -> Diagnostic:
     """Every solution violates some inequality.
 
     It is a reach if a later step states something that an earlier inequality does not allow, or a length that is
@@ -223,7 +225,7 @@ def _left_nothing(motion: PathMotion, stretch: Stretch, trouble: Trouble, tau: f
     step = stretch.segment.step
     reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
-        code="constraint/conflict" if trouble.kind is TroubleKind.START and not reached else "solve/unreachable",
+        code="constraint/conflict" if trouble.kind is FailureKind.START and not reached else "solve/unreachable",
         severity=Severity.ERROR,
         message=message,
         span=constraint.span if constraint else None,
@@ -246,7 +248,7 @@ def _is_formula(block: Block) -> bool:
     return isinstance(block, Assign | Linear | Winding | Integral)
 
 
-def _undefined(stretch: Stretch, block: Block, tau: float) -> Diagnostic:
+def _undefined(stretch: SegmentMotion, block: Block, tau: float) -> Diagnostic:
     """A formula without a finite value."""
     plan = stretch.plan
     numbers = [plan.system.equations[e].constraint for e in block.equations]
@@ -264,7 +266,7 @@ def _undefined(stretch: Stretch, block: Block, tau: float) -> Diagnostic:
     )
 
 
-def _not_found(stretch: Stretch, selection: Selection) -> Diagnostic:
+def _not_found(stretch: SegmentMotion, selection: Selection) -> Diagnostic:
     """No candidate, and no contradiction found either: the search found nothing."""
     plan = stretch.plan
     block = next((plan.blocks[r.block] for r in selection.rejections if r.block is not None), None)

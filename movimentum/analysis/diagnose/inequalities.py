@@ -22,7 +22,7 @@ from movimentum.scene.names import symbol_name
 from movimentum.solver.assembly import placements
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.follow import follow
-from movimentum.solver.segment_motion import PathBeginning, Stretch
+from movimentum.solver.segment_motion import PathBeginning, SegmentMotion
 from movimentum.solver.start.candidates import Candidate, Part, Selection
 
 MOST_CANDIDATES = 6
@@ -58,7 +58,7 @@ class _Option:
     rank: int
 
 
-def follow_candidates(stretch: Stretch, beginning: PathBeginning, part: Part) -> list[Followed]:
+def follow_candidates(stretch: SegmentMotion, beginning: PathBeginning, part: Part) -> list[Followed]:
     """The first few candidates of ``part``, followed through the segment (everything else as chosen)."""
     plan = stretch.plan
     selection: Selection = beginning.selection
@@ -77,7 +77,7 @@ def follow_candidates(stretch: Stretch, beginning: PathBeginning, part: Part) ->
     return result
 
 
-def _followed(plan: Plan, stretch: Stretch, part: Part, state: State, count: int) -> Followed:
+def _followed(plan: Plan, stretch: SegmentMotion, part: Part, state: State, count: int) -> Followed:
     scene = plan.system.scene
     inside = {n for number in part.blocks for n in plan.blocks[number].unknowns}
     things = {plan.system.unknowns[n].thing for n in inside}
@@ -98,7 +98,7 @@ def _followed(plan: Plan, stretch: Stretch, part: Part, state: State, count: int
     return Followed(anchors, variables)
 
 
-def followed_at(plan: Plan, stretch: Stretch, part: Part, state: State) -> Followed:
+def followed_at(plan: Plan, stretch: SegmentMotion, part: Part, state: State) -> Followed:
     """A candidate at one instant only."""
     return _followed(plan, stretch, part, state, 1)
 

@@ -13,7 +13,7 @@ from movimentum.scene.model import Scene
 from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import PathBeginning, PathReason, Stretch
+from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.source import Span
 from movimentum.text import number, time_text
 
@@ -58,7 +58,7 @@ def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
             yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees per frame there")
 
 
-def _after(stretch: Stretch, beginning: PathBeginning) -> Snapshot | None:
+def _after(stretch: SegmentMotion, beginning: PathBeginning) -> Snapshot | None:
     """The pose in which a path begins; None if none does."""
     if beginning.selection.choices is None:
         return None
@@ -75,7 +75,7 @@ def _after(stretch: Stretch, beginning: PathBeginning) -> Snapshot | None:
     return snapshot(stretch.plan, state, stretch.base.now, 0)
 
 
-def _told(stretch: Stretch, beginning: PathBeginning, thing: int, amount: str, note: str) -> Diagnostic:
+def _told(stretch: SegmentMotion, beginning: PathBeginning, thing: int, amount: str, note: str) -> Diagnostic:
     scene = stretch.plan.system.scene
     name = scene.things[thing].name
     when = time_text(float(stretch.segment.start) + beginning.time)

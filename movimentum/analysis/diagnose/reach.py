@@ -16,7 +16,7 @@ from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Stretch, Trouble, TroubleKind
+from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
@@ -34,7 +34,7 @@ DECIMALS = 11
 """A time is shown with at most this many decimals of the step's length."""
 
 
-def driven_past(stretch: Stretch, selection: Selection) -> bool:
+def driven_past(stretch: SegmentMotion, selection: Selection) -> bool:
     """Whether there is no solution at the beginning because a reach is exceeded: something has as many equations as
     unknowns and no real solution, and it is driven there by time or by a later step's statement.
 
@@ -46,7 +46,7 @@ def driven_past(stretch: Stretch, selection: Selection) -> bool:
     return any(block.moving or (stretch.segment.step > 0 and not block.free) for block in blocks)
 
 
-def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice) -> Diagnostic | None:
+def bind(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, advice: Advice) -> Diagnostic | None:
     """A path ended, or could not begin: which constraints bind, and their errors at the next frame.
 
     None if it could not begin and nothing shows that there is no solution: the search only found none.
@@ -58,7 +58,7 @@ def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice)
     carry = stretch.base if piece is None else carry_at(stretch, piece, trouble.begin, stretch.base)
     until = _until(motion, stretch, trouble)
     tau, conflict = _conflict(motion, stretch, trouble, block, carry)
-    if trouble.kind is TroubleKind.START and isinstance(block, Newton | Ode) and conflict is None:
+    if trouble.kind is FailureKind.START and isinstance(block, Newton | Ode) and conflict is None:
         return None
     where, label, labels = "", "binds", list[Label]()
     chosen: list[Constraint] = []
@@ -90,7 +90,9 @@ def bind(motion: PathMotion, stretch: Stretch, trouble: Trouble, advice: Advice)
     )
 
 
-def _long_enough(stretch: Stretch, trouble: Trouble, block: Block, carry: Carry, conflict: Conflict) -> Iterator[Fix]:
+def _long_enough(
+    stretch: SegmentMotion, trouble: Failure, block: Block, carry: Carry, conflict: Conflict
+) -> Iterator[Fix]:
     """Each thing that is too short or too long, with a round length that is enough for the whole time without a
     solution, as far as some moments of it show.
     """
@@ -125,7 +127,7 @@ def _round(value: float, *, up: bool) -> float:
     return float(unit * (np.ceil(value / unit + CLEARLY) if up else np.floor(value / unit - CLEARLY)))
 
 
-def constraint_of(stretch: Stretch, number_: int | None) -> Constraint | None:
+def constraint_of(stretch: SegmentMotion, number_: int | None) -> Constraint | None:
     """The active constraint of that number."""
     return next((c for c in stretch.segment.active if c.number == number_), None)
 
@@ -142,7 +144,7 @@ def off_text(conflict: Conflict, constraint: int) -> str:
     return "" if off is None else f"off by {number(off)} where the others hold"
 
 
-def _block(stretch: Stretch, trouble: Trouble) -> Block:
+def _block(stretch: SegmentMotion, trouble: Failure) -> Block:
     """The block that has no solution: if there are several, the one that comes nearest to having one."""
     if trouble.block is not None:
         return stretch.plan.blocks[trouble.block]
@@ -152,26 +154,26 @@ def _block(stretch: Stretch, trouble: Trouble) -> Block:
     return stretch.plan.blocks[nearest.block or 0]
 
 
-def _at(stretch: Stretch, tau: float, length: float) -> str:
+def _at(stretch: SegmentMotion, tau: float, length: float) -> str:
     """A time, to a small fraction of the step's length."""
     places = DECIMALS - int(np.floor(np.log10(length))) - 1 if length > 0.0 else DECIMALS
     return number(round(float(stretch.segment.start) + tau, places), 15)
 
 
-def _until(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> str:
+def _until(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> str:
     """When there is a solution again, perhaps because a later step states something else."""
     length = float(stretch.segment.end - stretch.segment.start)
     end = trouble.until
     if end >= length:
         following = motion.stretches[motion.stretches.index(stretch) + 1 :]
-        if not following or any(t.kind is TroubleKind.START and t.begin == 0.0 for t in following[0].troubles):
+        if not following or any(t.kind is FailureKind.START and t.begin == 0.0 for t in following[0].troubles):
             return "on"
         end = length
     return f"until t = {_at(stretch, end, length)}"
 
 
 def _conflict(
-    motion: PathMotion, stretch: Stretch, trouble: Trouble, block: Block, carry: Carry
+    motion: PathMotion, stretch: SegmentMotion, trouble: Failure, block: Block, carry: Carry
 ) -> tuple[float, Conflict | None]:
     """What contradicts at the next frame (or in the middle, if there is none before there is a solution again), and
     when that is, as an offset.
@@ -184,7 +186,7 @@ def _conflict(
     first = float(timeline.start)
     frame = int(np.floor((start + trouble.begin - first) * float(timeline.fps) + 1e-9)) + 1
     following = first + frame / float(timeline.fps) - start
-    if trouble.kind is TroubleKind.START:
+    if trouble.kind is FailureKind.START:
         following = trouble.begin
     places = [tau for tau in (following,) if trouble.begin <= tau <= end] + [0.5 * (trouble.begin + end)]
     for tau in places:
@@ -207,7 +209,7 @@ def _amount(scene: Scene, conflict: Conflict) -> str:
     return f"`{thing.name}` is {number(abs(gap))} too {'short' if gap > 0 else 'long'}"
 
 
-def _last_good(motion: PathMotion, stretch: Stretch, trouble: Trouble) -> str:
+def _last_good(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> str:
     """The last frame strictly before the end of the path, and its time."""
     timeline = motion.timeline
     begin = float(stretch.segment.start) + trouble.begin

@@ -13,7 +13,7 @@ from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.solver.solver import solve
 from movimentum.timeline.arrange import arrange
 
@@ -68,8 +68,8 @@ class Trials:
             self._effort = max(left[0], 0)
         return self._known[key]
 
-    def sound(self, index: int, text: str) -> Stretch | None:
-        """Stretch number ``index`` with the statements ``text`` in its step, if they cause no trouble."""
+    def sound(self, index: int, text: str) -> SegmentMotion | None:
+        """Segment number ``index`` with the statements ``text`` in its step, if they cause no trouble."""
         before = self.motion.stretches
         tried = self.with_statement(before[index].segment.step, text)
         if tried is None:

@@ -12,7 +12,7 @@ from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.scene.clocks import clock_meant
 from movimentum.scene.model import Relation, Scene
 from movimentum.scene.text_edits import added, renamed
-from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.source import Span
 from movimentum.text import time_text
 
@@ -36,7 +36,7 @@ def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iter
             ).advised(*(meant or (_given(stretch, motion, statement),)))
 
 
-def _given(stretch: Stretch, motion: FreeMotion, statement: str | None) -> str | Fix:
+def _given(stretch: SegmentMotion, motion: FreeMotion, statement: str | None) -> str | Fix:
     title = remedy(motion, statement)
     if statement is None:
         return title
@@ -73,7 +73,7 @@ def unstated_clocks(scene: Scene, found: Sequence[Diagnostic]) -> Iterator[Diagn
         ).advised(Fix(f"did you mean `.{clock}`?", renamed(scene, name, f".{clock}")))
 
 
-def _where(stretch: Stretch, rank: BlockRank, motion: FreeMotion) -> Span | None:
+def _where(stretch: SegmentMotion, rank: BlockRank, motion: FreeMotion) -> Span | None:
     """Where a thing is defined, or else a variable last stated, or else first used."""
     scene = stretch.plan.system.scene
     if motion.things:

@@ -11,7 +11,7 @@ from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.judge import TOLERANCE, Judge
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.removable import evaluated
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 CHUNK = 8192
 
@@ -23,7 +23,7 @@ class Shortfall:
     """
 
     frame: int
-    stretch: Stretch
+    stretch: SegmentMotion
     unknown: int | None = None
     constraint: int | None = None
     amount: float = 0.0
@@ -45,13 +45,13 @@ def first_shortfall(motion: PathMotion) -> Shortfall | None:
     return None
 
 
-def _of_stretch(motion: PathMotion, judge: Judge, stretch: Stretch, low: int, high: int) -> Shortfall | None:
+def _of_stretch(motion: PathMotion, judge: Judge, stretch: SegmentMotion, low: int, high: int) -> Shortfall | None:
     instants = motion.instants(stretch, low, high)
     begins = np.array([piece.begin for piece in stretch.pieces[1:]])
     of_piece = np.searchsorted(begins, instants.tau, side="right")
     for number in distinct(of_piece):
         piece = stretch.pieces[int(number)]
-        if isinstance(piece, Dead):
+        if isinstance(piece, Unsolved):
             continue
         places = np.nonzero(of_piece == number)[0]
         part = Instants(instants.tau[places], tuple(clock[places] for clock in instants.clocks))

@@ -21,7 +21,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.free.velocity import FOLLOWING
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.text import listed, number, time_text
 
 REACHED = 1e-3
@@ -42,7 +42,7 @@ class _Life:
     """Where a wish pulls free motion: stretches with the numbers of its errors in `Plan.wishes`."""
 
     constraint: Constraint
-    stretches: list[tuple[Stretch, list[int]]]
+    stretches: list[tuple[SegmentMotion, list[int]]]
 
 
 def wish_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
@@ -92,7 +92,7 @@ def _told(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic 
     offs: list[FloatArray] = []
     for stretch, errors in life.stretches:
         for piece in stretch.pieces:
-            if isinstance(piece, Dead):
+            if isinstance(piece, Unsolved):
                 return None  # a time without a solution is reported itself
             tau = np.linspace(piece.begin, piece.end, SAMPLES if piece.end > piece.begin else 1)
             off, bad = _off(piece, errors, tau, evaluated)

@@ -21,7 +21,7 @@ from movimentum.scene.model import ThingAngle
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Dead, Stretch, TroubleKind
+from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 
 STRESSED = 1e-6
 """Of the largest: from here, a row takes part in a dependence among rows."""
@@ -77,17 +77,17 @@ class ConnectedPart:
     superfluous_constraints: tuple[int, ...]
 
 
-def generic_moment(stretch: Stretch) -> tuple[Piece, float] | None:
+def generic_moment(stretch: SegmentMotion) -> tuple[Piece, float] | None:
     """A moment of the stretch in general position: somewhere in the middle, not at a round fraction."""
     for piece in stretch.pieces:
-        if not isinstance(piece, Dead):
-            gap = min((t.begin for t in stretch.troubles if t.kind is TroubleKind.GAP), default=piece.end)
+        if not isinstance(piece, Unsolved):
+            gap = min((t.begin for t in stretch.troubles if t.kind is FailureKind.GAP), default=piece.end)
             end = min(piece.end, gap)
             return piece, piece.begin + 0.37931 * (end - piece.begin)
     return None
 
 
-def block_ranks(stretch: Stretch) -> list[BlockRank]:
+def block_ranks(stretch: SegmentMotion) -> list[BlockRank]:
     """Rank and freedom of each Newton block of a stretch; the closed-form kernels have full rank by construction.
 
     Counting equations would be wrong for every braced structure. The rank is the numerical rank of the Jacobian, with
@@ -129,7 +129,7 @@ def _dependent(stress: FloatArray) -> tuple[int, ...]:
     return tuple(np.nonzero(stress > STRESSED * np.max(stress, initial=0.0))[0].tolist())
 
 
-def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[ConnectedPart]:
+def parts_of(stretch: SegmentMotion, ranks: Sequence[BlockRank]) -> list[ConnectedPart]:
     """The connected parts of a stretch's scene, in order of definition; ``ranks`` as `block_ranks` finds them."""
     plan = stretch.plan
     system = plan.system
@@ -175,16 +175,16 @@ def parts_of(stretch: Stretch, ranks: Sequence[BlockRank]) -> list[ConnectedPart
     return sorted(parts, key=lambda part: part.things)
 
 
-def _twists(stretch: Stretch, ranks: Sequence[BlockRank]) -> dict[int, FloatArray]:
+def _twists(stretch: SegmentMotion, ranks: Sequence[BlockRank]) -> dict[int, FloatArray]:
     """How every thing moves in each free motion and, at two moments, in the motion of the script: (motions * 3,)."""
     motions = [motion for rank in ranks for motion in (*rank.motions, *rank.nearby)]
     size = stretch.plan.size
     columns: list[dict[int, tuple[float, float, float]]] = [dict(motion.twists) for motion in motions]
     for piece in stretch.pieces:
-        if isinstance(piece, Dead) or piece.end <= piece.begin:
+        if isinstance(piece, Unsolved) or piece.end <= piece.begin:
             continue
         length = piece.end - piece.begin
-        gap = min((t.begin for t in stretch.troubles if t.kind is TroubleKind.GAP), default=piece.end)
+        gap = min((t.begin for t in stretch.troubles if t.kind is FailureKind.GAP), default=piece.end)
         for place in (0.37931, 0.71713):
             tau = piece.begin + place * (min(piece.end, gap) - piece.begin)
             with np.errstate(all="ignore"):

@@ -20,7 +20,7 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.segment_motion import Dead
+from movimentum.solver.segment_motion import Unsolved
 from movimentum.text import number
 
 
@@ -119,7 +119,7 @@ def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
     stretch = motion.stretches[timeline.segment_at(time)]
     tau = float(time - stretch.segment.start)
     piece = next((p for p in stretch.pieces if p.begin <= tau <= p.end), None)
-    if piece is None or isinstance(piece, Dead):
+    if piece is None or isinstance(piece, Unsolved):
         return []
     instants = piece.instants(np.array([tau]))
     found: list[FreeMotion] = []

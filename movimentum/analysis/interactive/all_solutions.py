@@ -12,7 +12,7 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot, as_drawn
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.solver.start.candidates import Part
 from movimentum.solver.start.search import select
 
@@ -40,7 +40,7 @@ class Alternatives:
     complete: bool
 
 
-def alternatives(stretch: Stretch, piece: Piece, tau: float) -> list[Alternatives]:
+def alternatives(stretch: SegmentMotion, piece: Piece, tau: float) -> list[Alternatives]:
     """Every solution at offset ``tau`` of a stretch that its inequalities allow, part by part."""
     plan = stretch.plan
     scene = plan.system.scene

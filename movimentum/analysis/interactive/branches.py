@@ -15,7 +15,7 @@ from movimentum.solver.block import closed_form
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 CLOSE = 0.01
 """Of the scene's size: if a rival solution comes nearer than that, the choice was close."""
@@ -43,7 +43,7 @@ def branches(motion: PathMotion) -> Iterator[BranchReport]:
     """All blocks that have more than one solution, step by step."""
     for stretch in motion.stretches:
         for piece in stretch.pieces:
-            if isinstance(piece, Dead):
+            if isinstance(piece, Unsolved):
                 continue
             for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
                 if isinstance(block, Winding | Integral) or not block.moving:
@@ -58,11 +58,11 @@ def branches(motion: PathMotion) -> Iterator[BranchReport]:
                     yield found
 
 
-def _names(stretch: Stretch, block: Block) -> tuple[str, ...]:
+def _names(stretch: SegmentMotion, block: Block) -> tuple[str, ...]:
     return tuple(stretch.plan.system.unknowns[n].name for n in block.unknowns)
 
 
-def _quadratic(motion: PathMotion, stretch: Stretch, piece: Piece, block: Quadratic) -> BranchReport:
+def _quadratic(motion: PathMotion, stretch: SegmentMotion, piece: Piece, block: Quadratic) -> BranchReport:
     instants = piece.instants(piece.nodes)
     state = piece.before(block.number, instants)
     quadratic = closed_form.quadratic(block, state, instants.clocks)
@@ -96,7 +96,7 @@ def _quadratic(motion: PathMotion, stretch: Stretch, piece: Piece, block: Quadra
     )
 
 
-def _newton(stretch: Stretch, piece: Piece, block: Newton, track: NodeTrack) -> BranchReport | None:
+def _newton(stretch: SegmentMotion, piece: Piece, block: Newton, track: NodeTrack) -> BranchReport | None:
     found = conditions(piece, block, track.tau, track.values)
     if len(found) == 0:
         return None

@@ -23,7 +23,7 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.segment_motion import SegmentMotion
 
 MOST_STEPS = 400
 STEPS_A_MOVE = 3
@@ -60,7 +60,7 @@ class Grip:
     compiled code, so a move compiles nothing. What is not connected to the expressions does not stir.
     """
 
-    def __init__(self, stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr]) -> None:
+    def __init__(self, stretch: SegmentMotion, piece: Piece, tau: float, left: Sequence[Expr]) -> None:
         """Take hold of the expressions ``left`` at offset ``tau``; ValueError if nothing states what one of them is."""
         self.stretch, self.piece, self.tau = stretch, piece, tau
         plan = stretch.plan
@@ -154,7 +154,7 @@ class Grip:
         return slow and held.stuck(np.array(self.x), ASIDE * size)
 
 
-def drag(stretch: Stretch, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]) -> Drag:
+def drag(stretch: SegmentMotion, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]) -> Drag:
     """Pull the expressions ``left`` of the scene to ``target`` at offset ``tau``, as far as they go (see `Grip`)."""
     grip = Grip(stretch, piece, tau, left)
     if grip.fixed:

@@ -12,7 +12,7 @@ from movimentum.planning.blocks.kinds import Integral, Ode, Winding
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.solver.continuation.tracks import SignTrack
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 LARGEST = 4000
 """The limit of operations for putting a formula together; a longer one helps nobody, even simplified."""
@@ -35,7 +35,7 @@ class Obstacle:
 UNREASONABLE = "no closed form of reasonable size"
 
 
-def short_formula(stretch: Stretch, tau: float, expression: Expr, seconds: float) -> Any | Obstacle:
+def short_formula(stretch: SegmentMotion, tau: float, expression: Expr, seconds: float) -> Any | Obstacle:
     """`formula` for showing, found within about this many ``seconds``: simplified as far as there is time."""
     from movimentum.analysis.interactive.deadline import within
 
@@ -63,14 +63,14 @@ def readable(expression: Any) -> Any:
     return expression.xreplace({one: sympy.Float(one, 15) for one in long}) if long else expression
 
 
-def formula(stretch: Stretch, tau: float, expression: Expr, *, tidy: bool = True) -> Any | Obstacle:
+def formula(stretch: SegmentMotion, tau: float, expression: Expr, *, tidy: bool = True) -> Any | Obstacle:
     """A scalar expression of the scene as a SymPy expression of the time t since the segment's step, on the branch that
     is followed at offset ``tau``; simplified if it is not too long for that, unless not ``tidy``.
     """
     plan = stretch.plan
     system = plan.system
     piece = next((p for p in reversed(stretch.pieces) if p.begin <= tau), stretch.pieces[0])
-    if isinstance(piece, Dead):
+    if isinstance(piece, Unsolved):
         return Obstacle(None, "there is no solution at this time")
     owner = {n: block for block in plan.blocks for n in block.unknowns}
     roots = {n: root for block in plan.blocks for n, root in block.formulas}
@@ -124,7 +124,7 @@ def formula(stretch: Stretch, tau: float, expression: Expr, *, tidy: bool = True
     return _tidy(to_sympy(lowered, leaf)) if tidy else to_sympy(lowered, leaf)
 
 
-def _obstacle(stretch: Stretch, unknown: int, block: int | None) -> Obstacle:
+def _obstacle(stretch: SegmentMotion, unknown: int, block: int | None) -> Obstacle:
     name = stretch.plan.system.unknowns[unknown].name
     if block is None:
         return Obstacle(None, f"`{name}` is not solved for")
@@ -135,7 +135,7 @@ def _obstacle(stretch: Stretch, unknown: int, block: int | None) -> Obstacle:
     return Obstacle(block, f"`{name}` comes from block {block}, {what}")
 
 
-def _lowered(stretch: Stretch, expression: Expr) -> Expr | Obstacle:
+def _lowered(stretch: SegmentMotion, expression: Expr) -> Expr | Obstacle:
     """An expression of the scene over the plan's unknowns; parts that the plan does not know stay as they are."""
     from movimentum.expressions import add, const, mul, sub, substitute, symbol
     from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY

@@ -23,7 +23,7 @@ from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.segment_motion import SegmentMotion
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class PartMatrix:
     null: FloatArray
 
 
-def part_matrices(stretch: Stretch, piece: Piece, tau: float) -> list[PartMatrix]:
+def part_matrices(stretch: SegmentMotion, piece: Piece, tau: float) -> list[PartMatrix]:
     """The matrix of every connected part at ``tau`` after the stretch's start, in order of its things; parts with
     neither things nor freedom are left out. Integrals and rates count as known, because at one moment they are.
     """
@@ -113,7 +113,11 @@ def _place(system: System, unknown: int) -> tuple[float, int, int]:
 
 
 def _matrix(
-    stretch: Stretch, part: tuple[tuple[int, ...], tuple[int, ...]], rows: Mapping[int, RowName], one: State, tau: float
+    stretch: SegmentMotion,
+    part: tuple[tuple[int, ...], tuple[int, ...]],
+    rows: Mapping[int, RowName],
+    one: State,
+    tau: float,
 ) -> PartMatrix:
     unknowns, equations = part
     system = stretch.plan.system

@@ -18,7 +18,7 @@ from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.kinds.dispatch import evaluate
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Stretch
+from movimentum.solver.segment_motion import SegmentMotion
 
 FRAMES = 24
 """Of one motion, there and back."""
@@ -27,7 +27,7 @@ AMPLITUDE = 0.12
 SUBSTEPS = 4
 
 
-def wiggles(stretch: Stretch, piece: Piece, tau: float) -> Iterator[tuple[FreeMotion, list[Snapshot]]]:
+def wiggles(stretch: SegmentMotion, piece: Piece, tau: float) -> Iterator[tuple[FreeMotion, list[Snapshot]]]:
     """For each free motion at offset ``tau``: the moments of one swing to both sides, beginning and ending where it is.
 
     After every step along the motion the constraints are restored by Newton's method, as near as possible (in the
@@ -49,7 +49,7 @@ def wiggles(stretch: Stretch, piece: Piece, tau: float) -> Iterator[tuple[FreeMo
 
 
 def _swung(
-    stretch: Stretch,
+    stretch: SegmentMotion,
     piece: Piece,
     block: Free,
     start: State,

@@ -82,7 +82,7 @@ class Equation:
 
 
 @dataclass(frozen=True, slots=True)
-class Selector:
+class Inequality:
     """An inequality: ``value`` (an expression) must not be negative.
 
     ``constraint`` is None for one that an equation implies (a length's sign, an angle's side); ``equation_of`` is then
@@ -120,7 +120,7 @@ class System:
     segment: Segment
     unknowns: tuple[Unknown, ...]
     equations: Sequence[Equation]
-    selectors: tuple[Selector, ...]
+    selectors: tuple[Inequality, ...]
     wishes: tuple[Wish, ...]
     frames: dict[int, BodyFrame]
     number_of: dict[Hashable, int]

@@ -26,7 +26,7 @@ from movimentum.expressions import (
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import DRAWN, BodyFrame, body_frames
 from movimentum.planning.lowering.calculus import differentiate
-from movimentum.planning.lowering.equations import Equation, Form, Selector, System, Wish
+from movimentum.planning.lowering.equations import Equation, Form, Inequality, System, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.rewriting import angle_rows, cancelled, squared
@@ -99,7 +99,7 @@ class _Builder:
         self.unknowns: list[Unknown] = []
         self.number_of: dict[Hashable, int] = {}
         self.equations: list[Equation] = []
-        self.selectors: list[Selector] = []
+        self.selectors: list[Inequality] = []
         self.wishes: list[Wish] = []
         self.frames = frames
         self.shift = shift
@@ -238,11 +238,11 @@ class _Builder:
                     self._equate(left, right, constraint.number)
             case Relation.BELOW:
                 self.selectors.append(
-                    Selector(sub(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
+                    Inequality(sub(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
                 )
             case Relation.ABOVE:
                 self.selectors.append(
-                    Selector(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
+                    Inequality(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
                 )
             case Relation.WISH:
                 errors = tuple(_apart(a, b) for a, b in pairs)
@@ -263,7 +263,7 @@ class _Builder:
             if rewritten is not None:
                 row, side = rewritten
                 if symbols(row):
-                    self.selectors.append(Selector(side, None, equation_of=number))
+                    self.selectors.append(Inequality(side, None, equation_of=number))
                     self.add_equation(row, poly.from_expression(row), number, original=residual)
                     return
             self.add_equation(cancelled(residual), form, number)

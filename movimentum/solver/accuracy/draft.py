@@ -28,7 +28,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.timeline.model import Timeline
 
 WITHIN = (0.25, 0.5, 0.75)
@@ -146,11 +146,11 @@ class DraftMotion:
 def drafted(motion: PathMotion) -> DraftMotion:
     """``motion`` with its poses interpolated."""
     worst = 0.0
-    stretches: list[Stretch] = []
+    stretches: list[SegmentMotion] = []
     for stretch in motion.stretches:
-        pieces: list[Piece | Dead] = []
+        pieces: list[Piece | Unsolved] = []
         for piece in stretch.pieces:
-            if isinstance(piece, Dead):
+            if isinstance(piece, Unsolved):
                 pieces.append(piece)
                 continue
             drawn, error = _drafted(piece, stretch.base.now)

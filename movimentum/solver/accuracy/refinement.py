@@ -38,7 +38,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Dead
+from movimentum.solver.segment_motion import Unsolved
 from movimentum.timeline.model import Timeline
 
 DEFAULT_DIGITS = 50
@@ -123,7 +123,7 @@ class RefinedMotion:
             of_piece = np.searchsorted(begins, tau, side="right")
             for index, piece in enumerate(stretch.pieces):
                 places = np.nonzero(inside & (of_piece == index) & poses.solved)[0]
-                if isinstance(piece, Dead) or len(places) == 0:
+                if isinstance(piece, Unsolved) or len(places) == 0:
                     continue
                 moment = self.moment_of(number, piece, [times[place] for place in places])
                 self._put(poses, things, scalars, places, moment)
@@ -216,7 +216,7 @@ class RefinedMotion:
             index = len(self._moments) - 1
             stretch, following = self.base.stretches[index], self.base.stretches[index + 1]
             last = stretch.pieces[-1]
-            if isinstance(last, Dead) or stretch.troubles:
+            if isinstance(last, Unsolved) or stretch.troubles:
                 now = following.base.now
                 floats = self.arithmetic.floats
                 poses = [WidePose(*(floats(np.array([v])) for v in (p.x, p.y, p.c, p.s, p.angle))) for p in now.things]

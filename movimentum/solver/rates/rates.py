@@ -37,7 +37,7 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, evaluated
 from movimentum.solver.rates.block import SINGULAR, BlockRows, Moment, differentiated, rows_of
 from movimentum.solver.rates.free import FreeBlock
-from movimentum.solver.segment_motion import Dead, Stretch
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 NEARLY_SINGULAR = 1e-3
 """Reciprocal condition number below which a limit from beside the instant may be the better answer."""
@@ -86,14 +86,14 @@ def rates_at(motion: PathMotion, expressions: Sequence[Expr], order: int, instan
 
 
 def _in_stretch(
-    stretch: Stretch, instants: Instants, expressions: Sequence[Expr], order: int, ahead: bool
+    stretch: SegmentMotion, instants: Instants, expressions: Sequence[Expr], order: int, ahead: bool
 ) -> FloatArray:
     result = np.full((len(expressions), len(instants)), np.nan)
     begins = np.array([piece.begin for piece in stretch.pieces[1:]])
     of_piece = np.searchsorted(begins, instants.tau, side="right")
     for number in np.unique(of_piece):
         piece = stretch.pieces[int(number)]
-        if isinstance(piece, Dead):
+        if isinstance(piece, Unsolved):
             continue
         chosen = np.nonzero(of_piece == number)[0]
         part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
