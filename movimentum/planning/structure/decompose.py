@@ -183,10 +183,13 @@ def _held_together(
     return held, [e for e in equations if e.number not in gone]
 
 
-def _without_measures(system: System, equations: list[Equation]) -> list[Equation]:
+def _without_measures(
+    system: System, equations: list[Equation], *, keeping: type[ThingAngle] | None = None
+) -> list[Equation]:
     """The equations without those that only give what no other equation reads and what is no part of a pose: an angle
-    that nothing uses, a variable for a distance, and what is measured by these.
+    that nothing uses, a variable for a distance, and what is measured by these. What is ``keeping`` is no measure.
     """
+    kept = (PosePart,) if keeping is None else (PosePart, keeping)
     left = {e.number: e for e in equations}
     users: list[set[int]] = [set() for _ in system.unknowns]
     for e in equations:
@@ -195,7 +198,7 @@ def _without_measures(system: System, equations: list[Equation]) -> list[Equatio
     waiting = [n for n, reading in enumerate(users) if len(reading) == 1]
     while waiting:
         n = waiting.pop()
-        if len(users[n]) != 1 or isinstance(system.unknowns[n].payload, PosePart):
+        if len(users[n]) != 1 or isinstance(system.unknowns[n].payload, kept):
             continue
         (number,) = users[n]
         equation = left[number]
@@ -280,7 +283,7 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
                     known.add(angle)
                     fresh.add(angle)
     undecided = {t for t in angles if t not in driven and t not in measured}
-    tied = {n for e in _without_measures(system, list(system.equations)) for n in e.unknowns}
+    tied = {n for e in _without_measures(system, list(system.equations), keeping=ThingAngle) for n in e.unknowns}
     return frozenset(driven | {t for t in undecided if angles[t] in tied})
 
 
