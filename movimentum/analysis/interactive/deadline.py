@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 import threading
-from collections.abc import Callable
-from typing import TypeVar
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 
@@ -13,8 +15,30 @@ STACK = 64 * 1024 * 1024
 """Bytes: a deep expression needs as much stack in a thread as it has in the main one."""
 
 
-class _GivenUp(BaseException):
-    """Raised inside the work when its time is up."""
+AGAIN_S, TIMES = 0.05, 40
+"""Seconds after which the exception that ends the work is raised again if it has come to nothing (Python drops it in a
+finalizer or in a callback of the garbage collector), and how often.
+"""
+
+
+class _GivenUp(SystemExit):
+    """Raised inside the work when its time is up. (A thread that a `SystemExit` ends says nothing.)"""
+
+
+@contextmanager
+def _dropped_unseen() -> Generator[None, None, None]:
+    """What Python says about a dropped `_GivenUp` is not shown."""
+    before = sys.unraisablehook
+
+    def hook(report: Any) -> None:
+        if report.exc_type is not _GivenUp:
+            before(report)
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
 
 
 def within(seconds: float, work: Callable[[], T]) -> T | None:
@@ -27,21 +51,25 @@ def within(seconds: float, work: Callable[[], T]) -> T | None:
     errors: list[BaseException] = []
 
     ending = threading.Lock()
-    ended = False
+    begun = ended = False
 
     def run() -> None:
-        nonlocal ended
-        try:
+        nonlocal begun, ended
+        for _ in range(TIMES + 1):  # one exception may follow the other
             try:
-                results.append(work())
-            except _GivenUp:
-                raise
-            except BaseException as error:  # handed on to the caller, whatever it is
-                errors.append(error)
-            with ending:
-                ended = True
-        except _GivenUp:  # raised only before `ended`, so never outside of this block
-            pass
+                if not begun:
+                    begun = True
+                    try:
+                        results.append(work())
+                    except _GivenUp:
+                        raise
+                    except BaseException as error:  # handed on to the caller, whatever it is
+                        errors.append(error)
+                with ending:
+                    ended = True
+                return
+            except _GivenUp:  # raised only before `ended`
+                continue
 
     before = threading.stack_size(STACK)
     try:
@@ -52,9 +80,14 @@ def within(seconds: float, work: Callable[[], T]) -> T | None:
     try:
         thread.join(seconds)
     finally:  # also where the user interrupts
-        with ending:
-            if not ended and thread.ident is not None:
-                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident), ctypes.py_object(_GivenUp))
+        with _dropped_unseen():
+            for _ in range(TIMES):
+                with ending:
+                    if ended or thread.ident is None or not thread.is_alive():
+                        break
+                    number, given_up = ctypes.c_ulong(thread.ident), ctypes.py_object(_GivenUp)
+                    ctypes.pythonapi.PyThreadState_SetAsyncExc(number, given_up)
+                thread.join(AGAIN_S)
     if errors:
         raise errors[0]
     return results[0] if results else None
