@@ -196,7 +196,7 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("end", ["LF", *(pytest.param(end, marks=pytest.mark.slow) for end in ENDS if end != "LF")])
 @pytest.mark.parametrize("kind", KINDS)
 def test_fixes_that_solving_shows(kind: str, end: str, room: Path) -> None:
     more, code = KINDS[kind]
