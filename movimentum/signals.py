@@ -7,7 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Generator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from types import FrameType
 from typing import Any, NoReturn
 
@@ -62,6 +62,22 @@ def _raise(exception: KeyboardInterrupt | Terminated) -> NoReturn:
 
 
 @contextmanager
+def dropped_unseen(*kinds: type[BaseException]) -> Generator[None, None, None]:
+    """Python says nothing about exceptions of these ``kinds`` that it drops; they are raised again."""
+    before = sys.unraisablehook
+
+    def hook(report: Any) -> None:
+        if not issubclass(report.exc_type, kinds):
+            before(report)
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
+
+
+@contextmanager
 def heeded() -> Generator[Interruption, None, None]:
     """Signals become exceptions, which unwind the stack: `KeyboardInterrupt` and `Terminated`.
 
@@ -80,12 +96,7 @@ def heeded() -> Generator[Interruption, None, None]:
             os._exit(128 + number)
         _raise(Terminated(number))
 
-    def dropped(report: Any) -> None:
-        if not isinstance(report.exc_value, (KeyboardInterrupt, Terminated)):
-            before_hook(report)
-
     before: dict[int, object] = {}
-    before_hook = sys.unraisablehook
     with suppress(ValueError):  # not the main thread: somebody else's process, somebody else's signals
         if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, at_once):
             before[signal.SIGINT] = signal.getsignal(signal.SIGINT)
@@ -94,16 +105,14 @@ def heeded() -> Generator[Interruption, None, None]:
             if signal.getsignal(number) is signal.SIG_DFL:
                 before[number] = signal.SIG_DFL
                 signal.signal(number, terminate)
-    if before:
-        sys.unraisablehook = dropped
     try:
-        yield found
+        with dropped_unseen(KeyboardInterrupt, Terminated) if before else nullcontext():
+            yield found
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)  # pyright: ignore[reportArgumentType]
         if before:
             answered()
-            sys.unraisablehook = before_hook
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.planning.plan import Plan
+from movimentum.planning.planner import Structure
 from movimentum.scene.model import Scene
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.pose_state import Carry, as_drawn
@@ -213,10 +214,7 @@ def _begin(work: _Work, task: _Task, earlier: SegmentMotion | None) -> tuple[Pla
         if on_branch is not None:
             return plan, Selection(on_branch, ())
     else:
-        structure = work.known.structure(task.key, work.scene, segment)
-        mobile = deceptive(structure, carry, work.size)
-        structure = structure.with_merged(mobile) if mobile else structure
-        plan = work.known.plan(task.key, structure, work.size)
+        structure, plan = _planned(work.scene, segment, task.key, work.known, work.size, carry)
     selection = _selected(plan, ahead, carry)
     first = plan, selection
     merged = set[int]() if structure is None else set(structure.merged)
@@ -277,15 +275,23 @@ def _contradiction(
     return find_contradiction(plan, 0.0, carry, turned_down, effort=QUICK if quick and singular else EFFORT)
 
 
+def _planned(
+    scene: Scene, segment: Segment, key: int, known: Known, size: float, carry: Carry
+) -> tuple[Structure, Plan]:
+    """A segment's structure and plan, with what moves beside ``carry`` although it looks determined as one block."""
+    structure = known.structure(key, scene, segment)
+    mobile = deceptive(structure, carry, size)
+    structure = structure.with_merged(mobile) if mobile else structure
+    return structure, known.plan(key, structure, size)
+
+
 def begun(
     scene: Scene, segment: Segment, key: int, known: Known, size: float, carry: Carry, tau: float
 ) -> tuple[Plan, Selection]:
     """The plan of a segment (``key``: its key in ``known``) and the solution at offset ``tau`` that continues ``carry``
     or is nearest to it.
     """
-    structure = known.structure(key, scene, segment)
-    mobile = deceptive(structure, carry, size)
-    plan = known.plan(key, structure.with_merged(mobile) if mobile else structure, size)
+    _, plan = _planned(scene, segment, key, known, size, carry)
     ahead = 1e-4 * float(segment.end - segment.start) or 1e-4
     return plan, select(plan, segment.start, tau, ahead, carry, totals_of(plan, carry))
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-import sys
 import threading
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
-from typing import Any, TypeVar
+from collections.abc import Callable
+from typing import TypeVar
+
+from movimentum.signals import dropped_unseen
 
 T = TypeVar("T")
 
@@ -23,22 +23,6 @@ finalizer or in a callback of the garbage collector), and how often.
 
 class _GivenUp(SystemExit):
     """Raised inside the work when its time is up. (A thread that a `SystemExit` ends says nothing.)"""
-
-
-@contextmanager
-def _dropped_unseen() -> Generator[None, None, None]:
-    """What Python says about a dropped `_GivenUp` is not shown."""
-    before = sys.unraisablehook
-
-    def hook(report: Any) -> None:
-        if report.exc_type is not _GivenUp:
-            before(report)
-
-    sys.unraisablehook = hook
-    try:
-        yield
-    finally:
-        sys.unraisablehook = before
 
 
 def within(seconds: float, work: Callable[[], T]) -> T | None:
@@ -80,7 +64,7 @@ def within(seconds: float, work: Callable[[], T]) -> T | None:
     try:
         thread.join(seconds)
     finally:  # also where the user interrupts
-        with _dropped_unseen():
+        with dropped_unseen(_GivenUp):
             for _ in range(TIMES):
                 with ending:
                     if ended or thread.ident is None or not thread.is_alive():
