@@ -21,22 +21,27 @@ from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation
 from pygments.token import _TokenType as TokenKind  # pyright: ignore[reportPrivateUsage]
 
 from movimentum.syntax.grammar import Terminal, load_tables
-from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.syntax.words import SHAPES, THING_MEMBERS, VECTOR_MEMBERS
 
 KINDS: dict[str, tuple[TokenKind, str]] = {
     "CONFIG": (Keyword.Namespace, "keyword.other.config"),
     "CLAIM": (Keyword.Namespace, "keyword.other.claim"),
+    "LET": (Keyword.Namespace, "keyword.other.let"),
+    "PART": (Keyword.Namespace, "keyword.other.part"),
+    "INCLUDE": (Keyword.Namespace, "keyword.other.include"),
+    "FOR": (Keyword.Namespace, "keyword.control.for"),
+    "FILM_LOOP": (Keyword.Namespace, "keyword.control.loop"),
+    "RANGE": (Keyword.Namespace, "keyword.other.range"),
+    "UNIT": (Keyword.Namespace, "keyword.other.unit"),
     "WITHIN": (Keyword.Namespace, "keyword.other.within"),
     "SPEED": (Keyword.Namespace, "keyword.other.speed"),
-    "BAR": (Keyword.Type, "storage.type.shape"),
-    "ARROW": (Keyword.Type, "storage.type.shape"),
-    "DISC": (Keyword.Type, "storage.type.shape"),
-    "LABEL": (Keyword.Type, "storage.type.shape"),
-    "LINE": (Keyword.Type, "storage.type.shape"),
+    **{word.upper(): (Keyword.Type, "storage.type.shape") for word in SHAPES},
     "CLOCK": (Name.Builtin.Pseudo, "variable.language.clock"),
     "FUNCTION": (Name.Function, "support.function"),
     "ROTATE": (Name.Function, "support.function"),
     "WORD": (Name.Attribute, "entity.other.attribute-name"),
+    "OPTION": (Name.Attribute, "entity.other.attribute-name"),
+    "ELEMENT": (Name.Label, "entity.name.element"),
     "NUMBER": (Number, "constant.numeric"),
     "STRING": (String.Single, "string.quoted.single"),
     "BLANK": (Keyword.Constant, "constant.language.blank"),

@@ -94,7 +94,7 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
     size: tuple[int, int] | None = None
     radius: float | None = None
     text: str | None = None
-    argument = definition.shape.argument
+    argument = definition.shape.arguments[0] if definition.shape.arguments else None
     if shape is Shape.SPRITE:
         assert isinstance(argument, Text)
         image = os.path.join(folder, argument.text)
@@ -154,10 +154,8 @@ def _another_anchor(definition: Definition, shape: Shape) -> Fix:
 
 
 def _spelled(definition: Definition, shape: Shape) -> str:
-    argument = definition.shape.argument
-    if argument is None:
-        return f".{shape}"
-    return f".{shape}({expression_text(argument)})" if not isinstance(argument, Text) else f".{shape}('…')"
+    arguments = ["'…'" if isinstance(each, Text) else expression_text(each) for each in definition.shape.arguments]
+    return f".{shape}({', '.join(arguments)})" if arguments else f".{shape}"
 
 
 # --- anchors --------------------------------------------------------------------------------------
@@ -249,9 +247,10 @@ def _references(definition: Definition, table: ThingTable, findings: Findings) -
     references = [part for part in definition.parts if isinstance(part, Reference)]
     found: list[AnchorRef] = []
     for item in references:
-        number = table.number.get(item.thing)
+        name = expression_text(item.thing)
+        number = table.number.get(name)
         if number is None:
-            report_unknown_thing(item.thing, item.anchor, item.thing_span, table, findings)
+            report_unknown_thing(name, item.anchor, item.thing.span, table, findings)
             continue
         anchor = table.anchor(number, item.anchor)
         if anchor is None:

@@ -7,314 +7,252 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
-from typing import Any
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.source import Span
 from movimentum.syntax.automaton import Token
+from movimentum.syntax.building_values import (
+    InParentheses,
+    Piece,
+    Refusal,
+    ValueBuilder,
+    after_dot,
+    bare,
+    is_argument,
+    span_of,
+    text_of,
+)
 from movimentum.syntax.tree import (
     AnchorDefinition,
-    Blank,
-    Call,
     ClaimStatement,
-    Clock,
     Comparison,
     ConfigStatement,
+    Copy,
     Definition,
+    Element,
     Expression,
+    FilmLoop,
+    Include,
+    Index,
     Item,
+    Let,
+    Loop,
     Member,
     Name,
-    Negate,
-    Number,
     Operator,
     Option,
-    Power,
-    Product,
-    Range,
+    Parameter,
+    Part,
     Reference,
-    Rotate,
     ScriptTree,
     ShapeWord,
     Statement,
     StepHeader,
+    Suffix,
     Sum,
-    Text,
-    Vector,
 )
-from movimentum.syntax.words import FUNCTIONS, SYNONYMS
-
-LARGEST_EXPONENT = 400
-"""Numbers from 10^400 on, or below 10^-400, are refused: no float holds them, and exact arithmetic chokes on them."""
-
-
-class Refusal(Exception):
-    """A node that is spelled correctly but is not valid: ``diagnostic`` says why."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        self.diagnostic = diagnostic
-        super().__init__(diagnostic.message)
+from movimentum.syntax.words import BARE_OPTIONS
 
 
 @dataclass(frozen=True, slots=True)
-class InParentheses:
-    """An expression in parentheses, until the rule around it has seen them."""
+class Head:
+    """The name of what is defined, until the rule around it has seen it."""
 
-    inner: Expression
+    name: str
+    suffixes: tuple[Suffix, ...]
     span: Span
+    name_span: Span
 
 
-Piece = Any
-"""A Token, a node or an `InParentheses`; the methods of `Builder` know from the grammar which one to expect."""
+@dataclass(frozen=True, slots=True)
+class Points:
+    """A name with the words and indices behind it, in what follows other things."""
+
+    links: Sequence[Piece]
 
 
-class Builder:
+class Builder(ValueBuilder):
     """The callbacks; each gets the children of one rule, all tokens included."""
-
-    # --- items ---
 
     def start(self, pieces: Sequence[Piece]) -> ScriptTree:
         """A script."""
         items: tuple[Item, ...] = tuple(pieces)
-        return ScriptTree(items, span=_span(pieces) if pieces else Span(0, 0))
+        return ScriptTree(items, span=span_of(pieces) if pieces else Span(0, 0))
 
     def config(self, pieces: Sequence[Piece]) -> ConfigStatement:
         """``.config(…) options;``."""
         return ConfigStatement(
-            tuple(_bare(piece) for piece in pieces if _is_argument(piece)),
+            tuple(bare(piece) for piece in pieces if is_argument(piece)),
             tuple(piece for piece in pieces if isinstance(piece, Option)),
-            span=_span(pieces),
+            span=span_of(pieces),
         )
+
+    def let(self, pieces: Sequence[Piece]) -> Let:
+        """``.let name = value options;``."""
+        options = tuple(piece for piece in pieces if isinstance(piece, Option))
+        return Let(str(pieces[1]), bare(pieces[3]), options, span=span_of(pieces), name_span=pieces[1].span)
+
+    def include(self, pieces: Sequence[Piece]) -> Include:
+        """``.include 'file';``."""
+        return Include(text_of(pieces[1]), span=span_of(pieces))
+
+    def film_loop(self, pieces: Sequence[Piece]) -> FilmLoop:
+        """``.loop;``."""
+        return FilmLoop(span=span_of(pieces[:-1]))
+
+    def part(self, pieces: Sequence[Piece]) -> Part:
+        """``.part name(parameters) { items }``."""
+        parameters = tuple(piece for piece in pieces if isinstance(piece, Parameter))
+        items = tuple(piece for piece in pieces if not isinstance(piece, Parameter | Token))
+        return Part(str(pieces[1]), parameters, items, span=span_of(pieces), name_span=pieces[1].span)
+
+    def parameter(self, pieces: Sequence[Piece]) -> Parameter:
+        """``name = default``."""
+        default = bare(pieces[2]) if len(pieces) > 1 else None
+        return Parameter(str(pieces[0]), default, span=span_of(pieces))
+
+    def copy(self, pieces: Sequence[Piece]) -> Copy:
+        """``name : part(arguments) options;``."""
+        head, part = pieces[0], pieces[2]
+        close = next(at for at, piece in enumerate(pieces) if isinstance(piece, Token) and piece.type == "RPAR")
+        return Copy(
+            head.name,
+            str(part),
+            tuple(bare(piece) for piece in pieces[4:close] if is_argument(piece)),
+            tuple(piece for piece in pieces if isinstance(piece, Option)),
+            head.suffixes,
+            span=Span(head.span.start, pieces[-1].span.end),
+            name_span=head.name_span,
+            part_span=part.span,
+        )
+
+    def loop(self, pieces: Sequence[Piece]) -> Loop:
+        """``.for name = first..last { items }``."""
+        return Loop(str(pieces[1]), bare(pieces[3]), bare(pieces[5]), tuple(pieces[7:-1]), span=span_of(pieces))
+
+    def head(self, pieces: Sequence[Piece]) -> Head:
+        """The name that is defined, with its suffixes."""
+        each = (item if isinstance(item, Suffix) else Suffix(item.inner, span=item.span) for item in pieces[1:])
+        return Head(str(pieces[0]), tuple(each), span_of(pieces), pieces[0].span)
+
+    def index(self, pieces: Sequence[Piece]) -> InParentheses:
+        """``[i]``."""
+        return InParentheses(bare(pieces[1]), span_of(pieces))
+
+    def range_index(self, pieces: Sequence[Piece]) -> Suffix:
+        """``[first..last]``, ``[name = first..last]``."""
+        name = str(pieces[1]) if len(pieces) == 7 else None
+        first, _, last = pieces[-4:-1]
+        return Suffix(bare(first), bare(last), name, span=span_of(pieces))
 
     def definition(self, pieces: Sequence[Piece]) -> Definition:
         """``Name : shape parts;``."""
-        name = pieces[0]
-        return Definition(str(name), pieces[2], tuple(pieces[3:-1]), span=_span(pieces), name_span=name.span)
+        return _definition(pieces[0], pieces[2], tuple(pieces[3:-1]), pieces[-1].span.end)
 
-    def line(self, pieces: Sequence[Piece]) -> Definition:
-        """``Name : .line references;``."""
-        name, word = pieces[0], pieces[2]
-        shape = ShapeWord("line", span=word.span)
-        return Definition(str(name), shape, tuple(pieces[3:-1]), span=_span(pieces), name_span=name.span)
+    def follower(self, pieces: Sequence[Piece]) -> Definition:
+        """``Name : .line references;`` and its like."""
+        word = pieces[2]
+        shape = ShapeWord(str(word)[1:], span=word.span)
+        return _definition(pieces[0], shape, _behind_points(pieces[3:-1]), pieces[-1].span.end)
+
+    ground = follower
 
     def shape(self, pieces: Sequence[Piece]) -> ShapeWord:
         """What a thing is."""
         word = pieces[0]
         if word.type == "STRING":
-            return ShapeWord("sprite", _text(word), span=word.span)
-        argument = _bare(pieces[2]) if len(pieces) > 1 else None
-        return ShapeWord(str(word)[1:], argument, span=_span(pieces))
+            return ShapeWord("sprite", (text_of(word),), span=word.span)
+        arguments = tuple(bare(piece) for piece in pieces[2::2])
+        return ShapeWord(str(word)[1:], arguments, span=span_of(pieces))
 
     def anchor(self, pieces: Sequence[Piece]) -> AnchorDefinition:
         """``P = [x, y]``, ``Q = P + [x, y]``."""
-        offsets = tuple((Operator(pieces[i]), pieces[i + 1]) for i in range(3, len(pieces), 2))
-        return AnchorDefinition(str(pieces[0]), pieces[2], offsets, span=_span(pieces), name_span=pieces[0].span)
+        name, _, place = pieces
+        base = bare(place)
+        offsets: tuple[tuple[Operator, Expression], ...] = ()
+        if isinstance(base, Sum):
+            offsets = tuple(zip(base.operators, base.operands[1:], strict=True))
+            base = base.operands[0]
+        return AnchorDefinition(str(name), base, offsets, span=span_of(pieces), name_span=name.span)
 
-    def reference(self, pieces: Sequence[Piece]) -> Reference:
-        """``Thing.Anchor`` of a ``.line``."""
-        thing, anchor = pieces
-        return Reference(
-            str(thing), str(anchor)[1:], span=_span(pieces), thing_span=thing.span, anchor_span=_after_dot(anchor)
-        )
+    def element(self, pieces: Sequence[Piece]) -> Element:
+        """``#id``."""
+        return Element(str(pieces[0])[1:], span=pieces[0].span)
+
+    def reference(self, pieces: Sequence[Piece]) -> Points:
+        """``Thing.Anchor``, and the words behind it, which may be options."""
+        return Points(pieces)
 
     def option(self, pieces: Sequence[Piece]) -> Option:
         """``.word`` or ``.word(…)``."""
         word = pieces[0]
-        arguments = tuple(_bare(piece) for piece in pieces if _is_argument(piece))
-        return Option(str(word)[1:], arguments, span=_span(pieces), name_span=word.span)
+        arguments = tuple(bare(piece) for piece in pieces if is_argument(piece))
+        return Option(str(word)[1:], arguments, span=span_of(pieces), name_span=word.span)
+
+    let_option = option
 
     def step(self, pieces: Sequence[Piece]) -> StepHeader:
         """``@time``."""
-        return StepHeader(_bare(pieces[1]), span=_span(pieces))
+        return StepHeader(bare(pieces[1]), span=span_of(pieces))
 
     def relative_step(self, pieces: Sequence[Piece]) -> StepHeader:
         """``@+time``."""
-        return StepHeader(_bare(pieces[2]), relative=True, span=_span(pieces))
+        return StepHeader(bare(pieces[2]), relative=True, span=span_of(pieces))
 
     def statement(self, pieces: Sequence[Piece]) -> Statement:
         """``left = right;``, ``left ~ right .speed(limit);``."""
         left, comparison, right, *speed = pieces
-        limit = _bare(speed[2]) if len(speed) > 1 else None
-        return Statement(_bare(left), Comparison(comparison), _bare(right), limit, span=_span(pieces[:-1]))
+        limit = bare(speed[2]) if len(speed) > 1 else None
+        return Statement(bare(left), Comparison(comparison), bare(right), limit, span=span_of(pieces[:-1]))
 
     def claim(self, pieces: Sequence[Piece]) -> ClaimStatement:
         """``.claim left = right .within(tolerance);``."""
         _, left, comparison, right, *within = pieces
-        tolerance = _bare(within[2]) if len(within) > 1 else None
-        return ClaimStatement(_bare(left), Comparison(comparison), _bare(right), tolerance, span=_span(pieces[:-1]))
-
-    # --- expressions ---
-
-    def number(self, pieces: Sequence[Piece]) -> Number:
-        """A number."""
-        return _number(pieces[0])
-
-    def name(self, pieces: Sequence[Piece]) -> Name:
-        """A thing or a variable."""
-        return Name(str(pieces[0]), span=pieces[0].span)
-
-    def blank(self, pieces: Sequence[Piece]) -> Blank:
-        """``_``."""
-        return Blank(span=pieces[0].span)
-
-    def clock(self, pieces: Sequence[Piece]) -> Clock:
-        """``.t`` and its like."""
-        return Clock(str(pieces[0])[1:], span=pieces[0].span)
-
-    def group(self, pieces: Sequence[Piece]) -> InParentheses:
-        """Parentheses."""
-        return InParentheses(_bare(pieces[1]), _span(pieces))
-
-    def vector(self, pieces: Sequence[Piece]) -> Vector:
-        """``[x, y]``."""
-        components = tuple(_bare(piece) for piece in pieces[1::2])
-        span = _span(pieces)
-        if not 2 <= len(components) <= 3:
-            raise Refusal(
-                Diagnostic(
-                    "syntax/arguments",
-                    Severity.ERROR,
-                    f"a vector has two components, this one has {len(components)}",
-                    span,
-                    helps=("write `[x, y]`",),
-                )
-            )
-        return Vector(components, span=span)
-
-    def member(self, pieces: Sequence[Piece]) -> Member:
-        """``operand.word``."""
-        operand, word = pieces
-        return Member(_bare(operand), str(word)[1:], span=_span(pieces), name_span=_after_dot(word))
-
-    def rotate(self, pieces: Sequence[Piece]) -> Rotate:
-        """``operand.r(angle)``."""
-        return Rotate(_bare(pieces[0]), _bare(pieces[3]), span=_span(pieces))
-
-    def call(self, pieces: Sequence[Piece]) -> Call:
-        """``.function(…)``."""
-        word = str(pieces[0])[1:]
-        function = SYNONYMS.get(word, word)
-        arguments = tuple(_bare(piece) for piece in pieces[2::2])
-        span = _span(pieces)
-        least, most = FUNCTIONS[function]
-        if len(arguments) < least or (most is not None and len(arguments) > most):
-            wanted = "1 argument" if most == 1 else f"{most} arguments"
-            raise Refusal(
-                Diagnostic("syntax/arguments", Severity.ERROR, f"`.{word}` takes {wanted}, not {len(arguments)}", span)
-            )
-        return Call(function, arguments, span=span)
-
-    def range(self, pieces: Sequence[Piece]) -> Range:
-        """``{ e : v0 > b1 : v1 }``."""
-        inner = [_bare(piece) for piece in pieces[1:-1:2]]
-        return Range(inner[0], tuple(inner[1::2]), tuple(inner[2::2]), span=_span(pieces))
-
-    def power(self, pieces: Sequence[Piece]) -> Expression:
-        """``base^exponent``."""
-        base, _, exponent = pieces
-        span = _span(pieces)
-        if isinstance(exponent, Rotate):  # `v*s^2.r(90)`: .r binds like `*`
-            return Rotate(Power(_bare(base), exponent.operand, span=span), exponent.angle, span=span)
-        return Power(_bare(base), _bare(exponent), span=span)
-
-    def negate(self, pieces: Sequence[Piece]) -> Expression:
-        """``-operand``."""
-        operand = pieces[1]
-        span = _span(pieces)
-        if isinstance(operand, Rotate):
-            return Rotate(Negate(operand.operand, span=span), operand.angle, span=span)
-        return Negate(_bare(operand), span=span)
-
-    def product(self, pieces: Sequence[Piece]) -> Expression | InParentheses:
-        """``a * b / c``, and the rotations after its factors."""
-        if len(pieces) == 1:
-            return pieces[0]
-        first: Expression = _bare(pieces[0])
-        operands: list[Expression] = [first]
-        operators: list[Operator] = []
-        if isinstance(first, Product):
-            operands, operators = list(first.operands), list(first.operators)
-        start = pieces[0].span.start
-        for index in range(2, len(pieces), 2):
-            factor = pieces[index]
-            operators.append(Operator(pieces[index - 1]))
-            # A factor `w.r(a)` without parentheses gives its rotations to the product so far.
-            angles: list[Expression] = []
-            end = factor.span.end
-            while isinstance(factor, Rotate):
-                angles.append(factor.angle)
-                factor = factor.operand
-            operands.append(_bare(factor))
-            if angles:
-                turned: Expression = Product(tuple(operands), tuple(operators), span=Span(start, end))
-                for angle in reversed(angles):
-                    turned = Rotate(turned, angle, span=Span(start, end))
-                operands, operators = [turned], []
-        if not operators:
-            return operands[0]
-        return Product(tuple(operands), tuple(operators), span=_span(pieces))
-
-    def sum(self, pieces: Sequence[Piece]) -> Expression | InParentheses:
-        """``a + b - c``."""
-        if len(pieces) == 1:
-            return pieces[0]
-        first: Expression = _bare(pieces[0])
-        operands: list[Expression] = [first]
-        operators: list[Operator] = []
-        if isinstance(first, Sum):
-            operands, operators = list(first.operands), list(first.operators)
-        operands.extend(_bare(piece) for piece in pieces[2::2])
-        operators.extend(Operator(token) for token in pieces[1::2])
-        return Sum(tuple(operands), tuple(operators), span=_span(pieces))
+        tolerance = bare(within[2]) if len(within) > 1 else None
+        return ClaimStatement(bare(left), Comparison(comparison), bare(right), tolerance, span=span_of(pieces[:-1]))
 
 
-# --- pieces ---------------------------------------------------------------------------------------
+def _definition(
+    head: Head, shape: ShapeWord, parts: tuple[AnchorDefinition | Reference | Option, ...], end: int
+) -> Definition:
+    span = Span(head.span.start, end)
+    return Definition(head.name, shape, parts, head.suffixes, span=span, name_span=head.name_span)
 
 
-def _bare(piece: Piece) -> Any:
-    """``piece`` without its parentheses; a STRING token as `Text`."""
-    if isinstance(piece, InParentheses):
-        return piece.inner
-    return _text(piece) if isinstance(piece, Token) and piece.type == "STRING" else piece
+def _behind_points(pieces: Sequence[Piece]) -> tuple[AnchorDefinition | Reference | Option, ...]:
+    """The parts of what follows other things. Behind a point, words that are options are options."""
+    made: list[AnchorDefinition | Reference | Option] = []
+    for piece in pieces:
+        if not isinstance(piece, Points):
+            made.append(piece)
+            continue
+        links, least = list(piece.links), 2
+        while isinstance(links[least - 1], InParentheses) and least < len(links):
+            least += 1  # `S[2].P`: the anchor is the first word behind the indices
+        end = len(links)
+        while end > least and isinstance(links[end - 1], Token) and str(links[end - 1])[1:] in BARE_OPTIONS:
+            end -= 1
+        made.append(_point(links[:end]))
+        made.extend(Option(str(word)[1:], span=word.span, name_span=word.span) for word in links[end:])
+    return tuple(made)
 
 
-def _is_argument(piece: Piece) -> bool:
-    return piece.type == "STRING" if isinstance(piece, Token) else not isinstance(piece, Option)
-
-
-def _span(pieces: Sequence[Piece]) -> Span:
-    return Span(pieces[0].span.start, pieces[-1].span.end)
-
-
-def _after_dot(token: Token) -> Span:
-    place = token.span
-    return Span(place.start + 1, place.end)
-
-
-def _text(token: Token) -> Text:
-    return Text(str(token)[1:-1].replace("''", "'"), span=token.span)
-
-
-def _number(token: Token) -> Number:
-    span = token.span
-    value: Decimal | None
-    try:
-        value = Decimal(str(token))
-    except InvalidOperation:  # an exponent that not even Decimal holds
-        value = None
-    if value == 0:
-        return Number(Decimal(0), span=span)
-    if value is None or not -LARGEST_EXPONENT <= value.adjusted() < LARGEST_EXPONENT or len(token) > 1000:
+def _point(links: Sequence[Piece]) -> Reference:
+    first, last = links[0], links[-1]
+    thing: Expression = Name(str(first), span=first.span)
+    for link in links[1:-1]:
+        span = Span(first.span.start, link.span.end)
+        if isinstance(link, InParentheses):
+            thing = Index(thing, link.inner, span=span)
+        else:
+            thing = Member(thing, str(link)[1:], span=span, name_span=after_dot(link))
+    if isinstance(last, InParentheses):
         raise Refusal(
             Diagnostic(
-                "syntax/number",
+                "syntax/unexpected",
                 Severity.ERROR,
-                "this number is out of range",
-                span,
-                notes=(
-                    f"numbers are between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, with at most 1000 characters",
-                ),
+                "a point is an anchor of a thing, such as `Thing[1].P`",
+                Span(first.span.start, last.span.end),
             )
         )
-    return Number(value, span=span)
+    return Reference(thing, str(last)[1:], span=span_of(links), anchor_span=after_dot(last))

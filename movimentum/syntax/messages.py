@@ -13,10 +13,12 @@ from movimentum.syntax.suggest import nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS
 
 _VALUE = {"NUMBER", "NAME", "BLANK", "CLOCK", "FUNCTION", "LSQB", "LPAR", "LBRACE", "MINUS"}
+_PLACE = _VALUE - {"BLANK", "LBRACE"} | {"ELEMENT"}
+_TIME = _VALUE - {"BLANK", "LBRACE", "LSQB"}
 _OPERATORS = {"PLUS", "MINUS", "STAR", "SLASH", "CIRCUMFLEX"}
 _RELATIONS = {"EQUAL", "TILDE", "ATMOST", "BELOW", "ATLEAST", "ABOVE"}
-_SHAPES = {"BAR", "ARROW", "DISC", "LABEL", "LINE"}
-_SHAPES_HELP = "a thing is a picture `'file.png'`, `.bar`, `.arrow`, `.disc(r)`, `.label('text')` or `.line`"
+_SHAPES = {word.upper() for word in SHAPES}
+_SHAPES_HELP = "a thing is a picture `'file.png'`, `.bar`, `.plate`, `.disc(r)`, `.label('text')`, `.line`, …"
 _WORDS = {
     "SEMICOLON": "`;`",
     "COLON": "`:`",
@@ -36,6 +38,10 @@ _WORDS = {
     "PLUS": "`+`",
     "MINUS": "`-`",
     "WORD": "an option",
+    "OPTION": "an option",
+    "DOTS": "`..`",
+    "TO": "`->`",
+    "ELEMENT": "`#id`",
     "CONFIG": "`.config`",
     "WITHIN": "`.within(…)`",
     "SPEED": "`.speed(…)`",
@@ -52,6 +58,7 @@ _PIECE = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|'(?:[^'\r\n]|'')*'|[A-Za-z0-9_.]+
 _DOTTED = re.compile(r"\.[A-Za-z][A-Za-z0-9_]*")
 _ANOTHER = re.compile(r"[A-Za-z][A-Za-z0-9_.]*\s*(?:[=<>~:]|\.r|[-+*/(\[])[^;@]*;")
 """What looks like the next statement or definition, on the same line."""
+_SHAPELESS = re.compile(r":\s*([A-Za-z][A-Za-z0-9_]*)\Z")
 _FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|.", re.DOTALL)
 
 
@@ -64,7 +71,11 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
     before = _end_before(text, start, place)
     if text.startswith(":", place) and (ahead := _definition_after(text, start, before, accepted)) is not None:
         return ahead
-    if unexpected.at_end:
+    if accepted == frozenset({"LPAR"}) and (word := _SHAPELESS.search(text, start, before)) is not None:
+        # what was read as a part's name
+        place, accepted = word.start(1), frozenset({*_SHAPES, "STRING"})
+        before = _end_before(text, start, place)
+    elif unexpected.at_end:
         return _unexpected_end(text, before, accepted), len(text), False
     special = _unreadable(text, place)
     if special is not None:
@@ -118,8 +129,10 @@ def expected_words(accepted: frozenset[str]) -> str:
     words: list[str] = []
     if "CONFIG" in names or ("AT" in names and "NAME" in names):
         return "a thing, a step or a statement"
-    if names <= {"LPAR", "PLUS", "MINUS", "NUMBER"}:
-        return "a time (numbers joined by `+ - * /`)"
+    if "NUMBER" in names and names <= _TIME | {"PLUS"}:
+        return "a time (numbers and constants joined by `+ - * /`)"
+    if "NUMBER" in names and names <= _PLACE:
+        return "a place such as `[0, 0]` or `P + [10, 0]`"
     if names >= _VALUE:
         words.append("a value")
         names -= _VALUE
@@ -133,15 +146,17 @@ def expected_words(accepted: frozenset[str]) -> str:
         words.append("a shape")
         names -= _SHAPES | {"STRING"}
     if len(names) > 1:
-        names -= {"SPEED"}  # it belongs only after wishes, and nobody expects it here
+        names -= {"SPEED", "TO"}  # nobody expects them here
     if names > {"WITHIN"} and "WORD" in names:
         names -= {"WITHIN"}
+    if "CIRCUMFLEX" in names or "STAR" in names:
+        names -= {"LSQB"}  # an index, which hardly anybody expects
     words.extend(_WORDS[name] for name in _ORDER if name in names)
     names -= set(_ORDER)
     if "CIRCUMFLEX" in names or "STAR" in names:
         words.append("an operator")
-        names -= {*_OPERATORS, "WORD", "ROTATE"}
-    words.extend(sorted(_WORDS.get(name, name.lower()) for name in names - {"ROTATE"}))
+        names -= {*_OPERATORS, "WORD", "OPTION", "ROTATE", "LSQB", "TO"}
+    words.extend(sorted({_WORDS.get(name, name.lower()) for name in names - {"ROTATE"}}))
     if not words:
         return "something else"
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " or " + words[-1]
@@ -280,7 +295,7 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
         title = f"to multiply, write `{number[1]}*.{number[2]}(…)`"
         return (insertion(title, begin + len(number[1]), "*"),)
     pair = re.compile(r"\(([^()\[\];]*)\)").match(text, place)
-    if found == "(" and pair and "LSQB" in accepted and "LPAR" not in accepted:
+    if found == "(" and pair and "LSQB" in accepted and not accepted & {"LPAR", "STAR"}:
         edits = (Edit(here, "["), Edit(Span(pair.end() - 1, pair.end()), "]"))
         return (Fix(f"write a vector as `[{pair[1].strip()}]`", edits),)
     step = re.search(r"@[^:;@\r\n]*$", text[:before])

@@ -12,18 +12,10 @@ from movimentum.source import SourceText, Span
 from movimentum.syntax.automaton import TooDeep, Unexpected, run
 from movimentum.syntax.building import Builder, Refusal
 from movimentum.syntax.tree import (
-    AnchorDefinition,
-    ClaimStatement,
-    ConfigStatement,
-    Definition,
-    Expression,
-    Item,
-    Option,
     ScriptTree,
-    Statement,
-    StepHeader,
-    Text,
+    all_items,
     children,
+    expressions_of,
     postorder,
 )
 
@@ -201,37 +193,19 @@ def _check_operations(text: str, max_operations: int) -> None:
 
 def _check_depth(script: ScriptTree, max_nesting: int) -> None:
     errors: list[Diagnostic] = []
-    for item in script.items:
-        for root in _expressions(item):
+    for item, level in all_items(script.items):
+        if level > max_nesting:
+            raise ScriptError([_too_deep(item.span, max_nesting)])
+        for root in expressions_of(item):
             depth: dict[int, int] = {}
             for node in postorder(root):
-                level = 1 + max((depth[id(child)] for child in children(node)), default=0)
-                depth[id(node)] = level
-                if level > max_nesting:
+                deep = 1 + max((depth[id(child)] for child in children(node)), default=0)
+                depth[id(node)] = deep
+                if deep > max_nesting:
                     errors.append(_too_deep(node.span, max_nesting))
                     break
     if errors:
         raise ScriptError(errors)
-
-
-def _expressions(item: Item) -> list[Expression]:
-    match item:
-        case ClaimStatement():
-            return [item.left, item.right, *(() if item.tolerance is None else (item.tolerance,))]
-        case Statement():
-            return [item.left, item.right, *(() if item.speed is None else (item.speed,))]
-        case StepHeader():
-            return [item.time]
-        case ConfigStatement():
-            found = [*item.arguments, *(argument for option in item.options for argument in option.arguments)]
-        case Definition():
-            found = [] if item.shape.argument is None else [item.shape.argument]
-            for part in item.parts:
-                if isinstance(part, Option):
-                    found.extend(part.arguments)
-                elif isinstance(part, AnchorDefinition):
-                    found.extend((part.base, *(vector for _, vector in part.offsets)))
-    return [node for node in found if not isinstance(node, Text)]
 
 
 def _too_deep(span: Span, max_nesting: int) -> Diagnostic:

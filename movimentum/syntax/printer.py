@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from decimal import Decimal
+from fractions import Fraction
 
 from movimentum.syntax.tree import (
     AnchorDefinition,
@@ -11,27 +13,43 @@ from movimentum.syntax.tree import (
     ClaimStatement,
     Clock,
     ConfigStatement,
+    Constant,
+    Copy,
     Definition,
+    Element,
     Expression,
+    FilmLoop,
+    Include,
+    Index,
     Item,
+    Let,
+    Loop,
     Member,
     Name,
     Negate,
     Number,
     Option,
+    Part,
+    Piecewise,
     Power,
     Product,
     Range,
     Reference,
     Rotate,
     ScriptTree,
+    ShapeWord,
     Statement,
     StepHeader,
+    Suffix,
     Sum,
     Text,
+    Transition,
     Vector,
     postorder,
 )
+
+_IN_TIMES = (Number, Constant, Name, Clock, Call, Negate, Sum, Product)
+_IN_PLACES = (Number, Constant, Name, Vector, Element, Call, Clock, Negate, Product, Rotate)
 
 # How tightly a node binds. A node gets parentheses where a tighter one is needed.
 _SUM, _PRODUCT, _UNARY, _POWER, _POSTFIX, _ATOM = range(6)
@@ -39,16 +57,37 @@ _SUM, _PRODUCT, _UNARY, _POWER, _POSTFIX, _ATOM = range(6)
 
 def script_text(script: ScriptTree) -> str:
     """The script, one item on each line; ends with a newline unless it is empty."""
-    lines: list[str] = []
+    return "".join(line + "\n" for line in _lines(script.items))
+
+
+def _lines(items: Iterable[Item]) -> Iterator[str]:
     after_time = False
-    for item in script.items:
-        line = item_text(item)
-        if after_time and line.startswith("-") and isinstance(item, Statement):
-            # After `@8` a minus would belong to the time.
-            line = f"({expression_text(item.left)}) {item.comparison} {expression_text(item.right)};"
+    for item in items:
+        if isinstance(item, Part | Loop):
+            yield _head_text(item) + " {"
+            yield from ("  " + line for line in _lines(item.items))
+            yield "}"
+        else:
+            line = item_text(item)
+            if after_time and line.startswith("-") and isinstance(item, Statement):
+                # After `@8` a minus would belong to the time.
+                line = f"({expression_text(item.left)}) {item.comparison} {expression_text(item.right)};"
+            yield line
         after_time = isinstance(item, StepHeader)
-        lines.append(line + "\n")
-    return "".join(lines)
+
+
+def _head_text(item: Part | Loop) -> str:
+    if isinstance(item, Loop):
+        return f".for {item.name} = {_range_text(item.first, item.last)}"
+    parameters = ", ".join(
+        each.name if each.default is None else f"{each.name} = {expression_text(each.default)}"
+        for each in item.parameters
+    )
+    return f".part {item.name}({parameters})"
+
+
+def _range_text(first: Expression, last: Expression) -> str:
+    return f"{expression_text(first)}..{expression_text(last)}"
 
 
 def item_text(item: Item) -> str:
@@ -56,10 +95,25 @@ def item_text(item: Item) -> str:
     match item:
         case ConfigStatement():
             parts = [f".config({_arguments(item.arguments)})", *map(_option_text, item.options)]
+        case Let():
+            value = _value_text(item.value, bool(item.options))
+            parts = [f".let {item.name} =", value, *map(_option_text, item.options)]
+        case Include():
+            parts = [".include", text_literal(item.path.text)]
+        case FilmLoop():
+            parts = [".loop"]
+        case Part() | Loop():
+            return _head_text(item) + " { " + " ".join(map(item_text, item.items)) + " }"
+        case Copy():
+            head = f"{item.name}{_suffixes_text(item.suffixes)} :"
+            parts = [head, f"{item.part}({_arguments(item.arguments)})", *map(_option_text, item.options)]
         case Definition():
-            parts = [f"{item.name} :", _shape_text(item), *map(_part_text, item.parts)]
+            head = f"{item.name}{_suffixes_text(item.suffixes)} :"
+            parts = [head, _shape_text(item.shape), *map(_part_text, item.parts)]
         case StepHeader():
-            return f"@{'+' if item.relative else ''}{expression_text(item.time)}"
+            time = expression_text(item.time)
+            plain = all(isinstance(node, _IN_TIMES) for node in postorder(item.time))
+            return f"@{'+' if item.relative else ''}{time if plain else f'({time})'}"
         case ClaimStatement():
             parts = [".claim", expression_text(item.left), item.comparison, expression_text(item.right)]
             if item.tolerance is not None:
@@ -69,6 +123,22 @@ def item_text(item: Item) -> str:
             if item.speed is not None:
                 parts.append(f".speed({expression_text(item.speed)})")
     return " ".join(parts) + ";"
+
+
+def _value_text(value: Expression, before_option: bool) -> str:
+    """A constant's value; behind a number a word would be read as its member."""
+    text = expression_text(value)
+    return f"({text})" if before_option and not isinstance(value, Number) else text
+
+
+def _suffixes_text(suffixes: tuple[Suffix, ...]) -> str:
+    def inner(suffix: Suffix) -> str:
+        if suffix.last is None:
+            return expression_text(suffix.first)
+        name = f"{suffix.name} = " if suffix.name else ""
+        return name + _range_text(suffix.first, suffix.last)
+
+    return "".join(f"[{inner(suffix)}]" for suffix in suffixes)
 
 
 def expression_text(root: Expression) -> str:
@@ -94,6 +164,14 @@ def expression_text(root: Expression) -> str:
                 made = node.name, _ATOM
             case Blank():
                 made = "_", _ATOM
+            case Constant():
+                made = _constant_text(node.value)
+            case Element():
+                made = f"#{node.id}", _ATOM
+            case Index():
+                made = f"{tight(node.operand, _POSTFIX)}[{done[id(node.index)][0]}]", _POSTFIX
+            case Transition():
+                made = f"{done[id(node.start)][0]} -> {done[id(node.end)][0]}", _SUM
             case Clock():
                 made = f".{node.name}", _ATOM
             case Vector():
@@ -126,8 +204,31 @@ def expression_text(root: Expression) -> str:
                 for bound, value in zip(node.bounds, node.values[1:], strict=True):
                     pieces.append(f" > {done[id(bound)][0]} : {done[id(value)][0]}")
                 made = "".join(pieces) + " }", _ATOM
+            case Piecewise():
+                cases = zip(node.lefts, node.comparisons, node.rights, node.values, strict=False)
+                pieces = [
+                    f"{done[id(left)][0]} {sign} {done[id(right)][0]} : {done[id(value)][0]}; "
+                    for left, sign, right, value in cases
+                ]
+                made = "{ " + "".join(pieces) + done[id(node.values[-1])][0] + " }", _ATOM
         done[id(node)] = made
     return done[id(root)][0]
+
+
+def _constant_text(value: Fraction | float) -> tuple[str, int]:
+    """A constant's value and how tightly it binds; a fraction that no decimal number equals as a quotient."""
+    if isinstance(value, Fraction):
+        denominator, tens = value.denominator, 0
+        while denominator % 10 == 0 or denominator % 5 == 0 or denominator % 2 == 0:
+            denominator //= 10 if denominator % 10 == 0 else 5 if denominator % 5 == 0 else 2
+            tens += 1
+        if denominator != 1:
+            return f"{value.numerator}/{value.denominator}", _SUM if value < 0 else _PRODUCT
+        digits = abs(value.numerator) * (10**tens // value.denominator)
+        text = number_text(Decimal((0, tuple(map(int, str(digits))), -tens)))
+    else:
+        text = number_text(Decimal(repr(abs(value))))
+    return ("-" + text if value < 0 else text), _UNARY
 
 
 def number_text(value: Decimal) -> str:
@@ -166,12 +267,10 @@ def _option_text(option: Option) -> str:
     return f".{option.name}({_arguments(option.arguments)})" if option.arguments else f".{option.name}"
 
 
-def _shape_text(definition: Definition) -> str:
-    shape = definition.shape
-    arguments = () if shape.argument is None else (shape.argument,)
+def _shape_text(shape: ShapeWord) -> str:
     if shape.word == "sprite":
-        return _arguments(arguments)
-    return f".{shape.word}({_arguments(arguments)})" if arguments else f".{shape.word}"
+        return _arguments(shape.arguments)
+    return f".{shape.word}({_arguments(shape.arguments)})" if shape.arguments else f".{shape.word}"
 
 
 def _part_text(part: AnchorDefinition | Reference | Option) -> str:
@@ -179,7 +278,15 @@ def _part_text(part: AnchorDefinition | Reference | Option) -> str:
         case Option():
             return _option_text(part)
         case Reference():
-            return f"{part.thing}.{part.anchor}"
+            return f"{expression_text(part.thing)}.{part.anchor}"
         case AnchorDefinition():
-            offsets = "".join(f" {operator} {expression_text(vector)}" for operator, vector in part.offsets)
-            return f"{part.name} = {expression_text(part.base)}{offsets}"
+            offsets = "".join(f" {operator} {_term_text(value)}" for operator, value in part.offsets)
+            return f"{part.name} = {_term_text(part.base)}{offsets}"
+
+
+def _term_text(value: Expression) -> str:
+    """A term of an anchor's place: what an anchor's grammar does not have by itself goes into parentheses."""
+    text = expression_text(value)
+    simple = all(isinstance(node, _IN_PLACES) for node in postorder(value) if not isinstance(node, Number))
+    inside = isinstance(value, Name | Vector | Element | Number | Call)
+    return text if inside or (simple and not isinstance(value, Sum)) else f"({text})"

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from decimal import Decimal
 from enum import StrEnum
+from fractions import Fraction
 
 from movimentum.source import Span
 
@@ -62,13 +63,31 @@ class Name(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class Constant(Node):
+    """What a `Name` of a constant stands for: no script has this node, the scene stage makes it.
+
+    ``value`` is exact where it is a Fraction. ``computed``: how it was computed, as the scene stage keeps it.
+    """
+
+    value: Fraction | float
+    computed: object = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Element(Node):
+    """``#id``: the place of an element of a drawing."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
 class Blank(Node):
     """``_``."""
 
 
 @dataclass(frozen=True, slots=True)
 class Clock(Node):
-    """``.t``, ``.iv``, ``.T`` or ``.pi``; ``name`` without the dot."""
+    """``.t``, ``.s``, ``.iv``, ``.T`` or ``.pi``; ``name`` without the dot."""
 
     name: str
 
@@ -87,6 +106,14 @@ class Member(Node):
     operand: Expression
     name: str
     name_span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Index(Node):
+    """``operand[index]``: one copy, thing or variable of an array."""
+
+    operand: Expression
+    index: Expression
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +175,47 @@ class Range(Node):
     bounds: tuple[Expression, ...]
 
 
-Expression = Number | Name | Blank | Clock | Vector | Member | Rotate | Call | Negate | Power | Sum | Product | Range
+@dataclass(frozen=True, slots=True)
+class Piecewise(Node):
+    """``{ left < right : value; …; value }``: the value of the first comparison that is true, else the last one.
+
+    ``lefts[i] comparisons[i] rights[i]`` belongs to ``values[i]``; there is one value more.
+    """
+
+    lefts: tuple[Expression, ...]
+    comparisons: tuple[Comparison, ...]
+    rights: tuple[Expression, ...]
+    values: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Transition(Node):
+    """``start -> end``: from one value to the other over the step; only the whole right side of a statement."""
+
+    start: Expression
+    end: Expression
+
+
+Expression = (
+    Number
+    | Constant
+    | Name
+    | Element
+    | Blank
+    | Clock
+    | Vector
+    | Member
+    | Index
+    | Rotate
+    | Call
+    | Negate
+    | Power
+    | Sum
+    | Product
+    | Range
+    | Piecewise
+    | Transition
+)
 """Any expression."""
 
 
@@ -161,6 +228,12 @@ def children(node: Expression) -> tuple[Expression, ...]:
             return (node.operand,)
         case Rotate():
             return (node.operand, node.angle)
+        case Index():
+            return (node.operand, node.index)
+        case Transition():
+            return (node.start, node.end)
+        case Piecewise():
+            return (*node.lefts, *node.rights, *node.values)
         case Call():
             return node.arguments
         case Power():
@@ -207,32 +280,38 @@ class Option(Node):
 
 @dataclass(frozen=True, slots=True)
 class AnchorDefinition(Node):
-    """``name = base ± offset ± …``; ``base`` is an earlier anchor's `Name` or a `Vector`."""
+    """``name = base ± offset ± …``; an earlier anchor of the same thing is a `Name`."""
 
     name: str
-    base: Name | Vector
-    offsets: tuple[tuple[Operator, Vector], ...] = ()
+    base: Expression
+    offsets: tuple[tuple[Operator, Expression], ...] = ()
     name_span: Span = field(default=NOWHERE, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Reference(Node):
-    """``Thing.Anchor``, one point of a ``.line``."""
+    """``Thing.Anchor``, a point of another thing. ``thing`` is a `Name`, or a path such as ``S[1].A``."""
 
-    thing: str
+    thing: Expression
     anchor: str
-    thing_span: Span = field(default=NOWHERE, compare=False, repr=False)
     anchor_span: Span = field(default=NOWHERE, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
+class Suffix(Node):
+    """``[first]``, ``[first..last]`` or ``[name = first..last]`` behind a name that is defined."""
+
+    first: Expression
+    last: Expression | None = None
+    name: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class ShapeWord(Node):
-    """What a thing is: ``word`` is "sprite" (``argument``: the file), "bar", "arrow", "disc" (its radius), "label" (its
-    text) or "line".
-    """
+    """What a thing is: ``word`` is "sprite" (its argument: the file) or one of `words.SHAPES`."""
 
     word: str
-    argument: Expression | Text | None = None
+    arguments: tuple[Expression | Text, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,17 +324,81 @@ class ConfigStatement(Node):
 
 @dataclass(frozen=True, slots=True)
 class Definition(Node):
-    """``name : shape parts;``; parts are options, and references in a ``.line``, anchors in any other thing."""
+    """``name : shape parts;``; parts are options, references in what follows other things, anchors in a body."""
 
     name: str
     shape: ShapeWord
     parts: tuple[AnchorDefinition | Reference | Option, ...] = ()
+    suffixes: tuple[Suffix, ...] = ()
     name_span: Span = field(default=NOWHERE, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
+class Let(Node):
+    """``.let name = value options;``: a constant."""
+
+    name: str
+    value: Expression
+    options: tuple[Option, ...] = ()
+    name_span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Include(Node):
+    """``.include 'file';``: the constants and parts of another file."""
+
+    path: Text
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter(Node):
+    """``name = default`` of a part."""
+
+    name: str
+    default: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Part(Node):
+    """``.part name(parameters) { items }``."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    items: tuple[Item, ...]
+    name_span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Copy(Node):
+    """``name : part(arguments) options;``: a part used."""
+
+    name: str
+    part: str
+    arguments: tuple[Expression | Text, ...] = ()
+    options: tuple[Option, ...] = ()
+    suffixes: tuple[Suffix, ...] = ()
+    name_span: Span = field(default=NOWHERE, compare=False, repr=False)
+    part_span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Loop(Node):
+    """``.for name = first..last { items }``."""
+
+    name: str
+    first: Expression
+    last: Expression
+    items: tuple[Item, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FilmLoop(Node):
+    """``.loop;``: the film begins again here."""
+
+
+@dataclass(frozen=True, slots=True)
 class StepHeader(Node):
-    """``@time``, or ``@+time`` if it is relative; the time has numbers, ``+ - * /`` and parentheses only."""
+    """``@time``, or ``@+time`` if it is relative; the time is a constant expression."""
 
     time: Expression
     relative: bool = False
@@ -281,7 +424,19 @@ class ClaimStatement(Node):
     tolerance: Expression | None = None
 
 
-Item = ConfigStatement | Definition | StepHeader | Statement | ClaimStatement
+Item = (
+    ConfigStatement
+    | Let
+    | Include
+    | Part
+    | Copy
+    | Loop
+    | FilmLoop
+    | Definition
+    | StepHeader
+    | Statement
+    | ClaimStatement
+)
 """One item of a script."""
 
 
@@ -290,3 +445,58 @@ class ScriptTree(Node):
     """A whole script."""
 
     items: tuple[Item, ...]
+
+
+def all_items(items: tuple[Item, ...]) -> Iterator[tuple[Item, int]]:
+    """All items in their order, those in parts and loops too, each with how many of these it is in."""
+    stack = [(item, 1) for item in reversed(items)]
+    while stack:
+        item, level = stack.pop()
+        yield item, level
+        if isinstance(item, Part | Loop):
+            stack.extend((inner, level + 1) for inner in reversed(item.items))
+
+
+def expressions_of(item: Item) -> list[Expression]:
+    """The expressions of one item, without those of the items in it."""
+    found: list[Expression | Text | None] = []
+    match item:
+        case Statement():
+            found = [item.left, item.right, item.speed]
+        case ClaimStatement():
+            found = [item.left, item.right, item.tolerance]
+        case StepHeader():
+            found = [item.time]
+        case Let():
+            found = [item.value, *_in_options(item.options)]
+        case ConfigStatement():
+            found = [*item.arguments, *_in_options(item.options)]
+        case Part():
+            found = [each.default for each in item.parameters]
+        case Loop():
+            found = [item.first, item.last]
+        case Copy():
+            found = [*item.arguments, *_in_options(item.options), *_in_suffixes(item.suffixes)]
+        case Definition():
+            found = [*item.shape.arguments, *_in_suffixes(item.suffixes)]
+            for part in item.parts:
+                match part:
+                    case Option():
+                        found.extend(part.arguments)
+                    case Reference():
+                        found.append(part.thing)
+                    case AnchorDefinition():
+                        found.extend((part.base, *(value for _, value in part.offsets)))
+        case Include() | FilmLoop():
+            pass
+    return [node for node in found if node is not None and not isinstance(node, Text)]
+
+
+def _in_options(options: tuple[Option, ...]) -> Iterator[Expression | Text]:
+    for option in options:
+        yield from option.arguments
+
+
+def _in_suffixes(suffixes: tuple[Suffix, ...]) -> Iterator[Expression | None]:
+    for suffix in suffixes:
+        yield from (suffix.first, suffix.last)

@@ -22,13 +22,17 @@ FUNCTIONS: dict[str, tuple[int, int | None]] = {
     "exp": (1, 1),
     "ln": (1, 1),
     "ease": (1, 1),
+    "across": (3, 3),
+    "along": (3, 3),
+    "mesh": (2, 2),
+    "belt": (2, 2),
 }
 """Canonical name -> the least and the greatest number of arguments (None: any)."""
 
 SYNONYMS = {"angle": "a", "sqrt": "q", "integral": "i", "differential": "d"}
 """Longer spellings of functions -> canonical names."""
 
-CLOCKS = ("t", "iv", "T", "pi")
+CLOCKS = ("t", "s", "iv", "T", "pi")
 """Values without arguments."""
 
 VECTOR_MEMBERS = {"x": "x", "y": "y", "z": "z", "l": "l", "length": "l"}
@@ -44,5 +48,14 @@ THING_MEMBERS = {
 }
 """What may follow a thing besides its anchors (an anchor of that name takes precedence) -> canonical name."""
 
-SHAPES = ("bar", "arrow", "disc", "label", "line")
-"""What a thing may be, besides a sprite."""
+BODIES = ("bar", "arrow", "disc", "label", "plate", "polygon", "gear", "rack")
+"""What a thing with anchors of its own may be, besides a sprite."""
+
+FOLLOWERS = ("line", "slide", "spring", "damper", "cylinder", "trace", "dimension", "arc", "vector")
+"""What is drawn between or at anchors of other things."""
+
+SHAPES = (*BODIES, *FOLLOWERS, "ground")
+"""What a thing may be, besides a sprite; a ground has an anchor of its own or follows one."""
+
+BARE_OPTIONS = frozenset({"hidden", "topleft", "pins", "fixed", "inner", "whole", "crossed", "italic", "mirrored"})
+"""Options that may have no arguments."""

@@ -126,7 +126,9 @@ def test_an_anchor_may_have_any_name(word: str) -> None:
     assert definition.parts[0].name == word
     assert definition.parts[2].base == Name(word)
     (line,) = script_of(f"Rope : .line .width(2) Thing.{word} Thing.{word} .color('red');").items
-    assert [(part.thing, part.anchor) for part in line.parts if not isinstance(part, Option)] == [("Thing", word)] * 2
+    assert [(part.thing, part.anchor) for part in line.parts if not isinstance(part, Option)] == [
+        (Name("Thing"), word)
+    ] * 2
 
 
 def test_a_dotted_word_after_a_time_begins_a_statement() -> None:

@@ -127,10 +127,10 @@ anchors = st.builds(
     st.lists(st.tuples(st.sampled_from([Operator.PLUS, Operator.MINUS]), vectors), max_size=2).map(tuple),
 )
 shapes = st.one_of(
-    st.builds(ShapeWord, st.just("sprite"), texts),
+    st.builds(ShapeWord, st.just("sprite"), st.tuples(texts)),
     st.sampled_from([ShapeWord("bar"), ShapeWord("arrow")]),
-    st.builds(ShapeWord, st.just("disc"), expressions),
-    st.builds(ShapeWord, st.just("label"), texts),
+    st.builds(ShapeWord, st.just("disc"), st.tuples(expressions)),
+    st.builds(ShapeWord, st.just("label"), st.tuples(texts)),
 )
 items = st.one_of(
     st.builds(
@@ -143,7 +143,7 @@ items = st.one_of(
         Definition,
         names,
         st.just(ShapeWord("line")),
-        st.lists(st.one_of(st.builds(Reference, names, names), options), max_size=4).map(tuple),
+        st.lists(st.one_of(st.builds(Reference, st.builds(Name, names), names), options), max_size=4).map(tuple),
     ),
     st.builds(StepHeader, times, st.booleans()),
     st.builds(Statement, expressions, st.sampled_from(Comparison), expressions),

@@ -1,0 +1,281 @@
+"""From the grammar's rules of expressions to tree nodes; see `movimentum.syntax.building`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from typing import Any
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.source import Span
+from movimentum.syntax.automaton import Token
+from movimentum.syntax.tree import (
+    Blank,
+    Call,
+    Clock,
+    Comparison,
+    Expression,
+    Index,
+    Member,
+    Name,
+    Negate,
+    Number,
+    Operator,
+    Option,
+    Piecewise,
+    Power,
+    Product,
+    Range,
+    Rotate,
+    Sum,
+    Text,
+    Transition,
+    Vector,
+)
+from movimentum.syntax.words import FUNCTIONS, SYNONYMS
+
+LARGEST_EXPONENT = 400
+"""Numbers from 10^400 on, or below 10^-400, are refused: no float holds them, and exact arithmetic chokes on them."""
+
+
+class Refusal(Exception):
+    """A node that is spelled correctly but is not valid: ``diagnostic`` says why."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        self.diagnostic = diagnostic
+        super().__init__(diagnostic.message)
+
+
+@dataclass(frozen=True, slots=True)
+class InParentheses:
+    """An expression in parentheses, until the rule around it has seen them."""
+
+    inner: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One comparison of a piecewise value, and its value."""
+
+    left: Expression
+    comparison: Comparison
+    right: Expression
+    value: Expression
+
+
+Piece = Any
+"""A Token, a node or an `InParentheses`; the methods of `Builder` know from the grammar which one to expect."""
+
+
+class ValueBuilder:
+    """The callbacks of expressions."""
+
+    def transition(self, pieces: Sequence[Piece]) -> Transition:
+        """``start -> end``."""
+        return Transition(bare(pieces[0]), bare(pieces[2]), span=span_of(pieces))
+
+    def number(self, pieces: Sequence[Piece]) -> Number:
+        """A number."""
+        return _number(pieces[0])
+
+    def name(self, pieces: Sequence[Piece]) -> Name:
+        """A thing or a variable."""
+        return Name(str(pieces[0]), span=pieces[0].span)
+
+    def blank(self, pieces: Sequence[Piece]) -> Blank:
+        """``_``."""
+        return Blank(span=pieces[0].span)
+
+    def clock(self, pieces: Sequence[Piece]) -> Clock:
+        """``.t`` and its like."""
+        return Clock(str(pieces[0])[1:], span=pieces[0].span)
+
+    def group(self, pieces: Sequence[Piece]) -> InParentheses:
+        """Parentheses."""
+        return InParentheses(bare(pieces[1]), span_of(pieces))
+
+    def vector(self, pieces: Sequence[Piece]) -> Vector:
+        """``[x, y]``."""
+        components = tuple(bare(piece) for piece in pieces[1::2])
+        span = span_of(pieces)
+        if not 2 <= len(components) <= 3:
+            raise Refusal(
+                Diagnostic(
+                    "syntax/arguments",
+                    Severity.ERROR,
+                    f"a vector has two components, this one has {len(components)}",
+                    span,
+                    helps=("write `[x, y]`",),
+                )
+            )
+        return Vector(components, span=span)
+
+    def member(self, pieces: Sequence[Piece]) -> Member:
+        """``operand.word``."""
+        operand, word = pieces
+        return Member(bare(operand), str(word)[1:], span=span_of(pieces), name_span=after_dot(word))
+
+    def element_in(self, pieces: Sequence[Piece]) -> Expression:
+        """``name[index]``."""
+        made: Expression = Name(str(pieces[0]), span=pieces[0].span)
+        for each in pieces[1:]:
+            made = Index(made, each.inner, span=Span(made.span.start, each.span.end))
+        return made
+
+    def element_of_member(self, pieces: Sequence[Piece]) -> Index:
+        """``operand[index]``."""
+        return Index(bare(pieces[0]), bare(pieces[2]), span=span_of(pieces))
+
+    def rotate(self, pieces: Sequence[Piece]) -> Rotate:
+        """``operand.r(angle)``."""
+        return Rotate(bare(pieces[0]), bare(pieces[3]), span=span_of(pieces))
+
+    def call(self, pieces: Sequence[Piece]) -> Call:
+        """``.function(…)``."""
+        word = str(pieces[0])[1:]
+        function = SYNONYMS.get(word, word)
+        arguments = tuple(bare(piece) for piece in pieces[2::2])
+        span = span_of(pieces)
+        least, most = FUNCTIONS[function]
+        if len(arguments) < least or (most is not None and len(arguments) > most):
+            wanted = "1 argument" if most == 1 else f"{most} arguments"
+            raise Refusal(
+                Diagnostic("syntax/arguments", Severity.ERROR, f"`.{word}` takes {wanted}, not {len(arguments)}", span)
+            )
+        return Call(function, arguments, span=span)
+
+    def range(self, pieces: Sequence[Piece]) -> Range:
+        """``{ e : v0 > b1 : v1 }``."""
+        inner = [bare(piece) for piece in pieces[1:-1:2]]
+        return Range(inner[0], tuple(inner[1::2]), tuple(inner[2::2]), span=span_of(pieces))
+
+    def case(self, pieces: Sequence[Piece]) -> Case:
+        """``left < right : value`` of a piecewise value."""
+        left, comparison, right, _, value = pieces
+        return Case(bare(left), Comparison(comparison), bare(right), bare(value))
+
+    def piecewise(self, pieces: Sequence[Piece]) -> Piecewise:
+        """``{ a < b : v; …; w }``."""
+        cases = [piece for piece in pieces if isinstance(piece, Case)]
+        return Piecewise(
+            tuple(case.left for case in cases),
+            tuple(case.comparison for case in cases),
+            tuple(case.right for case in cases),
+            (*(case.value for case in cases), bare(pieces[-2])),
+            span=span_of(pieces),
+        )
+
+    def power(self, pieces: Sequence[Piece]) -> Expression:
+        """``base^exponent``."""
+        base, _, exponent = pieces
+        span = span_of(pieces)
+        if isinstance(exponent, Rotate):  # `v*s^2.r(90)`: .r binds like `*`
+            return Rotate(Power(bare(base), exponent.operand, span=span), exponent.angle, span=span)
+        return Power(bare(base), bare(exponent), span=span)
+
+    def negate(self, pieces: Sequence[Piece]) -> Expression:
+        """``-operand``."""
+        operand = pieces[1]
+        span = span_of(pieces)
+        if isinstance(operand, Rotate):
+            return Rotate(Negate(operand.operand, span=span), operand.angle, span=span)
+        return Negate(bare(operand), span=span)
+
+    def product(self, pieces: Sequence[Piece]) -> Expression | InParentheses:
+        """``a * b / c``, and the rotations after its factors."""
+        if len(pieces) == 1:
+            return pieces[0]
+        first: Expression = bare(pieces[0])
+        operands: list[Expression] = [first]
+        operators: list[Operator] = []
+        if isinstance(first, Product):
+            operands, operators = list(first.operands), list(first.operators)
+        start = pieces[0].span.start
+        for index in range(2, len(pieces), 2):
+            factor = pieces[index]
+            operators.append(Operator(pieces[index - 1]))
+            # A factor `w.r(a)` without parentheses gives its rotations to the product so far.
+            angles: list[Expression] = []
+            end = factor.span.end
+            while isinstance(factor, Rotate):
+                angles.append(factor.angle)
+                factor = factor.operand
+            operands.append(bare(factor))
+            if angles:
+                turned: Expression = Product(tuple(operands), tuple(operators), span=Span(start, end))
+                for angle in reversed(angles):
+                    turned = Rotate(turned, angle, span=Span(start, end))
+                operands, operators = [turned], []
+        if not operators:
+            return operands[0]
+        return Product(tuple(operands), tuple(operators), span=span_of(pieces))
+
+    def sum(self, pieces: Sequence[Piece]) -> Expression | InParentheses:
+        """``a + b - c``."""
+        if len(pieces) == 1:
+            return pieces[0]
+        first: Expression = bare(pieces[0])
+        operands: list[Expression] = [first]
+        operators: list[Operator] = []
+        if isinstance(first, Sum):
+            operands, operators = list(first.operands), list(first.operators)
+        operands.extend(bare(piece) for piece in pieces[2::2])
+        operators.extend(Operator(token) for token in pieces[1::2])
+        return Sum(tuple(operands), tuple(operators), span=span_of(pieces))
+
+
+# --- pieces ---------------------------------------------------------------------------------------
+
+
+def bare(piece: Piece) -> Any:
+    """``piece`` without its parentheses; a STRING token as `Text`."""
+    if isinstance(piece, InParentheses):
+        return piece.inner
+    return text_of(piece) if isinstance(piece, Token) and piece.type == "STRING" else piece
+
+
+def is_argument(piece: Piece) -> bool:
+    """Whether a piece of an option is an argument (not a sign, a word or an option)."""
+    return piece.type == "STRING" if isinstance(piece, Token) else not isinstance(piece, Option)
+
+
+def span_of(pieces: Sequence[Piece]) -> Span:
+    """From the first piece to the last."""
+    return Span(pieces[0].span.start, pieces[-1].span.end)
+
+
+def after_dot(token: Token) -> Span:
+    """The place of a word without its dot."""
+    place = token.span
+    return Span(place.start + 1, place.end)
+
+
+def text_of(token: Token) -> Text:
+    """A text in quotes."""
+    return Text(str(token)[1:-1].replace("''", "'"), span=token.span)
+
+
+def _number(token: Token) -> Number:
+    span = token.span
+    value: Decimal | None
+    try:
+        value = Decimal(str(token))
+    except InvalidOperation:  # an exponent that not even Decimal holds
+        value = None
+    if value == 0:
+        return Number(Decimal(0), span=span)
+    if value is None or not -LARGEST_EXPONENT <= value.adjusted() < LARGEST_EXPONENT or len(token) > 1000:
+        raise Refusal(
+            Diagnostic(
+                "syntax/number",
+                Severity.ERROR,
+                "this number is out of range",
+                span,
+                notes=(
+                    f"numbers are between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, with at most 1000 characters",
+                ),
+            )
+        )
+    return Number(value, span=span)
