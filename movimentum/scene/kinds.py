@@ -14,6 +14,7 @@ from movimentum.source import Span
 from movimentum.syntax.tree import (
     Call,
     Clock,
+    Constant,
     Expression,
     Member,
     Name,
@@ -153,7 +154,7 @@ class Inference:
     def _cell(self, node: Expression, meanings: Meanings) -> Cell:
         scalar = Cell(Kind.SCALAR, node.span)
         match node:
-            case Number() | Clock():
+            case Number() | Clock() | Constant():
                 return scalar
             case Name():
                 meaning = meanings[id(node)]

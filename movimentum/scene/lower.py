@@ -28,6 +28,7 @@ from movimentum.expressions import (
     mul,
     neg,
     power,
+    ratio,
     sub,
     symbol,
 )
@@ -47,6 +48,7 @@ from movimentum.syntax.tree import (
     Blank,
     Call,
     Clock,
+    Constant,
     Expression,
     Member,
     Negate,
@@ -143,6 +145,10 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
                 context.findings.error("kind/not-finite", "this number is too large", node.span)
                 value = 1.0
             return (const(value),)
+        case Constant():
+            if isinstance(node.computed, Expr):
+                return (node.computed,)
+            return (ratio(node.value) if isinstance(node.value, Fraction) else const(node.value),)
         case Blank():
             number = next(context.blanks)
             if context.inference.kind(node) is Kind.VECTOR:

@@ -14,6 +14,8 @@ from fractions import Fraction
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr, const
 from movimentum.scene.colors import INK
+from movimentum.scene.expansion.placement import HERE, CopyFrame
+from movimentum.scene.expansion.product import NamedConstant
 from movimentum.source import SourceText, Span
 
 # --- what a symbol of an expression can stand for (payloads of Expr "symbol") ---------------------
@@ -105,10 +107,11 @@ class AnchorRef:
 class Thing:
     """A rigid body (or a ``.line``, which only follows other things' anchors).
 
-    ``image`` is the sprite's path as found from the script's folder; ``image_size`` its (width, height) in
-    image pixels; one image pixel is ``scale`` world pixels, and the image's lower-left corner is at the
-    local origin. ``through`` are the anchors a LINE is drawn through. ``color`` is (red, green, blue),
-    0 to 255. ``layer`` None means "by order of definition" (see `Scene.drawing_order`).
+    ``image`` is the sprite's path as found from the script's folder; ``image_size`` its (width, height) in image
+    pixels; one image pixel is ``scale`` world pixels, and the image's lower-left corner is at the local origin.
+    ``through`` are the anchors a LINE is drawn through. ``color`` is (red, green, blue), 0 to 255. ``placement``:
+    that of the copy which a thing belongs to (its anchors are placed already). ``layer`` None means "by order of
+    definition" (see `Scene.drawing_order`).
     """
 
     number: int
@@ -127,6 +130,7 @@ class Thing:
     layer: float | None = None
     scale: float = 1.0
     hidden: bool = False
+    placement: CopyFrame = HERE
 
     @property
     def is_body(self) -> bool:
@@ -241,6 +245,9 @@ class Scene:
     diagnostics: tuple[Diagnostic, ...] = ()
     mentioned: dict[int, int] = field(default_factory=dict[int, int])
     """thing number -> number of the first step that mentions it (absent: no step does)."""
+    constants: tuple[NamedConstant, ...] = ()
+    settings: tuple[tuple[str, str], ...] = ()
+    """Constants that were set from outside: (name, expression)."""
 
     def drawing_order(self) -> tuple[int, ...]:
         """Thing numbers from back to front: by layer, then by order of definition.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
@@ -11,6 +11,7 @@ from movimentum.errors import MovimentumError
 from movimentum.expressions import ZERO, Expr, add, const, mul, sub
 from movimentum.scene.colors import color, color_names
 from movimentum.scene.constants import constant, constant_expression
+from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.scene.findings import Findings
 from movimentum.scene.lower import report_not_yet
 from movimentum.scene.model import Anchor, AnchorRef, Shape, Thing
@@ -66,7 +67,11 @@ class Options:
 
 
 def build_things(
-    definitions: list[Definition], folder: str, image_size: ImageSize, findings: Findings
+    definitions: Sequence[Definition],
+    placements: Mapping[str, CopyFrame],
+    folder: str,
+    image_size: ImageSize,
+    findings: Findings,
 ) -> tuple[tuple[Thing, ...], ThingTable]:
     """All things in order of definition, and their names. If two have the same name, the first is kept."""
     kept: dict[str, Definition] = {}
@@ -80,6 +85,7 @@ def build_things(
                 labels=(Label(first.name_span, "the first one"),),
             )
     things = [_thing(number, item, folder, image_size, findings) for number, item in enumerate(kept.values())]
+    things = [_placed(thing, placements[thing.name]) if thing.name in placements else thing for thing in things]
     table = ThingTable(things)
     for number, definition in enumerate(kept.values()):
         if things[number].shape is Shape.LINE:
@@ -138,6 +144,12 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
         scale=options.scale,
         hidden=options.hidden,
     )
+
+
+def _placed(thing: Thing, placement: CopyFrame) -> Thing:
+    """A thing of a placed copy."""
+    anchors = tuple(_moved(item, *placement.placed(*item.coordinates)) for item in thing.anchors)
+    return replace(thing, anchors=anchors, placement=placement)
 
 
 def _another_anchor(definition: Definition, shape: Shape) -> Fix:

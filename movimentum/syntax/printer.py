@@ -29,7 +29,7 @@ from movimentum.syntax.tree import (
     Negate,
     Number,
     Option,
-    Part,
+    PartDefinition,
     Piecewise,
     Power,
     Product,
@@ -63,7 +63,7 @@ def script_text(script: ScriptTree) -> str:
 def _lines(items: Iterable[Item]) -> Iterator[str]:
     after_time = False
     for item in items:
-        if isinstance(item, Part | Loop):
+        if isinstance(item, PartDefinition | Loop):
             yield _head_text(item) + " {"
             yield from ("  " + line for line in _lines(item.items))
             yield "}"
@@ -76,7 +76,7 @@ def _lines(items: Iterable[Item]) -> Iterator[str]:
         after_time = isinstance(item, StepHeader)
 
 
-def _head_text(item: Part | Loop) -> str:
+def _head_text(item: PartDefinition | Loop) -> str:
     if isinstance(item, Loop):
         return f".for {item.name} = {_range_text(item.first, item.last)}"
     parameters = ", ".join(
@@ -102,7 +102,7 @@ def item_text(item: Item) -> str:
             parts = [".include", text_literal(item.path.text)]
         case FilmLoop():
             parts = [".loop"]
-        case Part() | Loop():
+        case PartDefinition() | Loop():
             return _head_text(item) + " { " + " ".join(map(item_text, item.items)) + " }"
         case Copy():
             head = f"{item.name}{_suffixes_text(item.suffixes)} :"
