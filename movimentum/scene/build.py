@@ -36,6 +36,7 @@ from movimentum.scene.resolve import (
 )
 from movimentum.scene.things import ImageSize, build_things
 from movimentum.source import SourceText, Span
+from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
     Blank,
     ClaimStatement,
@@ -46,6 +47,7 @@ from movimentum.syntax.tree import (
     ScriptTree,
     Statement,
     StepHeader,
+    Transition,
     postorder,
 )
 
@@ -123,7 +125,12 @@ def _steps(script: ScriptTree, table: ThingTable, findings: Findings) -> tuple[l
             labels=(Label(spans[0], "the first step begins here"),),
             helps=(insertion("write `@0` before it", early.span.start, "@0 "),),
         )
-    return times, spans, drafts
+    return times, spans, [replace(draft, step_end=_end_of(draft.step, times)) for draft in drafts]
+
+
+def _end_of(step: int, times: Sequence[Fraction]) -> Fraction | None:
+    """When a step ends; None for the last one."""
+    return times[step + 1] if step + 1 < len(times) else None
 
 
 def _time(header: StepHeader, times: list[Fraction], spans: list[Span], findings: Findings) -> Fraction:
@@ -196,11 +203,40 @@ def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, l
         if findings.errors == errors and statement.comparison not in (Comparison.EQUAL, Comparison.WISH):
             message = f"`{statement.comparison}` compares scalars, not vectors"
             inference.require(statement.left, Kind.SCALAR, message)
+        if findings.errors == errors and _selects_on_the_way(draft):
+            _report_selecting_transition(draft, findings)
         if findings.errors == errors:
             sound.append(draft)
     errors = findings.errors
     inference.finish()
     return (inference if findings.errors == errors else None), sound
+
+
+def _selects_on_the_way(draft: Draft) -> bool:
+    selects = draft.statement.comparison not in (Comparison.EQUAL, Comparison.WISH)
+    return selects and isinstance(draft.statement.right, Transition)
+
+
+def _report_selecting_transition(draft: Draft, findings: Findings) -> None:
+    """``x < 0 -> 90``: an inequality moves nothing."""
+    statement, way = draft.statement, draft.statement.right
+    assert isinstance(way, Transition)
+    start, end = (expression_text(side) for side in (way.start, way.end))
+    findings.error(
+        "kind/mismatch",
+        f"`->` moves something from one value to another, and `{statement.comparison}` only selects",
+        way.span,
+        helps=(
+            replacement(
+                f"write `=`: `{expression_text(statement.left)} = {start} -> {end};`",
+                Span(statement.left.span.end, way.span.start),
+                " = ",
+            ),
+            replacement(
+                "a bound that moves is written with `.s`", way.span, f"{start} + ({end} - ({start}))*.ease(.s)"
+            ),
+        ),
+    )
 
 
 def _statements(
@@ -221,7 +257,7 @@ def _statements(
             continue
         speed = _speed(statement, findings)
         time = times[draft.step] if times else Fraction(0)
-        lowered = _constraint(draft, time, key, next(numbers), inference, blanks, findings)
+        lowered = _constraint(draft, time, key, next(numbers), inference, table, blanks, findings)
         made.extend(replace(constraint, speed=speed) for constraint in lowered)
         stated.add((key, relation))
     return made
@@ -248,12 +284,13 @@ def _constraint(
     key: str,
     number: int,
     inference: Inference,
+    table: ThingTable,
     blanks: Iterator[int],
     findings: Findings,
 ) -> Iterator[Constraint]:
     """The constraint, or nothing after an error."""
     statement = draft.statement
-    context = Context(inference, findings, blanks, time, number)
+    context = Context(inference, findings, blanks, time, number, draft.step_end, table.things)
     left = lower(draft.left, draft.meanings, context)
     right = lower(draft.right or (), draft.meanings, context)
     if left is None or right is None:

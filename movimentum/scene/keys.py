@@ -11,6 +11,7 @@ from movimentum.syntax.tree import (
     Name,
     Negate,
     Operator,
+    Piecewise,
     Power,
     Product,
     Range,
@@ -54,6 +55,9 @@ def key_text(root: Expression, meanings: Meanings, table: ThingTable) -> str:
                     tuple(of(item) for item in node.values),
                     tuple(of(item) for item in node.bounds),
                 )
+            case Piecewise():
+                lefts, rights, values = (tuple(map(of, part)) for part in (node.lefts, node.rights, node.values))
+                made = Piecewise(lefts, node.comparisons, rights, values)
             case Sum():
                 operands, operators = _flat_sum([of(item) for item in node.operands], node.operators)
                 made = Sum(tuple(operands), tuple(operators))
