@@ -44,7 +44,7 @@ from movimentum.scene.model import (
     VariableComponent,
 )
 from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PropertyUse, Swallowed, VariableUse
-from movimentum.scene.values import Value, from_line, length_of, piecewise, transition
+from movimentum.scene.values import Value, from_line, length_of, piecewise, ranged, transition
 from movimentum.source import Span
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
@@ -230,11 +230,7 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
                 return _from_line(node, [of(argument) for argument in node.arguments], meanings, context)
             return _call(node, [of(argument) for argument in node.arguments], context)
         case Range():
-            result = of(node.values[-1])[0]
-            subject = of(node.subject)[0]
-            for bound, value in zip(reversed(node.bounds), reversed(node.values[:-1]), strict=True):
-                result = call("le", subject, of(bound)[0], of(value)[0], result)
-            return (result,)
+            return ranged(node, values)
         case Piecewise():
             return piecewise(node, values)
         case Transition():

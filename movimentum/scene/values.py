@@ -1,11 +1,11 @@
-"""Values of what says motion in short: choices by comparison, transitions, places relative to a line."""
+"""Values of what says motion in short: choices by comparison and by range, transitions, places relative to a line."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from movimentum.expressions import ONE, Expr, add, call, div, mul, power, sub
-from movimentum.syntax.tree import Comparison, Piecewise
+from movimentum.syntax.tree import Comparison, Piecewise, Range
 
 Value = tuple[Expr, ...]
 """One component for a scalar, two for a vector."""
@@ -16,8 +16,17 @@ def length_of(vector: Value) -> Expr:
     return call("sqrt", add(power(vector[0], 2.0), power(vector[1], 2.0)))
 
 
+def ranged(node: Range, values: Mapping[int, Value]) -> Value:
+    """``{ e : v0 > b1 : v1 }``. ``values``: of the nodes below, by ``id``."""
+    result = values[id(node.values[-1])][0]
+    subject = values[id(node.subject)][0]
+    for bound, value in zip(reversed(node.bounds), reversed(node.values[:-1]), strict=True):
+        result = call("le", subject, values[id(bound)][0], values[id(value)][0], result)
+    return (result,)
+
+
 def piecewise(node: Piecewise, values: Mapping[int, Value]) -> Value:
-    """A chain of choices; each comparison is exact at its bound. ``values``: of the nodes below, by ``id``."""
+    """A chain of choices; each comparison is exact at its bound. ``values`` as for `ranged`."""
     result = values[id(node.values[-1])]
     cases = list(zip(node.lefts, node.comparisons, node.rights, node.values, strict=False))
     for left, comparison, right, value in reversed(cases):

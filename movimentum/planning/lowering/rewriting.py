@@ -22,7 +22,7 @@ def angle_rows(left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
 
 
 def along_line(left: Expr, right: Expr) -> Expr | None:
-    """``n / length = e`` (how far along a line, or across it) as n - e length = 0: a polynomial if e is 0, and linear as
+    """``n / length = e`` (how far along or across a line) as n - e length = 0: a polynomial if e is 0, and linear as
     soon as the line stands still.
     """
     if left.op != "div" or left.args[1].op != "sqrt" or not symbols(left.args[1]):
