@@ -14,6 +14,7 @@ from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
 from movimentum.scene.constants import exact
 from movimentum.scene.drafts import Draft
+from movimentum.scene.film_loops import build_loop
 from movimentum.scene.findings import Findings
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
@@ -64,6 +65,7 @@ def build(script: ScriptTree, source: SourceText, image_size: ImageSize, *, max_
         [item for item in script.items if isinstance(item, Definition)], _folder(source), image_size, findings
     )
     times, spans, drafts = _steps(script, table, findings)
+    loop = build_loop(script.items, times, spans, findings)
     inference, sound = _kinds(drafts, findings)
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
     claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
@@ -91,6 +93,7 @@ def build(script: ScriptTree, source: SourceText, image_size: ImageSize, *, max_
         steps=steps,
         diagnostics=tuple(findings.items),
         mentioned=_mentioned(stated),
+        loop=loop,
     )
 
 

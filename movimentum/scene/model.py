@@ -241,6 +241,8 @@ class Scene:
     diagnostics: tuple[Diagnostic, ...] = ()
     mentioned: dict[int, int] = field(default_factory=dict[int, int])
     """thing number -> number of the first step that mentions it (absent: no step does)."""
+    loop: Span | None = None
+    """Where the script says that the film begins again at its end (``.loop;``)."""
 
     def drawing_order(self) -> tuple[int, ...]:
         """Thing numbers from back to front: by layer, then by order of definition.
