@@ -11,6 +11,7 @@ import numpy as np
 
 from movimentum.analysis.diagnose.ambiguity import ambiguities
 from movimentum.analysis.diagnose.claims import claim_diagnostics
+from movimentum.analysis.diagnose.film_loops import film_loops
 from movimentum.analysis.diagnose.forgotten import forgotten
 from movimentum.analysis.diagnose.jumps import jumps
 from movimentum.analysis.diagnose.off_canvas import leaving
@@ -115,6 +116,8 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examinat
     found.extend(forgotten(motion))
     found.extend(valueless(motion))
     found.extend(leaving(motion))
+    if fault == 0:
+        found.extend(film_loops(motion))
     if fault or any(item.code == "constraint/free-motion" and item.severity is Severity.WARNING for item in found):
         found.extend(unstated_clocks(motion.timeline.scene, found))
     if fault == 0 and any(stretch.plan.wishes for stretch in motion.stretches):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,10 +44,14 @@ class PreparedMark:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A path, with the points, as `points` gives them, of frames before the first one that is drawn."""
+    """A path, with the points, as `points` gives them, of frames before the first one that is drawn (``past``), and the
+    one with which a film begins again (``closing``): frame number ``last`` shows the path up to there.
+    """
 
     mark: TraceMark
     past: Floats | None = None
+    closing: Floats | None = None
+    last: int = -1
 
     def points(self, poses: Poses) -> Floats:
         """(F, 3): world x, y, and 1 where the thing is visible, else 0."""
@@ -96,7 +100,9 @@ def prepare_drawing(
     if traces:
         earlier = [[trace.points(chunk) for trace in traces] for chunk in chunks(before)]
         paths = [np.concatenate(parts) for parts in zip(*earlier, strict=True)] or [None] * len(traces)
-        traces = tuple(Trace(trace.mark, path) for trace, path in zip(traces, paths, strict=True))
+        traces = tuple(replace(trace, past=path) for trace, path in zip(traces, paths, strict=True))
+    if options.closing is not None:
+        traces = tuple(replace(each, closing=each.points(options.closing), last=options.last) for each in traces)
     overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
     arrows = [overlay for overlay in overlays if isinstance(overlay.mark, FreeArrow)]
     view = _view(scene, options, fineness, box or _fitted([*things, *arrows], traces, source))

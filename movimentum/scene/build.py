@@ -16,6 +16,7 @@ from movimentum.scene.drafts import Draft
 from movimentum.scene.expansion.expand import expand
 from movimentum.scene.expansion.includes import ReadText, folder
 from movimentum.scene.expansion.product import Expanded
+from movimentum.scene.film_loops import build_loop
 from movimentum.scene.findings import Findings
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
@@ -37,7 +38,8 @@ from movimentum.scene.resolve import (
     resolve,
 )
 from movimentum.scene.things import ImageSize, build_things
-from movimentum.source import SourceText
+from movimentum.source import SourceText, Span
+from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
     Blank,
     ClaimStatement,
@@ -45,6 +47,7 @@ from movimentum.syntax.tree import (
     Name,
     ScriptTree,
     Statement,
+    Transition,
     postorder,
 )
 
@@ -72,11 +75,12 @@ def build(
     config = build_config(list(expanded.configs), max_pixels, findings)
     things, table = build_things(expanded.definitions, expanded.placements, folder(source), image_size, findings)
     drafts = list(_drafts(expanded, table, findings))
+    times = [step.time for step in expanded.steps]
+    loop = build_loop(expanded, findings)
     inference, sound = _kinds(drafts, findings)
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
     claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
-    times = [step.time for step in expanded.steps]
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
     if not expanded.steps:
@@ -105,6 +109,7 @@ def build(
         mentioned=_mentioned(stated),
         constants=expanded.constants,
         settings=tuple((settings or {}).items()),
+        loop=loop,
     )
 
 
@@ -129,7 +134,7 @@ def _drafts(expanded: Expanded, table: ThingTable, findings: Findings) -> Iterat
     for item in expanded.statements:
         draft = _draft(item.statement, item.step, table, findings)
         if draft is not None:
-            yield draft
+            yield replace(draft, step_end=item.until)
 
 
 def _report_no_step(script: ScriptTree, expanded: Expanded, findings: Findings) -> None:
@@ -181,11 +186,40 @@ def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, l
         if findings.errors == errors and statement.comparison not in (Comparison.EQUAL, Comparison.WISH):
             message = f"`{statement.comparison}` compares scalars, not vectors"
             inference.require(statement.left, Kind.SCALAR, message)
+        if findings.errors == errors and _selects_on_the_way(draft):
+            _report_selecting_transition(draft, findings)
         if findings.errors == errors:
             sound.append(draft)
     errors = findings.errors
     inference.finish()
     return (inference if findings.errors == errors else None), sound
+
+
+def _selects_on_the_way(draft: Draft) -> bool:
+    selects = draft.statement.comparison not in (Comparison.EQUAL, Comparison.WISH)
+    return selects and isinstance(draft.statement.right, Transition)
+
+
+def _report_selecting_transition(draft: Draft, findings: Findings) -> None:
+    """``x < 0 -> 90``: an inequality moves nothing."""
+    statement, way = draft.statement, draft.statement.right
+    assert isinstance(way, Transition)
+    start, end = (expression_text(side) for side in (way.start, way.end))
+    findings.error(
+        "kind/mismatch",
+        f"`->` moves something from one value to another, and `{statement.comparison}` only selects",
+        way.span,
+        helps=(
+            replacement(
+                f"write `=`: `{expression_text(statement.left)} = {start} -> {end};`",
+                Span(statement.left.span.end, way.span.start),
+                " = ",
+            ),
+            replacement(
+                "a bound that moves is written with `.s`", way.span, f"{start} + ({end} - ({start}))*.ease(.s)"
+            ),
+        ),
+    )
 
 
 def _statements(
@@ -206,7 +240,7 @@ def _statements(
             continue
         speed = _speed(statement, findings)
         time = times[draft.step] if times else Fraction(0)
-        lowered = _constraint(draft, time, key, next(numbers), inference, blanks, findings)
+        lowered = _constraint(draft, time, key, next(numbers), inference, table, blanks, findings)
         made.extend(replace(constraint, speed=speed) for constraint in lowered)
         stated.add((key, relation))
     return made
@@ -233,12 +267,13 @@ def _constraint(
     key: str,
     number: int,
     inference: Inference,
+    table: ThingTable,
     blanks: Iterator[int],
     findings: Findings,
 ) -> Iterator[Constraint]:
     """The constraint, or nothing after an error."""
     statement = draft.statement
-    context = Context(inference, findings, blanks, time, number)
+    context = Context(inference, findings, blanks, time, number, draft.step_end, table.things)
     left = lower(draft.left, draft.meanings, context)
     right = lower(draft.right or (), draft.meanings, context)
     if left is None or right is None:

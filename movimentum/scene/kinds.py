@@ -21,11 +21,13 @@ from movimentum.syntax.tree import (
     Negate,
     Number,
     Operator,
+    Piecewise,
     Power,
     Product,
     Range,
     Rotate,
     Sum,
+    Transition,
     Vector,
 )
 
@@ -59,6 +61,14 @@ class Cell:
 
 Multiplication = tuple[Cell, Cell, Cell, Product, int]
 """Kinds of left, right and result of one ``*``, and which of a product's it is."""
+
+
+_OF_VECTORS = {
+    "a": "`.a` is the angle from one vector to another",
+    "across": "`.across` measures from a point to the line through two others",
+    "along": "`.along` measures along the line through two points",
+}
+"""Functions of vectors, and what is said where something else is given to them."""
 
 
 class Inference:
@@ -192,16 +202,25 @@ class Inference:
                 for part in (node.subject, *node.values, *node.bounds):
                     self.require(part, Kind.SCALAR, "a range must consist of scalars")
                 return scalar
+            case Piecewise():
+                for part in (*node.lefts, *node.rights):
+                    self.require(part, Kind.SCALAR, "only scalars can be compared")
+                for value in node.values[1:]:
+                    self.equate(node.values[0], value, "the values of a piecewise expression must be of one kind")
+                return self._cells[id(node.values[0])]
+            case Transition():
+                self.equate(node.start, node.end, "`->` leads from a scalar to a scalar or from a vector to a vector")
+                return self._cells[id(node.start)]
             case _:
                 return Cell()
 
     def _call(self, node: Call) -> Cell:
         if node.function in ("i", "d"):
             return self._cells[id(node.arguments[0])]
-        vectors = node.function == "a"
+        vectors = _OF_VECTORS.get(node.function)
         for argument in node.arguments:
             if vectors:
-                self.require(argument, Kind.VECTOR, "`.a` is the angle from one vector to another")
+                self.require(argument, Kind.VECTOR, vectors)
             else:
                 self.require(argument, Kind.SCALAR, f"`.{node.function}` takes scalars")
         return Cell(Kind.SCALAR, node.span)

@@ -248,6 +248,8 @@ class Scene:
     constants: tuple[NamedConstant, ...] = ()
     settings: tuple[tuple[str, str], ...] = ()
     """Constants that were set from outside: (name, expression)."""
+    loop: Span | None = None
+    """Where the script says that the film begins again at its end (``.loop;``)."""
 
     def drawing_order(self) -> tuple[int, ...]:
         """Thing numbers from back to front: by layer, then by order of definition.

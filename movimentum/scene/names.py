@@ -99,6 +99,8 @@ def _written(scene: Scene, node: Expr, tight: Callable[[Expr, int], str]) -> tup
             return f".T {'-' if start > 0 else '+'} {_fraction_text(abs(start))}", _SUM
         case "lifetime":
             return ".iv", _ATOM
+        case "progress":
+            return ".s", _ATOM
         case "add":
             if args[1].op == "neg":
                 return f"{tight(args[0], _SUM)} - {tight(args[1].args[0], _PRODUCT)}", _SUM

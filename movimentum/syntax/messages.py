@@ -59,7 +59,7 @@ _DOTTED = re.compile(r"\.[A-Za-z][A-Za-z0-9_]*")
 _ANOTHER = re.compile(r"[A-Za-z][A-Za-z0-9_.]*\s*(?:[=<>~:]|\.r|[-+*/(\[])[^;@]*;")
 """What looks like the next statement or definition, on the same line."""
 _SHAPELESS = re.compile(r":\s*([A-Za-z][A-Za-z0-9_]*)\Z")
-_FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|.", re.DOTALL)
+_FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|->|.", re.DOTALL)
 
 
 def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, int, bool]:
@@ -282,6 +282,15 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
     ).advised(*helps)
 
 
+def _transition_helps(text: str, place: int) -> tuple[str | Fix, ...]:
+    """Where `->` can stand, which is not here."""
+    claim = re.search(r"\.claim\s+(?=[^;]*\Z)", text[:place])
+    if claim is not None:
+        title = "a claim is about a result; without `.claim` this statement causes it"
+        return (replacement(title, Span(*claim.span()), ""),)
+    return ("`->` joins the two values that are the whole right side of a statement: `x = 0 -> 90;`",)
+
+
 def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[str]) -> tuple[str | Fix, ...]:
     """What was probably meant."""
     previous_match = re.search(r"\.?[A-Za-z0-9_.]+$|<=|>=|.$", text[max(0, before - 60) : before])
@@ -290,6 +299,8 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
     other = written(text, before, place, found)
     if other is not None:
         return (other,)
+    if found == "->":
+        return _transition_helps(text, place)
     number = re.fullmatch(r"(\d+)\.([a-z]+)", previous)
     if found == "(" and number and number[2] in {*FUNCTIONS, *SYNONYMS}:
         title = f"to multiply, write `{number[1]}*.{number[2]}(…)`"

@@ -158,22 +158,12 @@ def expression_text(root: Expression) -> str:
 
     for node in postorder(root):
         match node:
-            case Number():
-                made = number_text(node.value), _UNARY  # not an atom: `2.x` could be misread
-            case Name():
-                made = node.name, _ATOM
-            case Blank():
-                made = "_", _ATOM
-            case Constant():
-                made = _constant_text(node.value)
-            case Element():
-                made = f"#{node.id}", _ATOM
+            case Number() | Name() | Blank() | Constant() | Element() | Clock():
+                made = _leaf_text(node)
             case Index():
                 made = f"{tight(node.operand, _POSTFIX)}[{done[id(node.index)][0]}]", _POSTFIX
             case Transition():
                 made = f"{done[id(node.start)][0]} -> {done[id(node.end)][0]}", _SUM
-            case Clock():
-                made = f".{node.name}", _ATOM
             case Vector():
                 made = f"[{listed(node.components)}]", _ATOM
             case Member():
@@ -213,6 +203,23 @@ def expression_text(root: Expression) -> str:
                 made = "{ " + "".join(pieces) + done[id(node.values[-1])][0] + " }", _ATOM
         done[id(node)] = made
     return done[id(root)][0]
+
+
+def _leaf_text(node: Number | Name | Blank | Constant | Element | Clock) -> tuple[str, int]:
+    """A node with nothing below it, and how tightly it binds."""
+    match node:
+        case Number():
+            return number_text(node.value), _UNARY  # not an atom: `2.x` could be misread
+        case Name():
+            return node.name, _ATOM
+        case Blank():
+            return "_", _ATOM
+        case Constant():
+            return _constant_text(node.value)
+        case Element():
+            return f"#{node.id}", _ATOM
+        case Clock():
+            return f".{node.name}", _ATOM
 
 
 def _constant_text(value: Fraction | float) -> tuple[str, int]:

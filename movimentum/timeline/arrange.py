@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import cast
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
-from movimentum.expressions import Expr, ratio, substitute, walk
+from movimentum.expressions import ONE, ZERO, Expr, call, clock, div, ratio, substitute, walk
 from movimentum.scene.model import Claim, Constraint, Relation, Scene
 from movimentum.timeline.model import HeldClaim, Segment, Timeline
 
@@ -64,7 +65,7 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
     lowered: dict[int, Constraint] = {}
     for number, moment in enumerate(moments):
         until = moments[number + 1].time if number + 1 < len(moments) else moment.time
-        active = tuple(_with_lifetime(item, lifetimes, lowered) for item in moment.active)
+        active = tuple(_with_progress(_with_lifetime(item, lifetimes, lowered), moment.time) for item in moment.active)
         segments.append(Segment(number, moment.step, moment.time, until, active, _visible(scene, moment.step)))
     return Timeline(scene, tuple(segments), rate, lifetimes, _claims(scene))
 
@@ -122,6 +123,7 @@ def _claims(scene: Scene) -> tuple[HeldClaim, ...]:
     for claim in made:
         start, until = scene.steps[claim.step].time, over.get(claim.number, end)
         left, right = _lasting((claim.left, claim.right), {claim.number: until - start})
+        left, right = _replaced((left, right), lambda node: _whole(node) if node.op == "progress" else None)
         lasting = replace(claim, left=left, right=right)
         result.append(HeldClaim(lasting, start, until, claim.number not in over))
     return tuple(result)
@@ -141,9 +143,6 @@ def _substituted(constraint: Constraint, lifetimes: dict[int, Fraction]) -> Cons
 
 def _lasting(sides: tuple[Sides, Sides], lifetimes: Mapping[int, Fraction]) -> tuple[Sides, Sides]:
     """Both sides with every ``lifetime`` leaf replaced by its constant; unchanged if there is none."""
-    if not any(node.op == "lifetime" for node in walk(*sides[0], *sides[1])):
-        return sides
-    memo: dict[Expr, Expr] = {}
 
     def constant(node: Expr) -> Expr | None:
         if node.op != "lifetime":
@@ -152,7 +151,50 @@ def _lasting(sides: tuple[Sides, Sides], lifetimes: Mapping[int, Fraction]) -> t
         assert isinstance(number, int)
         return ratio(lifetimes[number] or Fraction(1))
 
-    left, right = (tuple(substitute(part, constant, memo) for part in side) for side in sides)
+    return _replaced(sides, constant)
+
+
+def _with_progress(constraint: Constraint, start: Fraction) -> Constraint:
+    """``constraint`` in the segment that begins at ``start``: how far through its step it is, is a constant or linear
+    in a clock. An integral remembers earlier segments, so what it integrates stays one function for all of them.
+    """
+
+    def value(node: Expr) -> Expr | None:
+        if node.op == "integral":
+            return substitute(node, lambda leaf: _whole(leaf) if leaf.op == "progress" else None)
+        if node.op != "progress":
+            return None
+        begin, end = _step_of(node)
+        if end is None:
+            return ZERO
+        return ONE if start >= end else _part(begin, end)
+
+    left, right = _replaced((constraint.left, constraint.right), value)
+    return constraint if left is constraint.left else replace(constraint, left=left, right=right)
+
+
+def _whole(node: Expr) -> Expr:
+    """A ``progress`` leaf as one function of time, from its step's time on."""
+    begin, end = _step_of(node)
+    if end is None:
+        return ZERO
+    return ONE if end <= begin else call("min", _part(begin, end), ONE)
+
+
+def _part(begin: Fraction, end: Fraction) -> Expr:
+    return div(clock(begin), ratio(end - begin))
+
+
+def _step_of(node: Expr) -> tuple[Fraction, Fraction | None]:
+    return cast(tuple[Fraction, Fraction | None], node.payload)
+
+
+def _replaced(sides: tuple[Sides, Sides], value: Callable[[Expr], Expr | None]) -> tuple[Sides, Sides]:
+    """Both sides with the leaves replaced for which there is a ``value``; unchanged if there is no such leaf."""
+    if not any(node.op in ("lifetime", "progress") for node in walk(*sides[0], *sides[1])):
+        return sides
+    memo: dict[Expr, Expr] = {}
+    left, right = (tuple(substitute(part, value, memo) for part in side) for side in sides)
     return left, right
 
 

@@ -21,7 +21,7 @@ from movimentum.drawing.arrows import arrow_parts
 from movimentum.drawing.model import DiscMark, FreeArrow, ImageMark, LinkMark, NoteMark, Point, PolylineMark, TextMark
 from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, TRACE_WIDTH, UNITS, color_of
 from movimentum.geometry import Affine
-from movimentum.rendering.prepare import PreparedMark
+from movimentum.rendering.prepare import PreparedMark, Trace
 from movimentum.vector.film import Film
 from movimentum.vector.images import embedded
 
@@ -113,6 +113,7 @@ class _Data:
                     "color": list(trace.mark.color),
                     "width": trace.mark.width,
                     "past": [] if trace.past is None else [[_short(x) for x in row] for row in trace.past.tolist()],
+                    **self._closing(trace),
                 }
                 for trace in prepared.traces
             ],
@@ -120,6 +121,12 @@ class _Data:
             "images": [data for _, data in pictures],
             "poses": base64.b64encode(data.astype("<f4").tobytes()).decode("ascii"),
         }
+
+    def _closing(self, trace: Trace) -> dict[str, Any]:
+        """The point at which a film begins again, if its last frame is shown."""
+        if trace.closing is None or self.film.poses.frames[-1] != trace.last:
+            return {}
+        return {"closing": [_short(x) for x in trace.closing[0].tolist()]}
 
     def _seen(self, item: PreparedMark) -> bool:
         return bool(self.film.paint(item)[0].any())

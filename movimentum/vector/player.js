@@ -430,6 +430,7 @@ class MovimentumPlayer {
       const [x, y] = shown ? this.world(trace.body, ...trace.point, frame) : [0, 0];
       go(x, y, shown);
     }
+    if (trace.closing && this.frame === this.film.frames - 1) go(...trace.closing);
     context.strokeStyle = `rgb(${trace.color.join(",")})`;
     context.lineWidth = trace.width;
     context.stroke();

@@ -190,6 +190,10 @@ class _SvgWriter:
         """A path for each interval in which the body is visible: a dash that becomes longer."""
         news = trace.points(self.film.poses)
         past = np.zeros((0, 3)) if trace.past is None else trace.past
+        now = len(past) + np.arange(len(news))  # the place of each frame drawn
+        if trace.closing is not None and self.film.poses.frames[-1] == trace.last:
+            news = np.concatenate([news, trace.closing])
+            now[-1] += 1
         points = np.clip(np.concatenate([past, news]), -FARTHEST, FARTHEST)
         points[:, :2] = np.round(points[:, :2], self._decimals)
         shown = points[:, 2] > 0.0
@@ -198,7 +202,6 @@ class _SvgWriter:
             where = points[first:end, :2]
             steps = np.hypot(*np.diff(where, axis=0).T)
             far = np.concatenate([[0.0], np.cumsum(steps)])
-            now = np.arange(len(past), len(points))  # the frames drawn
             kept = np.concatenate([[True], steps > 0.0])
             corners = where[kept]
             line = self._points([(x, y) for x, y in corners.tolist()])

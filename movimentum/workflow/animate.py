@@ -67,6 +67,8 @@ def animate(
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
     poses: PoseSource = PoseChunks(motion, shown, skip).held()
+    if timeline.loops and options.traces:
+        options = replace(options, closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
         options = replace(options, free=_free_marks(motion.path, times))

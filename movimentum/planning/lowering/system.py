@@ -29,7 +29,7 @@ from movimentum.planning.lowering.calculus import differentiate
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, System, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial
-from movimentum.planning.lowering.rewriting import angle_rows, cancelled, squared
+from movimentum.planning.lowering.rewriting import along_line, angle_rows, cancelled, squared
 from movimentum.planning.lowering.unknowns import (
     Accumulated,
     PoseCos,
@@ -259,6 +259,10 @@ class _Builder:
         residual = sub(left, right)
         form = poly.from_expression(residual)
         if form is None:
+            measure = along_line(left, right) or along_line(right, left)
+            if measure is not None:
+                self.add_equation(measure, poly.from_expression(measure), number, original=residual)
+                return
             rewritten = self._angle(left, right) or self._angle(right, left) or squared(residual)
             if rewritten is not None:
                 row, side = rewritten

@@ -96,7 +96,7 @@ def expand(
         constants=named,
         placements=expansion.placements,
         early=early,
-        film_loop=expansion.film_loop,
+        film_loops=tuple(expansion.film_loops),
     )
 
 
@@ -134,7 +134,7 @@ class _Expansion:
         self.configs: list[ConfigStatement] = []
         self.definitions: list[Definition] = []
         self.placements: dict[str, CopyFrame] = {}
-        self.film_loop: tuple[FilmLoop, int] | None = None
+        self.film_loops: list[tuple[FilmLoop, int]] = []
         self._strands: list[_Strand] = []
 
     def strand(self, scope: Scope) -> _Strand:
@@ -162,7 +162,7 @@ class _Expansion:
                     if said is not None:
                         strand.said.append(_Said(said, len(strand.steps) - 1 if strand.steps else None))
                 case FilmLoop():
-                    self._loop(item, scope, strand)
+                    self.film_loops.append((replace(item, span=scope.place(item.span)), len(strand.steps) - 1))
                 case _:
                     pass
 
@@ -183,14 +183,6 @@ class _Expansion:
         else:
             left, right = (local_in(placement, side, is_anchor) for side in (said.left, said.right))
         return replace(said, left=left, right=right)
-
-    def _loop(self, item: FilmLoop, scope: Scope, strand: _Strand) -> None:
-        made = replace(item, span=scope.place(item.span))
-        if self.film_loop is not None:
-            labels = (Label(self.film_loop[0].span, "the first one"),)
-            self.findings.error("name/duplicate", "a film begins again only once", made.span, labels=labels)
-            return
-        self.film_loop = made, len(strand.steps) - 1
 
     # --- steps
 
@@ -235,8 +227,7 @@ class _Expansion:
             return (), (), None
         order = [step for step, _ in steps]
         own = [index for index, (_, number) in enumerate(steps) if number >= 0]
-        if self.film_loop is not None and own:
-            self.film_loop = self.film_loop[0], own[max(self.film_loop[1], 0)]
+        self.film_loops = [(item, own[number] if number >= 0 else -1) for item, number in self.film_loops]
         end = order[-1].time if order else Fraction(0)
         found: list[Timed] = []
         for strand in copies:

@@ -50,7 +50,7 @@ class Expanded:
     """A script without constants, parts, copies and loops.
 
     ``early``: the first statement before the first step, if any. ``placements`` are those of things of placed copies,
-    by name. ``end``: the film begins again there, at step number ``end_step``.
+    by name. ``film_loops``: where the film begins again, with the number of the step (-1: before the first).
     """
 
     source: SourceText
@@ -61,4 +61,4 @@ class Expanded:
     constants: tuple[NamedConstant, ...] = ()
     placements: dict[str, CopyFrame] = field(default_factory=dict[str, CopyFrame])
     early: Statement | ClaimStatement | None = None
-    film_loop: tuple[FilmLoop, int] | None = None
+    film_loops: tuple[tuple[FilmLoop, int], ...] = ()
