@@ -140,7 +140,7 @@ def test_a_statement_of_a_placed_copy_keeps_its_key() -> None:
     with pytest.raises(MovimentumError, match="constraint/conflict"):
         mv.loads(text).solve()  # both hold together: they are stated in one step
     later = FOUR_BAR + "C : Linkage() .at([100, 50]); @0 @1 C.Rocker.R = [201, 11]; @3"
-    assert mv.loads(later).solve()["C.Rocker.R"][-1].tolist() == [201, 11]
+    assert mv.loads(later).solve()["C.Rocker.R"][-1].tolist() == pytest.approx([201, 11])
 
 
 # --- steps --------------------------------------------------------------------------------------------
