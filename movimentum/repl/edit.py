@@ -13,7 +13,7 @@ from movimentum.errors import ScriptError
 from movimentum.output.files import whole_file
 from movimentum.repl.command import Answer, Command, plain
 from movimentum.repl.session import Refused, Session, refused
-from movimentum.repl.text_edits import stated, statement_of, without
+from movimentum.repl.text_edits import stated, statement_of, typed_item, without
 from movimentum.scene.model import Constraint
 from movimentum.source import SourceText, edited
 from movimentum.syntax.suggest import nearest
@@ -111,7 +111,7 @@ def _stated(session: Session, text: str) -> Answer:
     if not after.work.moves:
         _refuse_typed(after, text, trial)
     new_scene = after.work.scene
-    typed = new_scene.steps[step].statements[-1]
+    typed = typed_item(scene, new_scene, step, text)
     own = tuple(
         item for item in scene.steps[step].statements if (item.key, item.relation) == (typed.key, typed.relation)
     )
@@ -153,17 +153,15 @@ def drop(session: Session, argument: str) -> Answer:
             *dict.fromkeys(f"drop {c.key} {c.relation}" for c in found),
         )
     own = [c for c in found if c.step == session.step]
-    text = session.text
     if not own or _stated_before(session, found[0]):  # otherwise an earlier step's would be in force again
         text = stated(work.scene, session.step, f"{found[0].key} {found[0].relation} _", own)
     else:
-        for item in sorted(own, key=lambda c: -c.span.start):
-            text = without(text, item)
+        text = without(work.scene, own)
     return _changed(session, text)
 
 
 def _left(session: Session, item: Constraint) -> str:
-    return " ".join(session.text[item.left_span.start : item.left_span.end].split())
+    return " ".join(session.work.scene.source.slice(item.left_span).split())
 
 
 def _stated_before(session: Session, item: Constraint) -> bool:
