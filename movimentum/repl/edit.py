@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import NoReturn
 
 from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text
-from movimentum.errors import ScriptError
+from movimentum.errors import MovimentumError, ScriptError
 from movimentum.output.files import whole_file
 from movimentum.repl.command import Answer, Command, plain
 from movimentum.repl.session import Refused, Session, refused
@@ -17,6 +17,7 @@ from movimentum.repl.text_edits import stated, statement_of, typed_item, without
 from movimentum.scene.model import Constraint
 from movimentum.source import SourceText, edited
 from movimentum.syntax.suggest import nearest
+from movimentum.text import time_text
 
 
 def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
@@ -59,12 +60,28 @@ def conflicts(session: Session, argument: str) -> Answer:
 def _changed(session: Session, text: str) -> Answer:
     """The session with another text, and the effect of the change."""
     after = session.edited(text)
+    if session.tell is not None and (said := _at_first_sight(after)):
+        session.tell(said)
     serious = [d for d in after.work.advice if d.severity is not Severity.NOTE]
     said = f"now {_summary(after)}"
     if not serious:
         return after, said
     after, listed = told(after, serious)
     return after, f"{listed}\n\n{said}"
+
+
+def _at_first_sight(session: Session) -> str:
+    """What can be said about the moment on show before the path is known; nothing where the path has to be awaited."""
+    work = session.work
+    if not work.moves:
+        return ""
+    timeline = work.timeline
+    time = min(max(session.time, timeline.start), timeline.end)
+    try:
+        poses = work.revision.glimpse(time)
+    except MovimentumError:
+        return ""
+    return "" if poses is None else f"it can hold at t = {time_text(float(time))}; the whole film is being solved …"
 
 
 def _summary(session: Session) -> str:

@@ -40,8 +40,8 @@ def read(path: str) -> SourceText:
 
 
 def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
-    """Every file that a command reads for a script: the script, what it includes and its pictures (without a scene, the files that it may
-    mean).
+    """Every file that a command reads for a script: the script, what it includes and its pictures (without a scene, the
+    files that it may mean).
     """
     if scene is None:
         return (source.path, *map(str, mentioned_files(source)))
