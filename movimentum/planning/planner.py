@@ -18,7 +18,7 @@ from movimentum.planning.lowering.system import build_system, with_rates, with_r
 from movimentum.planning.lowering.unknowns import Accumulated, Rate, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.decompose import Decomposition, Group, decompose, driven_angles
-from movimentum.scene.model import Anonymous, Scene
+from movimentum.scene.model import Anonymous, Bearing, Scene
 from movimentum.timeline.model import Segment
 
 HIGHEST_RATE = 4
@@ -51,7 +51,18 @@ class Structure:
 
 def structure_of(scene: Scene, segment: Segment) -> Structure:
     """The equations of ``segment`` in groups; raises `CyclicRateError`."""
-    system = build_system(scene, segment)
+    found = _structured(build_system(scene, segment))
+    gears = {
+        equation.constraint
+        for equation in found.system.equations
+        if any(isinstance(found.system.unknowns[n].payload, Bearing) for n in equation.unknowns)
+    }
+    if gears and any(found.system.equations[n].constraint in gears for n in found.decomposition.checks):
+        return _structured(build_system(scene, segment, rolling=True))
+    return found
+
+
+def _structured(system: System) -> Structure:
     driven = driven_angles(system, with_rigidity)
     return _structure(with_rigidity(system, driven), driven, frozenset())
 

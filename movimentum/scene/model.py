@@ -60,6 +60,27 @@ class Anonymous:
     span: Span = field(compare=False)
 
 
+@dataclass(frozen=True, slots=True)
+class GearPair:
+    """How many degrees thing ``second`` is turned beyond where it runs with thing ``first``: by their teeth, or by a
+    ``belt`` (``crossed``: which turns them against each other). The timeline replaces it by an expression of angles.
+    """
+
+    first: int
+    second: int
+    belt: bool
+    crossed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Bearing:
+    """The direction from one anchor to another, in degrees, continuous over time; ``drawn``: as they are drawn."""
+
+    start: AnchorRef
+    end: AnchorRef
+    drawn: float
+
+
 # --- things ---------------------------------------------------------------------------------------
 
 
@@ -71,6 +92,8 @@ class Shape(StrEnum):
     ARROW = "arrow"
     DISC = "disc"
     LABEL = "label"
+    GEAR = "gear"
+    RACK = "rack"
     LINE = "line"
 
 
@@ -127,6 +150,9 @@ class Thing:
     layer: float | None = None
     scale: float = 1.0
     hidden: bool = False
+    teeth: int | None = None
+    module: float | None = None
+    inner: bool = False
 
     @property
     def is_body(self) -> bool:
