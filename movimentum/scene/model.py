@@ -187,7 +187,8 @@ class Constraint:
     ``key`` is the canonical text of the left-hand side (meaning, not white space); together with the relation it is
     what a later step can restate or end. ``anchor`` is set where the left-hand side is just one anchor. ``.t`` is
     already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number. ``strict`` distinguishes
-    ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit.
+    ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit. ``paired``: about
+    gears or a belt, whose leaves the timeline has replaced.
     """
 
     number: int
@@ -201,6 +202,7 @@ class Constraint:
     anchor: AnchorRef | None = None
     strict: bool = False
     speed: float | None = None
+    paired: bool = False
 
 
 @dataclass(frozen=True, slots=True)

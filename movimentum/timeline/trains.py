@@ -234,4 +234,4 @@ def _with_values(item: Constraint, value: Callable[[int, GearPair], Expr]) -> Co
         return found.get(node.payload) if isinstance(node.payload, GearPair) else None
 
     left, right = (tuple(substitute(part, leaf) for part in side) for side in (item.left, item.right))
-    return replace(item, left=left, right=right)
+    return replace(item, left=left, right=right, paired=True)
