@@ -25,11 +25,13 @@ from movimentum.scene.model import (
     AnchorRef,
     Constraint,
     Ending,
+    GearPair,
     Relation,
     Scene,
     Step,
     Variable,
 )
+from movimentum.scene.pairs import uncrossed
 from movimentum.scene.resolve import (
     AngleUse,
     PropertyUse,
@@ -161,10 +163,12 @@ def _at_the_end(script: ScriptTree, source: SourceText) -> tuple[int, str]:
 
 
 def _draft(statement: Statement | ClaimStatement, step: int, table: ThingTable, findings: Findings) -> Draft | None:
+    first, second, crossed = uncrossed(statement)
+    statement = replace(statement, left=first, right=second)
     left = tuple(postorder(statement.left))
     ends = isinstance(statement.right, Blank)
     right = None if ends else tuple(postorder(statement.right))
-    meanings = resolve(left if right is None else (*left, *right), table, findings)
+    meanings = resolve(left if right is None else (*left, *right), table, findings, crossed=crossed)
     return None if meanings is None else Draft(step, statement, left, right, meanings)
 
 
@@ -339,4 +343,7 @@ def _mentioned(drafts: list[Draft]) -> dict[int, int]:
             for meaning in draft.meanings.values():
                 if isinstance(meaning, AnchorRef | AngleUse | PropertyUse):
                     found.setdefault(meaning.thing, draft.step)
+                elif isinstance(meaning, GearPair):
+                    found.setdefault(meaning.first, draft.step)
+                    found.setdefault(meaning.second, draft.step)
     return found

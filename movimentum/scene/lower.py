@@ -39,12 +39,13 @@ from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
     Anonymous,
+    GearPair,
     Thing,
     ThingAngle,
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PropertyUse, Swallowed, VariableUse
+from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PassedOn, PropertyUse, Swallowed, VariableUse
 from movimentum.scene.values import Value, from_line, length_of, piecewise, ranged, transition
 from movimentum.source import Span
 from movimentum.syntax.printer import expression_text
@@ -142,6 +143,8 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
         )
     if isinstance(meaning, AngleUse):
         return (symbol(ThingAngle(meaning.thing)),)
+    if isinstance(meaning, GearPair):
+        return (symbol(meaning),)
     if isinstance(meaning, PropertyUse):
         return (symbol(ThingProperty(meaning.thing, meaning.name)),)
     match node:
@@ -194,6 +197,8 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
             return of(node.components[0])[0], of(node.components[1])[0]
         case Member():
             meaning = meanings[id(node)]
+            if isinstance(meaning, PassedOn):
+                return of(node.operand)
             assert isinstance(meaning, ComponentUse)
             return (_component(of(node.operand), meaning.name),)
         case Rotate():

@@ -62,6 +62,27 @@ class Anonymous:
     span: Span = field(compare=False)
 
 
+@dataclass(frozen=True, slots=True)
+class GearPair:
+    """How many degrees thing ``second`` is turned beyond where it runs with thing ``first``: by their teeth, or by a
+    ``belt`` (``crossed``: which turns them against each other). The timeline replaces it by an expression of angles.
+    """
+
+    first: int
+    second: int
+    belt: bool
+    crossed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Bearing:
+    """The direction from one anchor to another, in degrees, continuous over time; ``drawn``: as they are drawn."""
+
+    start: AnchorRef
+    end: AnchorRef
+    drawn: float
+
+
 # --- things ---------------------------------------------------------------------------------------
 
 
@@ -73,6 +94,8 @@ class Shape(StrEnum):
     ARROW = "arrow"
     DISC = "disc"
     LABEL = "label"
+    GEAR = "gear"
+    RACK = "rack"
     LINE = "line"
 
 
@@ -131,6 +154,9 @@ class Thing:
     scale: float = 1.0
     hidden: bool = False
     placement: CopyFrame = HERE
+    teeth: int | None = None
+    module: float | None = None
+    inner: bool = False
 
     @property
     def is_body(self) -> bool:
@@ -165,7 +191,8 @@ class Constraint:
     ``key`` is the canonical text of the left-hand side (meaning, not white space); together with the relation it is
     what a later step can restate or end. ``anchor`` is set where the left-hand side is just one anchor. ``.t`` is
     already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number. ``strict`` distinguishes
-    ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit.
+    ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit. ``paired``: about
+    gears or a belt, whose leaves the timeline has replaced.
     """
 
     number: int
@@ -179,6 +206,7 @@ class Constraint:
     anchor: AnchorRef | None = None
     strict: bool = False
     speed: float | None = None
+    paired: bool = False
 
 
 @dataclass(frozen=True, slots=True)

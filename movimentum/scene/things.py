@@ -40,10 +40,12 @@ OPTIONS: dict[str, tuple[int, frozenset[Shape]]] = {
     "scale": (1, frozenset({Shape.SPRITE})),
     "topleft": (0, frozenset({Shape.SPRITE})),
     "hidden": (0, frozenset(Shape)),
+    "inner": (0, frozenset({Shape.GEAR})),
 }
 """Option -> how many arguments it takes, and the shapes it fits."""
 
 _LEAST_ANCHORS = {Shape.SPRITE: 0, Shape.BAR: 2, Shape.ARROW: 2, Shape.DISC: 1, Shape.LABEL: 1, Shape.LINE: 2}
+_LEAST_ANCHORS |= {Shape.GEAR: 1, Shape.RACK: 2}
 _CALLED = {
     Shape.SPRITE: "a picture",
     Shape.BAR: "a `.bar`",
@@ -51,6 +53,8 @@ _CALLED = {
     Shape.DISC: "a `.disc`",
     Shape.LABEL: "a `.label`",
     Shape.LINE: "a `.line`",
+    Shape.GEAR: "a `.gear`",
+    Shape.RACK: "a `.rack`",
 }
 
 
@@ -64,6 +68,7 @@ class Options:
     scale: float = 1.0
     topleft: bool = False
     hidden: bool = False
+    inner: bool = False
 
 
 def build_things(
@@ -100,6 +105,8 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
     size: tuple[int, int] | None = None
     radius: float | None = None
     text: str | None = None
+    teeth: int | None = None
+    module: float | None = None
     argument = definition.shape.arguments[0] if definition.shape.arguments else None
     if shape is Shape.SPRITE:
         assert isinstance(argument, Text)
@@ -108,6 +115,10 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
     elif shape is Shape.DISC:
         assert argument is not None
         radius = _positive(argument, "a disc's radius", findings)
+    elif shape in (Shape.GEAR, Shape.RACK):
+        number_of_teeth = _positive(argument, "the number of teeth", findings) if argument is not None else None
+        teeth = None if number_of_teeth is None else round(number_of_teeth)
+        module = _positive(definition.shape.arguments[1], "the module", findings)
     elif shape is Shape.LABEL:
         assert isinstance(argument, Text)
         text = argument.text
@@ -143,6 +154,9 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
         layer=options.layer,
         scale=options.scale,
         hidden=options.hidden,
+        teeth=teeth,
+        module=module,
+        inner=options.inner,
     )
 
 
@@ -299,6 +313,8 @@ def _options(options: list[Option], shape: Shape, findings: Findings) -> Options
         match option.name:
             case "topleft":
                 read = replace(read, topleft=True)
+            case "inner":
+                read = replace(read, inner=True)
             case "hidden":
                 read = replace(read, hidden=True)
             case "color":

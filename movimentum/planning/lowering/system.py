@@ -45,6 +45,7 @@ from movimentum.planning.lowering.unknowns import (
 from movimentum.scene.model import (
     AnchorCoordinate,
     Anonymous,
+    Bearing,
     Constraint,
     Relation,
     Scene,
@@ -53,6 +54,7 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
+from movimentum.scene.names import symbol_name
 from movimentum.timeline.model import Segment
 
 FAR = 1e3
@@ -92,7 +94,13 @@ class _Builder:
     """Collects unknowns and equations while a segment is lowered."""
 
     def __init__(
-        self, scene: Scene, segment: Segment, frames: dict[int, BodyFrame], shift: tuple[float, float]
+        self,
+        scene: Scene,
+        segment: Segment,
+        frames: dict[int, BodyFrame],
+        shift: tuple[float, float],
+        *,
+        rolling: bool = False,
     ) -> None:
         self.scene = scene
         self.segment = segment
@@ -106,6 +114,7 @@ class _Builder:
         self.memo: dict[Expr, Expr] = {}
         self.constraint: Constraint | None = None
         self.integrals = 0
+        self.rolling = rolling
 
     # unknowns
 
@@ -148,12 +157,40 @@ class _Builder:
                 return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.angle"))
             case ThingProperty(thing, name):
                 return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.{name}"))
+            case Bearing():
+                return self._bearing(payload)
             case VariableComponent(name, axis):
                 return symbol(self.unknown(payload, name if axis is None else f"{name}.{'xy'[axis]}"))
             case Anonymous(number, axis, _):
                 return symbol(self.unknown(payload, f"_{number}" if axis is None else f"_{number}.{'xy'[axis]}"))
             case _:
                 raise TypeError(payload)
+
+    def _bearing(self, bearing: Bearing) -> Expr:
+        """A direction between two anchors: an unknown that follows them, or (``rolling``) may determine them."""
+        if bearing in self.number_of:
+            return symbol(self.number_of[bearing])
+        number = self.unknown(bearing, symbol_name(self.scene, bearing))
+        (x0, y0), (x1, y1) = (
+            [self.lower(symbol(AnchorCoordinate(ref.thing, ref.anchor, axis))) for axis in (0, 1)]
+            for ref in (bearing.start, bearing.end)
+        )
+        seen = call("atan2d", sub(y1, y0), sub(x1, x0))
+        constraint = -1 if self.constraint is None else self.constraint.number
+        if self.rolling:
+            self._equate(seen, symbol(number), constraint)
+            return symbol(number)
+        self.equations.append(
+            Equation(
+                number=len(self.equations),
+                residual=sub(symbol(number), seen),
+                unknowns=frozenset({number, *symbol_numbers(seen)}),
+                targets=(number,),
+                constraint=constraint,
+                form=Form.WINDING,
+            )
+        )
+        return symbol(number)
 
     def _integral(self, node: Expr) -> Expr:
         integrand = self.memo[node.args[0]]
@@ -284,9 +321,12 @@ def _apart(left: Expr, right: Expr) -> Expr:
     return sub(call("mod", add(error, half), const(360.0)), half)
 
 
-def build_system(scene: Scene, segment: Segment) -> System:
-    """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`."""
-    builder = _Builder(scene, segment, body_frames(scene, segment.active), scene_shift(scene))
+def build_system(scene: Scene, segment: Segment, *, rolling: bool = False) -> System:
+    """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`.
+
+    ``rolling``: directions between gears' centres may say where the centres are (one rolls on the other).
+    """
+    builder = _Builder(scene, segment, body_frames(scene, segment.active), scene_shift(scene), rolling=rolling)
     for constraint in segment.active:
         builder.constrain(constraint)
     return _finished(builder)
