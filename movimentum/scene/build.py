@@ -34,7 +34,7 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
-from movimentum.scene.things import ImageSize, build_things
+from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import (
     Blank,
@@ -50,16 +50,27 @@ from movimentum.syntax.tree import (
 )
 
 
-def build(script: ScriptTree, source: SourceText, image_size: ImageSize, *, max_pixels: int = MAX_PIXELS) -> Scene:
+def build(
+    script: ScriptTree,
+    source: SourceText,
+    image_size: ImageSize,
+    *,
+    max_pixels: int = MAX_PIXELS,
+    element: ElementPlace | None = None,
+) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
     ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
-    folder. Raises ScriptError with all errors of the script (and its warnings) at once.
+    folder. ``element`` gives the centre of an element of an SVG in the same way.
+
+    Raises ScriptError with all errors of the script (and its warnings) at once.
     """
     findings = Findings(source)
     config = build_config([item for item in script.items if isinstance(item, ConfigStatement)], max_pixels, findings)
     things, table = build_things(
-        [item for item in script.items if isinstance(item, Definition)], _folder(source), image_size, findings
+        [item for item in script.items if isinstance(item, Definition)],
+        Assets(_folder(source), image_size, element),
+        findings,
     )
     times, spans, drafts = _steps(script, table, findings)
     inference, sound = _kinds(drafts, findings)

@@ -16,6 +16,7 @@ from movimentum.syntax.tree import (
     Blank,
     Call,
     Clock,
+    Constant,
     Expression,
     Member,
     Name,
@@ -42,6 +43,8 @@ def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | 
     for node in postorder(root):
         match node:
             case Number():
+                value = Fraction(node.value)
+            case Constant():
                 value = Fraction(node.value)
             case Negate():
                 value = -values[id(node.operand)]

@@ -28,6 +28,7 @@ from movimentum.expressions import (
     mul,
     neg,
     power,
+    ratio,
     sub,
     symbol,
 )
@@ -41,12 +42,13 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PropertyUse, Swallowed, VariableUse
+from movimentum.scene.resolve import AngleUse, ComponentUse, KnownPlace, Meanings, PropertyUse, Swallowed, VariableUse
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
     Blank,
     Call,
     Clock,
+    Constant,
     Expression,
     Member,
     Negate,
@@ -136,6 +138,8 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
         return (symbol(ThingAngle(meaning.thing)),)
     if isinstance(meaning, PropertyUse):
         return (symbol(ThingProperty(meaning.thing, meaning.name)),)
+    if isinstance(meaning, KnownPlace):
+        return meaning.value
     match node:
         case Number():
             value = float(node.value)
@@ -143,6 +147,10 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
                 context.findings.error("kind/not-finite", "this number is too large", node.span)
                 value = 1.0
             return (const(value),)
+        case Constant():
+            if isinstance(node.computed, Expr):
+                return (node.computed,)
+            return (ratio(node.value) if isinstance(node.value, Fraction) else const(node.value),)
         case Blank():
             number = next(context.blanks)
             if context.inference.kind(node) is Kind.VECTOR:
