@@ -39,7 +39,7 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
-from movimentum.scene.things import ImageSize, build_things
+from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
@@ -63,19 +63,23 @@ def build(
     read_text: ReadText | None = None,
     settings: Mapping[str, str] | None = None,
     added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
+    element: ElementPlace | None = None,
 ) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
     ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
-    folder; ``read_text`` likewise the text of an included file. ``settings``: constant expressions by name, which take
-    the place of the script's own constants. ``added``: more statements for steps, by number, at places of their own.
+    folder; ``read_text`` likewise the text of an included file, ``element`` the centre of an element of an SVG.
+    ``settings``: constant expressions by name, which take the place of the script's own constants. ``added``: more
+    statements for steps, by number, at places of their own.
+
     Raises ScriptError with all errors of the script (and its warnings) at once, and UsageError for a wrong setting.
     """
     findings = Findings(source)
     expanded = expand(script, source, findings, read_text or _no_files, settings or {}, added)
     findings.source = expanded.source
     config = build_config(list(expanded.configs), max_pixels, findings)
-    things, table = build_things(expanded.definitions, expanded.placements, folder(source), image_size, findings)
+    assets = Assets(folder(source), image_size, element)
+    things, table = build_things(expanded.definitions, expanded.placements, assets, findings)
     drafts = list(_drafts(expanded, table, findings))
     times = [step.time for step in expanded.steps]
     loop = build_loop(expanded, findings)

@@ -45,7 +45,16 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PassedOn, PropertyUse, Swallowed, VariableUse
+from movimentum.scene.resolve import (
+    AngleUse,
+    ComponentUse,
+    KnownPlace,
+    Meanings,
+    PassedOn,
+    PropertyUse,
+    Swallowed,
+    VariableUse,
+)
 from movimentum.scene.values import Value, from_line, length_of, piecewise, ranged, transition
 from movimentum.source import Span
 from movimentum.syntax.printer import expression_text
@@ -147,6 +156,8 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
         return (symbol(meaning),)
     if isinstance(meaning, PropertyUse):
         return (symbol(ThingProperty(meaning.thing, meaning.name)),)
+    if isinstance(meaning, KnownPlace):
+        return meaning.value
     match node:
         case Number():
             value = float(node.value)

@@ -62,8 +62,8 @@ def animate(
         from movimentum.vector.write import refuse_too_long
 
         refuse_too_long(scene, len(shown), target)
-    known_size = scene.config.size is not None and not options.traces and Show.FREE not in options.show
-    ready = way_to(kind, scene, (), options) if known_size else None  # what is too large is refused before the work
+    # what is too large is refused before the work
+    ready = way_to(kind, scene, (), options) if _is_ready(scene, options) else None
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
     poses: PoseSource = PoseChunks(motion, shown, skip).held()
@@ -92,6 +92,15 @@ def animate(
             raise ScriptError(diagnostics)
     unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: report it
     return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
+
+
+def _is_ready(scene: Scene, options: PictureOptions) -> bool:
+    """Whether a picture needs no other poses than its own."""
+    from movimentum.drawing.options import Show
+    from movimentum.rendering.prepare import needs_film
+
+    alone = not (options.traces or needs_film(scene))
+    return scene.config.size is not None and alone and Show.FREE not in options.show
 
 
 def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timeline:
