@@ -202,6 +202,11 @@ class Unfolding:
         self._length = len(source.text)
         self._passages: list[Passage] = []
 
+    @property
+    def length(self) -> int:
+        """How many characters there are so far."""
+        return self._length
+
     def enter(self, file: SourceText, span: Span, title: str = "", used: Span | None = None) -> int:
         """Append a passage of ``file``; what to add to offsets in that file to have those of the passage."""
         start = self._length + 1
