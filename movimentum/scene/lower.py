@@ -220,22 +220,7 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
         case Negate():
             return tuple(neg(part) for part in of(node.operand))
         case Power():
-            exponent = of(node.exponent)[0].value
-            if exponent is None:
-                context.findings.error(
-                    "kind/not-constant",
-                    "an exponent must be a constant",
-                    node.exponent.span,
-                    helps=(
-                        replacement(
-                            "write `.exp(n * .ln(s))` for a power that changes",
-                            node.span,
-                            f".exp(({expression_text(node.exponent)}) * .ln({expression_text(node.base)}))",
-                        ),
-                    ),
-                )
-                return (ONE,)
-            return (power(of(node.base)[0], exponent),)
+            return _power(node, of(node.base)[0], of(node.exponent)[0].value, context)
         case Sum():
             signs = (Operator.PLUS, *node.operators)
             terms = [
@@ -259,6 +244,19 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
             return transition(of(node.start), of(node.end), progress(context.step_time, context.step_end))
         case _:
             raise AssertionError(f"{type(node).__name__} is a leaf")
+
+
+def _power(node: Power, base: Expr, exponent: float | None, context: Context) -> Value:
+    if exponent is None:
+        power_help = f".exp(({expression_text(node.exponent)}) * .ln({expression_text(node.base)}))"
+        context.findings.error(
+            "kind/not-constant",
+            "an exponent must be a constant",
+            node.exponent.span,
+            helps=(replacement("write `.exp(n * .ln(s))` for a power that changes", node.span, power_help),),
+        )
+        return (ONE,)
+    return (power(base, exponent),)
 
 
 def _from_line(node: Call, arguments: list[Value], meanings: Meanings, context: Context) -> Value:

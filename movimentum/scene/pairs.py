@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from movimentum.diagnostics import Label, replacement
+import re
+
+from movimentum.diagnostics import Fix, Label, replacement
 from movimentum.scene.findings import Findings
 from movimentum.scene.gears import pitch_radius
 from movimentum.scene.model import GearPair, Shape, Thing
+from movimentum.source import Span
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import Call, ClaimStatement, Expression, Member, Name, Statement
 
@@ -88,10 +91,10 @@ def _thing(argument: Expression, function: str, known: dict[str, Thing], finding
     if not _fits(thing, function):
         findings.error(
             "kind/mismatch",
-            f"`.{function}` is for {wanted}, and `{thing.name}` is neither",
+            f"`.{function}` is for {wanted}, and `{thing.name}` is {'a ring' if thing.inner else 'neither'}",
             argument.span,
             labels=(Label(thing.name_span, f"`{thing.name}` is defined here"),),
-            helps=(_remedy(thing, function),),
+            helps=_remedy(thing, function, findings),
         )
         return None
     return thing
@@ -103,13 +106,21 @@ def _fits(thing: Thing, function: str) -> bool:
     return thing.shape in (Shape.GEAR, Shape.RACK) and thing.module is not None and thing.teeth is not None
 
 
-def _remedy(thing: Thing, function: str) -> str:
+def _remedy(thing: Thing, function: str, findings: Findings) -> tuple[str | Fix, ...]:
+    """The definition as it should be."""
+    if thing.inner:
+        return ()
     if function == "belt":
-        return f"define it as a wheel: `{thing.name} : .disc(30) …`"
-    if thing.shape is Shape.DISC and thing.radius is not None:
-        module = float_text(round(thing.radius / 10.0, 6))
-        return f"define it as a gear: `{thing.name} : .gear(20, {module}) …` is as large"
-    return f"define it as a gear: `{thing.name} : .gear(20, 4) …`"
+        return (f"define it as a wheel: `{thing.name} : .disc(30) …`",)
+    if thing.shape is not Shape.DISC or thing.radius is None:
+        return (f"define it as a gear: `{thing.name} : .gear(20, 4) …`",)
+    gear = f".gear(20, {float_text(round(thing.radius / 10.0, 6))})"
+    title = f"define it as a gear: `{thing.name} : {gear} …` is as large"
+    written = re.search(r"\.disc\s*\([^()]*\)", findings.source.slice(thing.span))
+    if written is None:
+        return (title,)
+    start = thing.span.start
+    return (replacement(title, Span(start + written.start(), start + written.end()), gear),)
 
 
 def _can_mesh(node: Call, first: Thing, second: Thing, findings: Findings) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
 
@@ -190,19 +190,27 @@ def expression_text(root: Expression) -> str:
                     pieces.append(f" {operator} {unturned(operand)}")
                 made = "".join(pieces), _PRODUCT
             case Range():
-                pieces = [f"{{ {done[id(node.subject)][0]} : {done[id(node.values[0])][0]}"]
-                for bound, value in zip(node.bounds, node.values[1:], strict=True):
-                    pieces.append(f" > {done[id(bound)][0]} : {done[id(value)][0]}")
-                made = "".join(pieces) + " }", _ATOM
+                made = _range_value_text(node, done), _ATOM
             case Piecewise():
-                cases = zip(node.lefts, node.comparisons, node.rights, node.values, strict=False)
-                pieces = [
-                    f"{done[id(left)][0]} {sign} {done[id(right)][0]} : {done[id(value)][0]}; "
-                    for left, sign, right, value in cases
-                ]
-                made = "{ " + "".join(pieces) + done[id(node.values[-1])][0] + " }", _ATOM
+                made = _piecewise_text(node, done), _ATOM
         done[id(node)] = made
     return done[id(root)][0]
+
+
+def _range_value_text(node: Range, done: Mapping[int, tuple[str, int]]) -> str:
+    pieces = [f"{{ {done[id(node.subject)][0]} : {done[id(node.values[0])][0]}"]
+    for bound, value in zip(node.bounds, node.values[1:], strict=True):
+        pieces.append(f" > {done[id(bound)][0]} : {done[id(value)][0]}")
+    return "".join(pieces) + " }"
+
+
+def _piecewise_text(node: Piecewise, done: Mapping[int, tuple[str, int]]) -> str:
+    cases = zip(node.lefts, node.comparisons, node.rights, node.values, strict=False)
+    pieces = [
+        f"{done[id(left)][0]} {sign} {done[id(right)][0]} : {done[id(value)][0]}; "
+        for left, sign, right, value in cases
+    ]
+    return "{ " + "".join(pieces) + done[id(node.values[-1])][0] + " }"
 
 
 def _leaf_text(node: Number | Name | Blank | Constant | Element | Clock) -> tuple[str, int]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from movimentum.expressions import Expr, add, call, const, evaluate_op, sub, symbol, symbols, walk
-from movimentum.scene.model import AnchorCoordinate, AnchorRef, Bearing, Constraint, Relation, Scene, ThingAngle
+from movimentum.scene.model import Anchor, AnchorCoordinate, AnchorRef, Bearing, Constraint, Relation, Scene, ThingAngle
 
 Place = AnchorRef | tuple[float, float]
 """An anchor, or a point that is stated by numbers."""
@@ -113,16 +113,37 @@ class Joints:
 
     def _carried(self, at_first: Sequence[Place], at_second: Sequence[Place]) -> Direction | None:
         """That of a thing with anchors at both places: its turn, and the direction as it is drawn."""
-        for one in at_first:
-            for other in at_second:
-                if not isinstance(one, AnchorRef) or not isinstance(other, AnchorRef) or one.thing != other.thing:
-                    continue
-                anchors = self._scene.things[one.thing].anchors
-                (x0, y0), (x1, y1) = anchors[one.anchor].coordinates, anchors[other.anchor].coordinates
-                drawn = _towards(sub(x1, x0), sub(y1, y0))
-                if anchors[one.anchor].local != anchors[other.anchor].local:
-                    return Direction(add(symbol(ThingAngle(one.thing)), drawn), drawn.value or 0.0)
+        for thing, (x0, y0) in self._points(at_first):
+            for other, (x1, y1) in self._points(at_second):
+                if thing == other and (x0.value, y0.value) != (x1.value, y1.value):
+                    drawn = _towards(sub(x1, x0), sub(y1, y0))
+                    return Direction(add(symbol(ThingAngle(thing)), drawn), drawn.value or 0.0)
         return None
+
+    def _points(self, places: Sequence[Place]) -> list[tuple[int, Pair]]:
+        """The points of things at ``places``, as they are drawn: anchors, and what is stated to turn with a thing about
+        one of its anchors (``Arm.O + [40,0].r(Arm.angle)``).
+        """
+        found = [(place.thing, self._anchor(place).coordinates) for place in places if isinstance(place, AnchorRef)]
+        for place in places:
+            for x, y in self._stated.get(place, ()):
+                for payload in symbols(x):
+                    if not isinstance(payload, AnchorCoordinate):
+                        continue
+                    base = AnchorRef(payload.thing, payload.anchor)
+                    origin = _coordinates(base)
+                    turned = _rotation(_terms(sub(x, origin[0])), _terms(sub(y, origin[1])))
+                    if turned is None or not isinstance(turned[0].payload, ThingAngle):
+                        continue
+                    thing = turned[0].payload.thing
+                    for other in self._all(base):
+                        if isinstance(other, AnchorRef) and other.thing == thing:
+                            x0, y0 = self._anchor(other).coordinates
+                            found.append((thing, (add(x0, const(turned[1][0])), add(y0, const(turned[1][1])))))
+        return found
+
+    def _anchor(self, ref: AnchorRef) -> Anchor:
+        return self._scene.things[ref.thing].anchors[ref.anchor]
 
     def _turned(self, at_first: Sequence[Place], at_second: Sequence[Place], more: float = 0.0) -> Direction | None:
         """``B.C = A.C + [r, 0].r(e)``: e, and the direction of the vector that is turned."""
@@ -133,7 +154,8 @@ class Joints:
                     found = _rotation(_terms(sub(x, origin[0])), _terms(sub(y, origin[1])))
                     if found is None:
                         continue
-                    turn, towards = found
+                    turn, (a, b) = found
+                    towards = _towards(const(a), const(b))
                     known = value_at(turn, self._start)
                     value = add(turn, add(towards, const(more)))
                     return Direction(value, (known or 0.0) + (towards.value or 0.0) + more)
@@ -203,8 +225,8 @@ def _terms(root: Expr) -> dict[Expr | None, float]:
     return {term: factor for term, factor in terms.items() if factor != 0.0}
 
 
-def _rotation(x: dict[Expr | None, float], y: dict[Expr | None, float]) -> tuple[Expr, Expr] | None:
-    """(turn, direction) of a constant vector (a, b) that is turned: x = a cos - b sin, y = a sin + b cos."""
+def _rotation(x: dict[Expr | None, float], y: dict[Expr | None, float]) -> tuple[Expr, tuple[float, float]] | None:
+    """(turn, (a, b)) of a constant vector that is turned: x = a cos - b sin, y = a sin + b cos."""
     turns = {term.args[0] for term in (*x, *y) if term is not None and term.op in ("cosd", "sind")}
     if len(turns) != 1 or not x:
         return None
@@ -217,4 +239,4 @@ def _rotation(x: dict[Expr | None, float], y: dict[Expr | None, float]) -> tuple
     a, b = x.get(c, 0.0), y.get(c, 0.0)
     if y.get(s, 0.0) != a or x.get(s, 0.0) != -b:
         return None
-    return turn, _towards(const(a), const(b))
+    return turn, (a, b)

@@ -30,6 +30,7 @@ from movimentum.planning.lowering.equations import Equation, Form, Inequality, S
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.rewriting import along_line, angle_rows, cancelled, squared
+from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.lowering.unknowns import (
     Accumulated,
     PoseCos,
@@ -56,38 +57,6 @@ from movimentum.scene.model import (
 )
 from movimentum.scene.names import symbol_name
 from movimentum.timeline.model import Segment
-
-FAR = 1e3
-"""How many sizes of its largest thing a scene may lie from the world's origin before it is shifted there."""
-
-
-def scene_shift(scene: Scene) -> tuple[float, float]:
-    """The world point that positions are solved relative to: (0, 0), except for a scene that lies far from there.
-
-    A mechanism of size 1 at 1e8 would lose all its digits in squares of its coordinates. Only numbers that the script
-    states are asked (fixed points, else things as drawn), so that a moved scene is solved alike.
-    """
-    drawn = [anchor.local for thing in scene.things if thing.is_body for anchor in thing.anchors]
-    fixed: list[tuple[float, float]] = []
-    for constraint in scene.constraints():
-        if constraint.relation is Relation.EQUAL and constraint.anchor is not None and len(constraint.right) == 2:
-            x, y = constraint.right[0].value, constraint.right[1].value
-            if x is not None and y is not None:
-                fixed.append((x, y))
-    points = fixed or drawn
-    if not points:
-        return 0.0, 0.0
-    middle = len(points) // 2
-    x, y = sorted(p[0] for p in points)[middle], sorted(p[1] for p in points)[middle]
-    extent = max(
-        (
-            max(p[axis] for p in some) - min(p[axis] for p in some)
-            for some in ([anchor.local for anchor in t.anchors] for t in scene.things if t.is_body and t.anchors)
-            for axis in (0, 1)
-        ),
-        default=0.0,
-    ) or max(max(p[axis] for p in points) - min(p[axis] for p in points) for axis in (0, 1))
-    return (x, y) if extent > 0.0 and max(abs(x), abs(y)) > FAR * extent else (0.0, 0.0)
 
 
 class _Builder:
@@ -171,14 +140,12 @@ class _Builder:
         if bearing in self.number_of:
             return symbol(self.number_of[bearing])
         number = self.unknown(bearing, symbol_name(self.scene, bearing))
-        (x0, y0), (x1, y1) = (
-            [self.lower(symbol(AnchorCoordinate(ref.thing, ref.anchor, axis))) for axis in (0, 1)]
-            for ref in (bearing.start, bearing.end)
-        )
+        ends = ((AnchorCoordinate(p.thing, p.anchor, axis) for axis in (0, 1)) for p in (bearing.start, bearing.end))
+        (x0, y0), (x1, y1) = ([self.lower(symbol(coordinate)) for coordinate in each] for each in ends)
         seen = call("atan2d", sub(y1, y0), sub(x1, x0))
-        constraint = -1 if self.constraint is None else self.constraint.number
+        assert self.constraint is not None
         if self.rolling:
-            self._equate(seen, symbol(number), constraint)
+            self._equate(seen, symbol(number), self.constraint.number)
             return symbol(number)
         self.equations.append(
             Equation(
@@ -186,7 +153,7 @@ class _Builder:
                 residual=sub(symbol(number), seen),
                 unknowns=frozenset({number, *symbol_numbers(seen)}),
                 targets=(number,),
-                constraint=constraint,
+                constraint=self.constraint.number,
                 form=Form.WINDING,
             )
         )
