@@ -61,7 +61,7 @@ def build_things(
     things = [_thing(number, item, assets, findings) for number, item in enumerate(kept.values())]
     table = ThingTable(things)
     for number, definition in enumerate(kept.values()):
-        if not things[number].is_body:
+        if _follows(definition, things[number].shape):
             things[number] = replace(things[number], through=_references(definition, table, findings))
     return tuple(things), ThingTable(things)
 
