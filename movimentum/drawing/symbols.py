@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from movimentum.analysis.live import ARROW
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.figures import support
 from movimentum.drawing.model import SymbolMark
@@ -115,14 +116,10 @@ def arc_angles(mark: SymbolMark, points: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def arrow_of(mark: SymbolMark, poses: Poses) -> FloatArray:
-    """(F, 2): the arrow of a vector, in world pixels; the numbers travel with the poses (`LIVE_X`, `LIVE_Y`)."""
+    """(F, 2): the arrow of a vector, in world pixels; the numbers travel with the poses (`analysis.live`)."""
     thing, count = mark.paint.thing, len(poses.frames)
     none = np.zeros(count)
-    return np.stack([poses.properties.get((thing, axis), none) for axis in (LIVE_X, LIVE_Y)], axis=-1)
-
-
-LIVE_X, LIVE_Y = "arrow x", "arrow y"
-"""Names of the numbers of an arrow among `Poses.properties`."""
+    return np.stack([poses.properties.get((thing, axis), none) for axis in ARROW], axis=-1)
 
 
 # --- shapes ---------------------------------------------------------------------------------------

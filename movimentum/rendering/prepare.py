@@ -147,11 +147,8 @@ def _closed(trace: Trace, closing: Poses) -> Trace:
 
 
 def needs_film(scene: Scene) -> bool:
-    """Whether a picture of one frame depends on others: on the lengths that a cylinder has, on the whole of a path."""
-    return any(
-        (thing.shape in MEASURED or (thing.shape is Shape.TRACE and thing.figure.whole)) and not thing.hidden
-        for thing in scene.things
-    )
+    """Whether a picture of one frame depends on others: on the lengths that a cylinder has, on a path."""
+    return any(thing.shape in (*MEASURED, Shape.TRACE) and not thing.hidden for thing in scene.things)
 
 
 def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]:

@@ -20,6 +20,7 @@ from movimentum.scene.film_loops import build_loop
 from movimentum.scene.findings import Findings
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
+from movimentum.scene.labels import build_texts
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import (
     AnchorRef,
@@ -87,6 +88,11 @@ def build(
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
     claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
+    if inference:
+        start = times[0] if times else Fraction(0)
+        definitions = [item for item in script.items if isinstance(item, Definition)]
+        names = tuple(_variables(stated, inference))
+        things = build_texts(things, definitions, inference, names, table, start, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
     if not expanded.steps:

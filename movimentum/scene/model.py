@@ -329,12 +329,15 @@ class Scene:
     def drawing_order(self) -> tuple[int, ...]:
         """Thing numbers from back to front: by layer, then by order of definition.
 
-        A thing without a ``.layer`` has its definition number for a layer.
+        A thing without a ``.layer`` has its definition number for a layer; supports and guides are under everything.
         """
-        return tuple(
-            thing.number
-            for thing in sorted(self.things, key=lambda t: (t.number if t.layer is None else t.layer, t.number))
-        )
+
+        def layer(thing: Thing) -> float:
+            if thing.layer is not None:
+                return thing.layer
+            return -1.0 if thing.shape in (Shape.GROUND, Shape.SLIDE) else thing.number
+
+        return tuple(thing.number for thing in sorted(self.things, key=lambda t: (layer(t), t.number)))
 
     def constraints(self) -> tuple[Constraint, ...]:
         """All constraints, by number."""

@@ -63,7 +63,7 @@ def build_things(
     things = [_placed(thing, placements[thing.name]) if thing.name in placements else thing for thing in things]
     table = ThingTable(things)
     for number, definition in enumerate(kept.values()):
-        if not things[number].is_body:
+        if _follows(definition, things[number].shape):
             things[number] = replace(things[number], through=_references(definition, table, findings))
     return tuple(things), ThingTable(things)
 

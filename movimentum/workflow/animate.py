@@ -65,7 +65,7 @@ def animate(
     ready = way_to(kind, scene, (), options) if _is_ready(scene, options) else None
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
-    poses: PoseSource = PoseChunks(motion, shown, skip).held()
+    poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).held()
     options = _closed(options, solution)
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
@@ -76,9 +76,9 @@ def animate(
     write = ready or way_to(
         kind,
         scene,
-        PoseChunks(motion, range(timeline.frame_count), skip),
+        PoseChunks(motion, range(timeline.frame_count), skip, drawn=True),
         options,
-        PoseChunks(motion, range(frames.start), skip),
+        PoseChunks(motion, range(frames.start), skip, drawn=True),
     )
     with ExitStack() as stack:
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
