@@ -90,9 +90,8 @@ def build(
     report_undetermined(stated, claimed, findings)
     if inference:
         start = times[0] if times else Fraction(0)
-        definitions = [item for item in script.items if isinstance(item, Definition)]
         names = tuple(_variables(stated, inference))
-        things = build_texts(things, definitions, inference, names, table, start, findings)
+        things = build_texts(things, expanded.definitions, inference, names, table, start, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
     if not expanded.steps:

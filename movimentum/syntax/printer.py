@@ -80,7 +80,7 @@ def _head_text(item: PartDefinition | Loop) -> str:
     if isinstance(item, Loop):
         return f".for {item.name} = {_range_text(item.first, item.last)}"
     parameters = ", ".join(
-        each.name if each.default is None else f"{each.name} = {expression_text(each.default)}"
+        each.name if each.default is None else f"{each.name} = {_arguments((each.default,))}"
         for each in item.parameters
     )
     return f".part {item.name}({parameters})"
@@ -125,10 +125,10 @@ def item_text(item: Item) -> str:
     return " ".join(parts) + ";"
 
 
-def _value_text(value: Expression, before_option: bool) -> str:
+def _value_text(value: Expression | Text, before_option: bool) -> str:
     """A constant's value; behind a number a word would be read as its member."""
-    text = expression_text(value)
-    return f"({text})" if before_option and not isinstance(value, Number) else text
+    text = _arguments((value,))
+    return f"({text})" if before_option and not isinstance(value, Number | Text) else text
 
 
 def _suffixes_text(suffixes: tuple[Suffix, ...]) -> str:

@@ -381,7 +381,7 @@ class Let(Node):
     """``.let name = value options;``: a constant."""
 
     name: str
-    value: Expression
+    value: Expression | Text
     options: tuple[Option, ...] = ()
     name_span: Span = field(default=NOWHERE, compare=False, repr=False)
 
@@ -398,7 +398,7 @@ class Parameter(Node):
     """``name = default`` of a part."""
 
     name: str
-    default: Expression | None = None
+    default: Expression | Text | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -122,7 +122,7 @@ def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | 
 def _closed(options: PictureOptions, solution: Solution) -> PictureOptions:
     """``options`` with the pose that closes traces, if the film begins again."""
     timeline = solution.motion.timeline
-    if not (timeline.loops and options.traces):
+    if not timeline.loops:
         return options
     return replace(options, closing=solution.motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
 
