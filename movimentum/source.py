@@ -108,6 +108,10 @@ class SourceText:
         """The text that ``span`` covers."""
         return self.text[span.start : span.end]
 
+    def statement(self, span: Span) -> str:
+        """The text that ``span`` covers, on one line, and whose it is: ``A.P = B.Q (in S[2])``."""
+        return " ".join(self.slice(span).split())
+
 
 @dataclass(frozen=True, slots=True)
 class Passage:
@@ -146,6 +150,26 @@ class UnfoldedText(SourceText):
             return None
         return self.passages[max(bisect_right(self.passages, offset, key=lambda item: item.start) - 1, 0)]
 
+    def position(self, offset: int) -> Position:
+        """Line and column in the file that the text at ``offset`` stands in."""
+        place = self.real(Span(offset, offset))
+        file = place.file if isinstance(place, FarSpan) else self
+        return SourceText.position(file, place.start)
+
+    def statement(self, span: Span) -> str:
+        """The text that ``span`` covers, on one line, and whose it is: ``A.P = B.Q (in S[2])``."""
+        whose = ", ".join(title.removeprefix("the copy `").removesuffix("`") for title, _ in self.uses(span))
+        return " ".join(self.slice(span).split()) + (f" (in {whose})" if whose else "")
+
+    def times(self, span: Span) -> int:
+        """For how many copies and turns of loops the text in ``span`` is."""
+        place = self.real(span)
+        return sum(
+            item.file.path == (place.file.path if isinstance(place, FarSpan) else self.path)
+            and item.begin <= place.start < item.begin + item.end - item.start
+            for item in self.passages
+        )
+
     def real(self, span: Span) -> Span:
         """Where a span is in the script, or (`FarSpan`) in an included file."""
         passage = self._passage(span.start)
@@ -177,6 +201,11 @@ class Unfolding:
         self._texts = [source.text]
         self._length = len(source.text)
         self._passages: list[Passage] = []
+
+    @property
+    def length(self) -> int:
+        """How many characters there are so far."""
+        return self._length
 
     def enter(self, file: SourceText, span: Span, title: str = "", used: Span | None = None) -> int:
         """Append a passage of ``file``; what to add to offsets in that file to have those of the passage."""

@@ -14,6 +14,7 @@ from movimentum.analysis.diagnose.claims import claim_diagnostics
 from movimentum.analysis.diagnose.film_loops import film_loops
 from movimentum.analysis.diagnose.forgotten import forgotten
 from movimentum.analysis.diagnose.jumps import jumps
+from movimentum.analysis.diagnose.meshing import misplaced_gears
 from movimentum.analysis.diagnose.off_canvas import leaving
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
@@ -116,8 +117,11 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examinat
     found.extend(forgotten(motion))
     found.extend(valueless(motion))
     found.extend(leaving(motion))
+    misplaced = list(misplaced_gears(motion))
+    found.extend(misplaced)
     if fault == 0:
         found.extend(film_loops(motion))
+    fault = fault or (1 if misplaced else 0)
     if fault or any(item.code == "constraint/free-motion" and item.severity is Severity.WARNING for item in found):
         found.extend(unstated_clocks(motion.timeline.scene, found))
     if fault == 0 and any(stretch.plan.wishes for stretch in motion.stretches):

@@ -20,16 +20,19 @@ from movimentum.scene.film_loops import build_loop
 from movimentum.scene.findings import Findings
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
+from movimentum.scene.labels import build_texts
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import (
     AnchorRef,
     Constraint,
     Ending,
+    GearPair,
     Relation,
     Scene,
     Step,
     Variable,
 )
+from movimentum.scene.pairs import uncrossed
 from movimentum.scene.resolve import (
     AngleUse,
     PropertyUse,
@@ -37,7 +40,7 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
-from movimentum.scene.things import ImageSize, build_things
+from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
@@ -61,19 +64,23 @@ def build(
     read_text: ReadText | None = None,
     settings: Mapping[str, str] | None = None,
     added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
+    element: ElementPlace | None = None,
 ) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
     ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
-    folder; ``read_text`` likewise the text of an included file. ``settings``: constant expressions by name, which take
-    the place of the script's own constants. ``added``: more statements for steps, by number, at places of their own.
+    folder; ``read_text`` likewise the text of an included file, ``element`` the centre of an element of an SVG.
+    ``settings``: constant expressions by name, which take the place of the script's own constants. ``added``: more
+    statements for steps, by number, at places of their own.
+
     Raises ScriptError with all errors of the script (and its warnings) at once, and UsageError for a wrong setting.
     """
     findings = Findings(source)
     expanded = expand(script, source, findings, read_text or _no_files, settings or {}, added)
     findings.source = expanded.source
     config = build_config(list(expanded.configs), max_pixels, findings)
-    things, table = build_things(expanded.definitions, expanded.placements, folder(source), image_size, findings)
+    assets = Assets(folder(source), image_size, element)
+    things, table = build_things(expanded.definitions, expanded.placements, assets, findings)
     drafts = list(_drafts(expanded, table, findings))
     times = [step.time for step in expanded.steps]
     loop = build_loop(expanded, findings)
@@ -81,6 +88,10 @@ def build(
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
     claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
+    if inference:
+        start = times[0] if times else Fraction(0)
+        names = tuple(_variables(stated, inference))
+        things = build_texts(things, expanded.definitions, inference, names, table, start, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
     if not expanded.steps:
@@ -161,10 +172,12 @@ def _at_the_end(script: ScriptTree, source: SourceText) -> tuple[int, str]:
 
 
 def _draft(statement: Statement | ClaimStatement, step: int, table: ThingTable, findings: Findings) -> Draft | None:
+    first, second, crossed = uncrossed(statement)
+    statement = replace(statement, left=first, right=second)
     left = tuple(postorder(statement.left))
     ends = isinstance(statement.right, Blank)
     right = None if ends else tuple(postorder(statement.right))
-    meanings = resolve(left if right is None else (*left, *right), table, findings)
+    meanings = resolve(left if right is None else (*left, *right), table, findings, crossed=crossed)
     return None if meanings is None else Draft(step, statement, left, right, meanings)
 
 
@@ -339,4 +352,7 @@ def _mentioned(drafts: list[Draft]) -> dict[int, int]:
             for meaning in draft.meanings.values():
                 if isinstance(meaning, AnchorRef | AngleUse | PropertyUse):
                     found.setdefault(meaning.thing, draft.step)
+                elif isinstance(meaning, GearPair):
+                    found.setdefault(meaning.first, draft.step)
+                    found.setdefault(meaning.second, draft.step)
     return found

@@ -48,7 +48,7 @@ def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | 
         findings.error("kind/not-finite", "division by zero", value)
         return None
     nodes = list(postorder(root))
-    if not all(isinstance(node, _EXACT) for node in nodes):
+    if not all(_is_exact(node) for node in nodes):
         strange = next((node for node in nodes if _first_variable_part(node) is not None), None)
         if strange is not None:
             findings.error(
@@ -61,7 +61,10 @@ def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | 
     return None
 
 
-_EXACT = (Number, Constant, Negate, Sum, Product)
+def _is_exact(node: Expression) -> bool:
+    return isinstance(node, Number | Negate | Sum | Product) or (
+        isinstance(node, Constant) and isinstance(node.value, Fraction)
+    )
 
 
 def exact_value(root: Expression) -> Fraction | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, ThingTable
+from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PassedOn, ThingTable
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
     Expression,
@@ -32,8 +32,10 @@ def key_text(root: Expression, meanings: Meanings, table: ThingTable) -> str:
 
     for node in postorder(root):
         match node:
+            case Member() if isinstance(meanings.get(id(node)), PassedOn):
+                made: Expression = of(node.operand)  # a belt has one key, however it runs
             case Member():
-                made: Expression = Member(of(node.operand), _member_name(node, meanings, table))
+                made = Member(of(node.operand), _member_name(node, meanings, table))
             case Sum():
                 operands, operators = _flat_sum([of(item) for item in node.operands], node.operators)
                 made = Sum(tuple(operands), tuple(operators))

@@ -9,7 +9,8 @@ from enum import StrEnum
 from movimentum.diagnostics import Label, insertion
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef
-from movimentum.scene.resolve import ComponentUse, Meanings, Swallowed, VariableUse
+from movimentum.scene.pairs import PAIRED
+from movimentum.scene.resolve import ComponentUse, KnownPlace, Meanings, PassedOn, Swallowed, VariableUse
 from movimentum.source import Span
 from movimentum.syntax.tree import (
     Call,
@@ -163,6 +164,8 @@ class Inference:
 
     def _cell(self, node: Expression, meanings: Meanings) -> Cell:
         scalar = Cell(Kind.SCALAR, node.span)
+        if isinstance(meanings.get(id(node)), KnownPlace):
+            return Cell(Kind.VECTOR, node.span)
         match node:
             case Number() | Clock() | Constant():
                 return scalar
@@ -176,6 +179,8 @@ class Inference:
                 return Cell(Kind.VECTOR, node.span)
             case Member():
                 meaning = meanings[id(node)]
+                if isinstance(meaning, PassedOn):
+                    return self._cells[id(node.operand)]
                 if isinstance(meaning, ComponentUse):
                     self.require(node.operand, Kind.VECTOR, f"only a vector has `.{node.name}`")
                 return Cell(Kind.VECTOR, node.span) if isinstance(meaning, AnchorRef) else scalar
@@ -217,6 +222,8 @@ class Inference:
     def _call(self, node: Call) -> Cell:
         if node.function in ("i", "d"):
             return self._cells[id(node.arguments[0])]
+        if node.function in PAIRED:
+            return Cell(Kind.SCALAR, node.span)
         vectors = _OF_VECTORS.get(node.function)
         for argument in node.arguments:
             if vectors:

@@ -39,12 +39,22 @@ from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
     Anonymous,
+    GearPair,
     Thing,
     ThingAngle,
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PropertyUse, Swallowed, VariableUse
+from movimentum.scene.resolve import (
+    AngleUse,
+    ComponentUse,
+    KnownPlace,
+    Meanings,
+    PassedOn,
+    PropertyUse,
+    Swallowed,
+    VariableUse,
+)
 from movimentum.scene.values import Value, from_line, length_of, piecewise, ranged, transition
 from movimentum.source import Span
 from movimentum.syntax.printer import expression_text
@@ -142,8 +152,12 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
         )
     if isinstance(meaning, AngleUse):
         return (symbol(ThingAngle(meaning.thing)),)
+    if isinstance(meaning, GearPair):
+        return (symbol(meaning),)
     if isinstance(meaning, PropertyUse):
         return (symbol(ThingProperty(meaning.thing, meaning.name)),)
+    if isinstance(meaning, KnownPlace):
+        return meaning.value
     match node:
         case Number():
             value = float(node.value)
@@ -194,6 +208,8 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
             return of(node.components[0])[0], of(node.components[1])[0]
         case Member():
             meaning = meanings[id(node)]
+            if isinstance(meaning, PassedOn):
+                return of(node.operand)
             assert isinstance(meaning, ComponentUse)
             return (_component(of(node.operand), meaning.name),)
         case Rotate():
@@ -204,22 +220,7 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
         case Negate():
             return tuple(neg(part) for part in of(node.operand))
         case Power():
-            exponent = of(node.exponent)[0].value
-            if exponent is None:
-                context.findings.error(
-                    "kind/not-constant",
-                    "an exponent must be a constant",
-                    node.exponent.span,
-                    helps=(
-                        replacement(
-                            "write `.exp(n * .ln(s))` for a power that changes",
-                            node.span,
-                            f".exp(({expression_text(node.exponent)}) * .ln({expression_text(node.base)}))",
-                        ),
-                    ),
-                )
-                return (ONE,)
-            return (power(of(node.base)[0], exponent),)
+            return _power(node, of(node.base)[0], of(node.exponent)[0].value, context)
         case Sum():
             signs = (Operator.PLUS, *node.operators)
             terms = [
@@ -243,6 +244,19 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
             return transition(of(node.start), of(node.end), progress(context.step_time, context.step_end))
         case _:
             raise AssertionError(f"{type(node).__name__} is a leaf")
+
+
+def _power(node: Power, base: Expr, exponent: float | None, context: Context) -> Value:
+    if exponent is None:
+        power_help = f".exp(({expression_text(node.exponent)}) * .ln({expression_text(node.base)}))"
+        context.findings.error(
+            "kind/not-constant",
+            "an exponent must be a constant",
+            node.exponent.span,
+            helps=(replacement("write `.exp(n * .ln(s))` for a power that changes", node.span, power_help),),
+        )
+        return (ONE,)
+    return (power(base, exponent),)
 
 
 def _from_line(node: Call, arguments: list[Value], meanings: Meanings, context: Context) -> Value:

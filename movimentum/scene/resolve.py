@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from movimentum.diagnostics import Fix, Label, insertion, replacement
+from movimentum.expressions import Expr
 from movimentum.scene.findings import Findings
-from movimentum.scene.model import AnchorRef, Thing
+from movimentum.scene.model import AnchorRef, GearPair, Thing
+from movimentum.scene.pairs import PAIRED, is_crossed, pair_of
 from movimentum.source import Span
-from movimentum.syntax.tree import Expression, Member, Name, Number
+from movimentum.syntax.tree import Call, Expression, Member, Name, Number
 from movimentum.syntax.words import CLOCKS, THING_MEMBERS, VECTOR_MEMBERS
 
 
@@ -43,13 +45,25 @@ class ComponentUse:
 
 
 @dataclass(frozen=True, slots=True)
+class PassedOn:
+    """The value of what is below: ``.crossed`` behind a belt, which has been heard."""
+
+
+@dataclass(frozen=True, slots=True)
 class Swallowed:
     """The name of a thing before a member; it has no value of its own."""
 
 
-Meaning = VariableUse | AnchorRef | AngleUse | PropertyUse | ComponentUse | Swallowed
+@dataclass(frozen=True, slots=True)
+class KnownPlace:
+    """A constant vector: x and y."""
+
+    value: tuple[Expr, Expr]
+
+
+Meaning = VariableUse | AnchorRef | AngleUse | PropertyUse | ComponentUse | Swallowed | KnownPlace | PassedOn | GearPair
 Meanings = dict[int, Meaning]
-"""``id`` of a `Name` or `Member` node -> what it stands for."""
+"""``id`` of a `Name`, a `Member` or a call with things for arguments -> what it stands for."""
 
 
 class ThingTable:
@@ -75,15 +89,34 @@ class ThingTable:
         return tuple(self._anchors[thing])
 
 
-def resolve(nodes: Sequence[Expression], table: ThingTable, findings: Findings) -> Meanings | None:
+def resolve(
+    nodes: Sequence[Expression], table: ThingTable, findings: Findings, *, crossed: bool = False
+) -> Meanings | None:
     """The meanings of all names among ``nodes`` (an expression's, all of them); None after an error.
 
     What follows a thing is its anchor of that name, if it has one; otherwise one of the language's own words.
+    ``crossed``: the last call of ``.belt`` is that of a crossed belt.
     """
     meanings: Meanings = {}
     errors = findings.errors
     for node in nodes:
-        if isinstance(node, Member):
+        if isinstance(node, Call) and node.function in PAIRED:
+            pair = pair_of(node, {thing.name: thing for thing in table.things}, findings)
+            if pair is not None:
+                meanings[id(node)] = replace(pair, crossed=crossed and pair.belt)
+            for argument in node.arguments:
+                meanings[id(argument)] = Swallowed()
+                if isinstance(argument, Member):
+                    meanings[id(argument.operand)] = Swallowed()
+    for node in nodes:
+        if id(node) in meanings:
+            continue
+        if isinstance(node, Member) and is_crossed(node):
+            pair = meanings.get(id(node.operand))
+            if isinstance(pair, GearPair):
+                meanings[id(node.operand)] = replace(pair, crossed=True)
+            meanings[id(node)] = PassedOn()
+        elif isinstance(node, Member):
             meaning = _member(node, table, findings)
             if meaning is not None:
                 meanings[id(node)] = meaning
@@ -140,7 +173,8 @@ def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Fi
     if word == "angle" and thing.is_body:
         return AngleUse(thing.number)
     if word == "angle":
-        findings.error("kind/mismatch", f"`{thing.name}` is a line, which has no angle of its own", node.span)
+        message = f"`{thing.name}` is a {thing.shape}, which has no angle of its own"
+        findings.error("kind/mismatch", message, node.span)
         return None
     if word is not None:
         return PropertyUse(thing.number, word)
@@ -164,7 +198,7 @@ def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable
         whole = Span(span.start - len(thing.name) - 1, span.end)
         helps = (replacement(f"the distance between two anchors is `{distance}`", whole, distance),)
     elif not thing.is_body:
-        helps = ("a line has no anchors of its own: name the anchors that it is drawn through",)
+        helps = (f"a {thing.shape} has no anchors of its own: name the anchors that it is drawn at",)
     elif known:
         helps = (f"`{thing.name}` has " + ", ".join(f"`{item}`" for item in known[:12]),)
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
 
@@ -80,7 +80,7 @@ def _head_text(item: PartDefinition | Loop) -> str:
     if isinstance(item, Loop):
         return f".for {item.name} = {_range_text(item.first, item.last)}"
     parameters = ", ".join(
-        each.name if each.default is None else f"{each.name} = {expression_text(each.default)}"
+        each.name if each.default is None else f"{each.name} = {_arguments((each.default,))}"
         for each in item.parameters
     )
     return f".part {item.name}({parameters})"
@@ -125,10 +125,10 @@ def item_text(item: Item) -> str:
     return " ".join(parts) + ";"
 
 
-def _value_text(value: Expression, before_option: bool) -> str:
+def _value_text(value: Expression | Text, before_option: bool) -> str:
     """A constant's value; behind a number a word would be read as its member."""
-    text = expression_text(value)
-    return f"({text})" if before_option and not isinstance(value, Number) else text
+    text = _arguments((value,))
+    return f"({text})" if before_option and not isinstance(value, Number | Text) else text
 
 
 def _suffixes_text(suffixes: tuple[Suffix, ...]) -> str:
@@ -190,19 +190,27 @@ def expression_text(root: Expression) -> str:
                     pieces.append(f" {operator} {unturned(operand)}")
                 made = "".join(pieces), _PRODUCT
             case Range():
-                pieces = [f"{{ {done[id(node.subject)][0]} : {done[id(node.values[0])][0]}"]
-                for bound, value in zip(node.bounds, node.values[1:], strict=True):
-                    pieces.append(f" > {done[id(bound)][0]} : {done[id(value)][0]}")
-                made = "".join(pieces) + " }", _ATOM
+                made = _range_value_text(node, done), _ATOM
             case Piecewise():
-                cases = zip(node.lefts, node.comparisons, node.rights, node.values, strict=False)
-                pieces = [
-                    f"{done[id(left)][0]} {sign} {done[id(right)][0]} : {done[id(value)][0]}; "
-                    for left, sign, right, value in cases
-                ]
-                made = "{ " + "".join(pieces) + done[id(node.values[-1])][0] + " }", _ATOM
+                made = _piecewise_text(node, done), _ATOM
         done[id(node)] = made
     return done[id(root)][0]
+
+
+def _range_value_text(node: Range, done: Mapping[int, tuple[str, int]]) -> str:
+    pieces = [f"{{ {done[id(node.subject)][0]} : {done[id(node.values[0])][0]}"]
+    for bound, value in zip(node.bounds, node.values[1:], strict=True):
+        pieces.append(f" > {done[id(bound)][0]} : {done[id(value)][0]}")
+    return "".join(pieces) + " }"
+
+
+def _piecewise_text(node: Piecewise, done: Mapping[int, tuple[str, int]]) -> str:
+    cases = zip(node.lefts, node.comparisons, node.rights, node.values, strict=False)
+    pieces = [
+        f"{done[id(left)][0]} {sign} {done[id(right)][0]} : {done[id(value)][0]}; "
+        for left, sign, right, value in cases
+    ]
+    return "{ " + "".join(pieces) + done[id(node.values[-1])][0] + " }"
 
 
 def _leaf_text(node: Number | Name | Blank | Constant | Element | Clock) -> tuple[str, int]:

@@ -295,10 +295,21 @@ def postorder(root: Expression) -> Iterator[Expression]:
 
 
 @dataclass(frozen=True, slots=True)
+class TextField(Node):
+    """``{expression:spec}`` in a text: a number, written as a format of Python says."""
+
+    expression: Expression
+    spec: str
+
+
+@dataclass(frozen=True, slots=True)
 class Text(Node):
-    """``'…'``, without its quotes."""
+    """``'…'``, without its quotes. ``pieces``: what a text with numbers consists of, if that is known already (see
+    `syntax.templates`); letters and fields.
+    """
 
     text: str
+    pieces: tuple[str | TextField, ...] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -370,7 +381,7 @@ class Let(Node):
     """``.let name = value options;``: a constant."""
 
     name: str
-    value: Expression
+    value: Expression | Text
     options: tuple[Option, ...] = ()
     name_span: Span = field(default=NOWHERE, compare=False, repr=False)
 
@@ -387,7 +398,7 @@ class Parameter(Node):
     """``name = default`` of a part."""
 
     name: str
-    default: Expression | None = None
+    default: Expression | Text | None = None
 
 
 @dataclass(frozen=True, slots=True)

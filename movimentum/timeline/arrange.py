@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import cast
@@ -12,6 +12,7 @@ from movimentum.errors import ScriptError
 from movimentum.expressions import ONE, ZERO, Expr, call, clock, div, ratio, substitute, walk
 from movimentum.scene.model import Claim, Constraint, Relation, Scene
 from movimentum.timeline.model import HeldClaim, Segment, Timeline
+from movimentum.timeline.trains import Trains
 
 Sides = tuple[Expr, ...]
 
@@ -63,11 +64,13 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
     lifetimes = _lifetimes(scene, moments)
     segments: list[Segment] = []
     lowered: dict[int, Constraint] = {}
+    trains = Trains(scene)
     for number, moment in enumerate(moments):
         until = moments[number + 1].time if number + 1 < len(moments) else moment.time
         active = tuple(_with_progress(_with_lifetime(item, lifetimes, lowered), moment.time) for item in moment.active)
+        active = trains.placed(active, moment.time)
         segments.append(Segment(number, moment.step, moment.time, until, active, _visible(scene, moment.step)))
-    return Timeline(scene, tuple(segments), rate, lifetimes, _claims(scene))
+    return Timeline(scene, tuple(segments), rate, lifetimes, _claims(scene, segments, trains))
 
 
 def _moments(scene: Scene) -> list[_StepState]:
@@ -106,7 +109,7 @@ def _lifetimes(scene: Scene, moments: list[_StepState]) -> dict[int, Fraction]:
     return {number: ended[number] - start for number, start in began.items()}
 
 
-def _claims(scene: Scene) -> tuple[HeldClaim, ...]:
+def _claims(scene: Scene, segments: Sequence[Segment], trains: Trains) -> tuple[HeldClaim, ...]:
     """How long each claim holds: until a later step restates or ends its key, as with constraints."""
     end = scene.steps[-1].time
     over: dict[int, Fraction] = {}
@@ -124,6 +127,8 @@ def _claims(scene: Scene) -> tuple[HeldClaim, ...]:
         start, until = scene.steps[claim.step].time, over.get(claim.number, end)
         left, right = _lasting((claim.left, claim.right), {claim.number: until - start})
         left, right = _replaced((left, right), lambda node: _whole(node) if node.op == "progress" else None)
+        active = next((s.active for s in segments if s.start >= start), ())
+        left, right = (trains.read(side, active, start) for side in (left, right))
         lasting = replace(claim, left=left, right=right)
         result.append(HeldClaim(lasting, start, until, claim.number not in over))
     return tuple(result)

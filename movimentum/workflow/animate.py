@@ -55,20 +55,18 @@ def animate(
     scene = timeline.scene
     numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
     refuse_overwriting(target, reads(source, scene), numbers)
-    options = _options(scene, picture, background)
-    frames = _frames(timeline, picture)
+    options, frames = _options(scene, picture, background), _frames(timeline, picture)
     shown = (picture.at,) if picture.at is not None else frames[:1] if kind in STILL_KINDS else frames
     if kind in VECTOR_KINDS:
         from movimentum.vector.write import refuse_too_long
 
         refuse_too_long(scene, len(shown), target)
-    known_size = scene.config.size is not None and not options.traces and Show.FREE not in options.show
-    ready = way_to(kind, scene, (), options) if known_size else None  # what is too large is refused before the work
+    # what is too large is refused before the work
+    ready = way_to(kind, scene, (), options) if _is_ready(scene, options) else None
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
-    poses: PoseSource = PoseChunks(motion, shown, skip).held()
-    if timeline.loops and options.traces:
-        options = replace(options, closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
+    poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).held()
+    options = _closed(options, solution)
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
         options = replace(options, free=_free_marks(motion.path, times))
@@ -78,9 +76,9 @@ def animate(
     write = ready or way_to(
         kind,
         scene,
-        PoseChunks(motion, range(timeline.frame_count), skip),
+        PoseChunks(motion, range(timeline.frame_count), skip, drawn=True),
         options,
-        PoseChunks(motion, range(frames.start), skip),
+        PoseChunks(motion, range(frames.start), skip, drawn=True),
     )
     with ExitStack() as stack:
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
@@ -92,6 +90,15 @@ def animate(
             raise ScriptError(diagnostics)
     unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: report it
     return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
+
+
+def _is_ready(scene: Scene, options: PictureOptions) -> bool:
+    """Whether a picture needs no other poses than its own."""
+    from movimentum.drawing.options import Show
+    from movimentum.rendering.prepare import needs_film
+
+    alone = not (options.traces or needs_film(scene))
+    return scene.config.size is not None and alone and Show.FREE not in options.show
 
 
 def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timeline:
@@ -110,6 +117,14 @@ def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | 
         show=frozenset(Show(word) for word in picture.show),
         max_pixels=picture.max_pixels,
     )
+
+
+def _closed(options: PictureOptions, solution: Solution) -> PictureOptions:
+    """``options`` with the pose that closes traces, if the film begins again."""
+    timeline = solution.motion.timeline
+    if not timeline.loops:
+        return options
+    return replace(options, closing=solution.motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
 
 
 def _frames(timeline: Timeline, picture: Picture) -> range:

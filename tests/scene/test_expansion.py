@@ -272,3 +272,21 @@ def test_a_cycle_of_ten_thousand_constants() -> None:
     lets = "".join(f".let a{k} = a{(k + 1) % 10_000};" for k in range(10_000))
     with pytest.raises(MovimentumError, match="name/cycle"):
         mv.loads(f"{lets} D : .disc(a0) C=[0,0]; @0")
+
+
+HUGE = {
+    "copies in copies": "".join(f".part P{k}() {{ a : P{k + 1}(); b : P{k + 1}(); }} " for k in range(30))
+    + ".part P30() { D : .disc(3) C=[0,0]; } x : P0(); @0",
+    "deep parts": "".join(f".part P{k}() {{ a : P{k + 1}(); }} " for k in range(3000)) + "x : P0(); @0",
+    "loops in loops": "@0 " + ".for k = 1..9 { " * 50 + "x = 1;" + "}" * 50,
+    "turns": "@0 .for i = 1..99999 { .for j = 1..99999 { .for k = 1..2 { x = 1; } } }",
+    "a range": "@0 .for i = 1..10^300 { x = 1; }",
+    "long text": "@0 .for i = 1..5000 { x = 1; /*" + "long " * 20_000 + "*/ y = 2; }",
+    "an array": "D[i = 1..10^9][j = 1..10^9] : .disc(3) C = [i, j]; @0",
+}
+
+
+@pytest.mark.parametrize("name", HUGE)
+def test_what_would_be_huge_is_refused(name: str) -> None:
+    with pytest.raises(MovimentumError, match="limit/"):
+        mv.loads(HUGE[name])

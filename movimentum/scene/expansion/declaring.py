@@ -40,6 +40,12 @@ from movimentum.syntax.tree import (
 MAX_ITEMS = 100_000
 """How many things, copies, statements and turns of loops a script may have."""
 
+MAX_CHARACTERS = 20_000_000
+"""How long the text of all copies and turns of loops may be."""
+
+MAX_DEPTH = 40
+"""How deep copies and loops may be in one another."""
+
 _COPY_OPTIONS = {"at": 1, "turned": 1, "mirrored": 0}
 
 
@@ -73,6 +79,7 @@ class Declarer:
         self.constants = constants
         self.unfolding = unfolding
         self.count = 0
+        self.depth = 0
 
     def body(self, items: Sequence[Item], scope: Scope, *, copy: bool = False) -> Body:
         """Declare what ``items`` define in ``scope``. Raises TooMany."""
@@ -82,6 +89,7 @@ class Declarer:
             elif isinstance(item, PartDefinition):
                 self.part(item, scope)
         made: list[Item | Body | Made] = []
+        self.depth += 1
         for item in items:
             self._counted(1, item.span, scope)
             match item:
@@ -101,7 +109,19 @@ class Declarer:
                     pass
                 case _:
                     made.append(item)
+        self.depth -= 1
         return Body(scope, made, copy)
+
+    def _enter_text(self, scope: Scope, span: Span, title: str, used: Span) -> int:
+        """Begin the text of a copy or of a turn of a loop; its shift."""
+        too_deep, too_long = self.depth >= MAX_DEPTH, self.unfolding.length + span.end - span.start > MAX_CHARACTERS
+        if too_deep or too_long:
+            what = f"copies and loops are nested deeper than {MAX_DEPTH} levels"
+            if not too_deep:
+                what = f"the text of all copies and turns of loops has more than {MAX_CHARACTERS:,} characters"
+            self.findings.error("limit/copies", what, used)
+            raise TooMany
+        return self.unfolding.enter(scope.file, span, title, used)
 
     def _counted(self, more: int, span: Span, scope: Scope) -> None:
         self.count += more
@@ -218,7 +238,8 @@ class Declarer:
         span = Span(span.start, min(span.end + 1, item.span.end))
         head = scope.place(Span(item.span.start, item.last.span.end))
         for index in bounds:
-            inner = scope.turn(self.unfolding.enter(scope.file, span, f"{item.name} = {index}", head))
+            self._counted(1, item.span, scope)
+            inner = scope.turn(self._enter_text(scope, span, f"{item.name} = {index}", head))
             inner.constants[item.name] = known(item.name, index, inner, head)
             yield self.body(item.items, inner)
 
@@ -247,7 +268,7 @@ class Declarer:
         part, written = entry.part, entry.scope
         name = caller.prefix + _indexed(item.name, indices)
         span = caller.place(item.name_span)
-        shift = self.unfolding.enter(written.file, part.span, f"the copy `{name}`", span)
+        shift = self._enter_text(written, part.span, f"the copy `{name}`", span)
         placement = self._placement(item.options, caller)
         if placement is None:
             return None

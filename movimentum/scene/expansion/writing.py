@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 
+from movimentum.errors import ScriptError
 from movimentum.scene.constants import constant
 from movimentum.scene.expansion.constants import Constants
 from movimentum.scene.expansion.declaring import Made
@@ -12,6 +13,7 @@ from movimentum.scene.expansion.includes import folder
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
 from movimentum.scene.findings import Findings
 from movimentum.source import Span
+from movimentum.syntax.templates import pieces_of
 from movimentum.syntax.tree import (
     AnchorDefinition,
     ClaimStatement,
@@ -24,6 +26,7 @@ from movimentum.syntax.tree import (
     ShapeWord,
     Statement,
     Text,
+    TextField,
 )
 
 _NOTHING: frozenset[str] = frozenset()
@@ -104,7 +107,7 @@ class ItemWriter:
     # --- parts of items
 
     def _shape(self, shape: ShapeWord, scope: Scope) -> ShapeWord | None:
-        arguments = self._arguments(shape.arguments, scope, _NOTHING)
+        arguments = self._arguments(shape.arguments, scope, _NOTHING, fields=shape.word == "label")
         if arguments is None:
             return None
         if shape.word == "sprite" and scope.file.path and (base := folder(scope.file)) != self._home:
@@ -114,6 +117,26 @@ class ItemWriter:
             relative = os.path.relpath(os.path.join(base, text.text), self._home or ".")
             arguments = (replace(text, text=relative.replace(os.sep, "/")),)
         return ShapeWord(shape.word, arguments, span=scope.place(shape.span))
+
+    def _with_fields(self, text: Text, scope: Scope) -> Text | None:
+        """A text whose expressions are read and meant as in ``scope``."""
+        try:
+            pieces = pieces_of(text, scope.file)
+        except ScriptError as error:
+            for item in error.diagnostics:
+                span = None if item.span is None else scope.place(item.span)
+                self.findings.add(replace(item, span=span, labels=(), fixes=()))
+            return None
+        found: list[str | TextField] = []
+        for piece in pieces:
+            if isinstance(piece, str):
+                found.append(piece)
+                continue
+            made = self.constants.rewriter.expression(piece.expression, scope)
+            if made is None:
+                return None
+            found.append(replace(piece, expression=made, span=scope.place(piece.span)))
+        return replace(text, span=scope.place(text.span), pieces=tuple(found))
 
     @property
     def _home(self) -> str:
@@ -151,7 +174,7 @@ class ItemWriter:
     def _options(self, options: tuple[Option, ...], scope: Scope, own: frozenset[str]) -> tuple[Option, ...] | None:
         found: list[Option] = []
         for option in options:
-            arguments = self._arguments(option.arguments, scope, own)
+            arguments = self._arguments(option.arguments, scope, own, fields=option.name == "text")
             if arguments is None:
                 return None
             span, name_span = scope.place(option.span), scope.place(option.name_span)
@@ -159,11 +182,15 @@ class ItemWriter:
         return tuple(found)
 
     def _arguments(
-        self, arguments: tuple[Expression | Text, ...], scope: Scope, own: frozenset[str]
+        self, arguments: tuple[Expression | Text, ...], scope: Scope, own: frozenset[str], *, fields: bool = False
     ) -> tuple[Expression | Text, ...] | None:
+        """``fields``: texts may have expressions in braces."""
         found: list[Expression | Text] = []
         for argument in arguments:
-            made = self._argument(argument, scope, own)
+            if fields and isinstance(argument, Text):
+                made = self._with_fields(argument, scope)
+            else:
+                made = self._argument(argument, scope, own)
             if made is None:
                 return None
             found.append(made)
