@@ -49,7 +49,8 @@ def build_loop(
                     item.span,
                     helps=(insertion("begin a step for it: `@+4 .loop;`", item.span.start, "@+4 "),),
                 )
-            found = found or item
+            else:
+                found = item
     return None if found is None else found.span
 
 
