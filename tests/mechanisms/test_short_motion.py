@@ -249,3 +249,9 @@ def test_traces_close_in_vector_films(tmp_path: Path) -> None:
     motion.render(tmp_path / "film.svg", trace="A.Q")
     motion.render(tmp_path / "part.svg", trace="A.Q", frames="0:31")
     assert "indefinite" in (tmp_path / "film.svg").read_text()
+
+
+@pytest.mark.parametrize("speed", [90, -250])
+def test_an_angle_between_vectors_keeps_turning(speed: int) -> None:
+    motion = solved(BAR + f"@0 A.P = [60,60]; .a([1,0], A.Q - A.P) = {speed}*.t; @12")
+    assert np.abs(motion["A.angle"] - speed * motion.times).max() < NEAR
