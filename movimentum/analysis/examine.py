@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import overload
 
@@ -23,7 +23,7 @@ from movimentum.analysis.diagnose.valueless import valueless
 from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.planning.blocks.kinds import Free
 from movimentum.settings import Advice
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
@@ -79,7 +79,9 @@ def examine(motion: PathMotion, *, every_frame: bool = True, advice: Advice = Ad
     claims; without ``every_frame`` these two are left out.
     """
     with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
-        return _examined(motion, every_frame, advice)
+        found = _examined(motion, every_frame, advice)
+    source = motion.timeline.scene.source
+    return replace(found, diagnostics=tuple(real(item, source) for item in found.diagnostics))
 
 
 def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examination:

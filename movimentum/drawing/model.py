@@ -11,30 +11,37 @@ import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from movimentum.drawing.parts import FigurePart, Point
 from movimentum.drawing.style import Color
+from movimentum.geometry import Affine
+from movimentum.scene.appearance import Figure, Piece
+from movimentum.scene.model import Shape
 from movimentum.source import Span
-
-Point: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Paint:
     """Whose visibility, opacity and colour a mark has: those of thing number ``thing``. ``color`` (of an image: its
-    tint) as the definition gives it; constraints may change it.
+    tint) and ``opacity`` as the definition gives them; constraints may change them.
     """
 
     thing: int
     color: Color
+    opacity: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class ImageMark:
-    """The image file ``path``, its lower-left corner at the local origin; an image pixel is ``pixel`` world pixels."""
+    """The image file ``path``, its lower-left corner at the local origin; an image pixel is ``pixel`` world pixels.
+
+    ``placed``: where a placed copy has it instead, in the local frame.
+    """
 
     paint: Paint
     path: str
     pixel: float
     span: Span | None = None
+    placed: Affine | None = None
 
     @property
     def body(self) -> int:
@@ -44,13 +51,18 @@ class ImageMark:
 
 @dataclass(frozen=True, slots=True)
 class TextMark:
-    """A line of text whose baseline begins at the local point ``start``; the font is ``height`` high."""
+    """A line of text whose baseline begins at the local point ``start`` (has its middle or its end there, as ``align``
+    says); the font is ``height`` high. ``pieces``: the parts of a text whose numbers change; then ``text`` is a sample.
+    """
 
     paint: Paint
     text: str
     height: float
     start: Point
     span: Span | None = None
+    align: str = "left"
+    italic: bool = False
+    pieces: tuple[Piece, ...] = ()
 
     @property
     def body(self) -> int:
@@ -86,6 +98,45 @@ class DiscMark:
     def body(self) -> int:
         """The thing that it moves with."""
         return self.paint.thing
+
+
+@dataclass(frozen=True, slots=True)
+class FigureMark:
+    """A body made of several ``parts``, back to front, in its local frame; faded as one."""
+
+    paint: Paint
+    parts: tuple[FigurePart, ...]
+
+    @property
+    def body(self) -> int:
+        """The thing that it moves with."""
+        return self.paint.thing
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolMark:
+    """What is drawn at points of other things and for their distances: a spring, a dimension, a support …
+
+    ``through``: (thing number, local point) each; it is drawn while all of them are visible. ``width``: of its lines;
+    ``size``: of the symbol, or of its letters; ``ink`` of its lines where that is not the colour of its paint; ``fill``
+    of what is inside. ``text``: what is written at it instead of its value. ``lengths``: the least and the greatest
+    distance of its points in the whole film, where its parts depend on them.
+    """
+
+    paint: Paint
+    shape: Shape
+    through: tuple[tuple[int, Point], ...]
+    width: float
+    size: float
+    figure: Figure
+    fill: Color
+    dash: tuple[float, ...] = ()
+    cap: str = "round"
+    text: tuple[Piece, ...] | None = None
+    italic: bool = False
+    ink: Color | None = None
+    lengths: tuple[float, float] = (0.0, 0.0)
+    span: Span | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,15 +180,24 @@ class FreeArrow:
 
 @dataclass(frozen=True, slots=True)
 class TraceMark:
-    """The path of a body's local point, from the animation's first frame to the present one."""
+    """The path of a body's local point, from the animation's first frame to the present one.
+
+    With ``tail``, only what was drawn in so much time, and fading. ``whole``: from the first frame on, all that it ever
+    draws. ``paint``: of a trace that is a thing of the script.
+    """
 
     body: int
     local: Point
     color: Color
     width: float
+    whole: bool = False
+    tail: float | None = None
+    paint: Paint | None = None
+    dash: tuple[float, ...] = ()
+    cap: str = "round"
 
 
-ThingMark: TypeAlias = ImageMark | TextMark | PolylineMark | DiscMark | LinkMark
+ThingMark: TypeAlias = ImageMark | TextMark | PolylineMark | DiscMark | LinkMark | FigureMark | SymbolMark
 """What a thing of the scene looks like."""
 
 OverMark: TypeAlias = NoteMark | FreeArrow
@@ -146,7 +206,8 @@ OverMark: TypeAlias = NoteMark | FreeArrow
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """``things`` from back to front, then ``traces``, then ``overlays``, on ``background``.
+    """``paths`` (traces of the whole film), ``things`` from back to front, then ``traces``, then ``overlays``, on
+    ``background``.
 
     ``matte`` is the background colour even if the picture is transparent: what video, which has no transparency, shows.
     """
@@ -156,6 +217,7 @@ class Drawing:
     overlays: tuple[OverMark, ...]
     matte: Color
     transparent: bool = False
+    paths: tuple[TraceMark, ...] = ()
 
     @property
     def background(self) -> Color | None:

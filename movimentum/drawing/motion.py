@@ -11,6 +11,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.arrows import arrow_head
 from movimentum.drawing.model import (
     DiscMark,
+    FigureMark,
     FreeArrow,
     LinkMark,
     NoteMark,
@@ -18,10 +19,13 @@ from movimentum.drawing.model import (
     Paint,
     Point,
     PolylineMark,
+    SymbolMark,
     ThingMark,
     TraceMark,
 )
+from movimentum.drawing.parts import FigurePart, PartForm, hull
 from movimentum.drawing.style import ARROW_WIDTH, LONGEST, SHORTEST, Color
+from movimentum.drawing.symbols import LETTER, caption, moving_parts, symbol_shown
 from movimentum.solver.poses import Poses
 
 
@@ -36,16 +40,18 @@ def paint_at(paint: Paint, poses: Poses, i: int) -> tuple[float, Color]:
         own if values is None else round(min(max(float(values[i]), 0.0), 255.0))
         for own, values in zip(paint.color, channels, strict=True)
     )
-    return (1.0 if opacity is None else min(max(float(opacity[i]), 0.0), 1.0)), (red, green, blue)
+    return (paint.opacity if opacity is None else min(max(float(opacity[i]), 0.0), 1.0)), (red, green, blue)
 
 
 def state(mark: ThingMark | OverMark | TraceMark, poses: Poses) -> FloatArray:
     """(F, K): all numbers that the picture of a mark depends on; equal rows are equal pictures."""
     match mark:
-        case LinkMark():
+        case LinkMark() | SymbolMark():
             points = link_points(mark, poses).reshape(len(poses.frames), -1)
             shown = [poses.visible[thing].astype(np.float64)[:, None] for thing, _ in mark.through]
             return np.concatenate([points, *shown, *_paint_state(mark.paint, poses)], axis=1)
+        case TraceMark(paint=Paint() as paint):
+            return np.concatenate([point_state(mark.body, mark.local, poses), *_paint_state(paint, poses)], axis=1)
         case NoteMark() | TraceMark():
             return point_state(mark.body, mark.local, poses)
         case FreeArrow():
@@ -77,6 +83,14 @@ def bounds(mark: ThingMark | OverMark, poses: Poses, corners: Sequence[Point]) -
         case PolylineMark():
             reach = arrow_head(mark.width)[1] if mark.arrow else mark.width / 2.0
             return boxes(_world(poses, mark.body, mark.points), poses.visible[mark.body], reach)
+        case FigureMark():
+            found = [
+                boxes(_world(poses, mark.body, hull(part.points)), poses.visible[mark.body], _reach(part))
+                for part in mark.parts
+            ]
+            return _around(found)
+        case SymbolMark():
+            return _symbol_bounds(mark, poses)
         case DiscMark():
             reach = mark.radius + (mark.width or 0.0) / 2.0
             return boxes(_world(poses, mark.body, [mark.centre]), poses.visible[mark.body], reach)
@@ -84,7 +98,30 @@ def bounds(mark: ThingMark | OverMark, poses: Poses, corners: Sequence[Point]) -
             return boxes(_world(poses, mark.body, corners), poses.visible[mark.body], 0.0)
 
 
-def link_points(mark: LinkMark, poses: Poses) -> FloatArray:
+def _reach(part: FigurePart) -> float:
+    square = math.sqrt(2.0) if part.cap == "square" else 1.0
+    return part.width * (0.5 * square if part.form is PartForm.STROKE else 1.0 if part.form is PartForm.DOT else 0.0)
+
+
+def _around(found: Sequence[FloatArray]) -> FloatArray:
+    """(F, 4): a box around several."""
+    stacked = np.stack(found)
+    return np.concatenate(
+        [np.fmin.reduce(stacked[:, :, :2], axis=0), np.fmax.reduce(stacked[:, :, 2:], axis=0)], axis=1
+    )
+
+
+def _symbol_bounds(mark: SymbolMark, poses: Poses) -> FloatArray:
+    found = [boxes(part.points, part.shown, _reach(part.style)) for part in moving_parts(mark, poses)]
+    text = caption(mark, poses)
+    if text is not None:
+        half = np.array([[LETTER * len(letters) * mark.size / 2.0, mark.size / 2.0] for letters in text.texts])
+        box = np.concatenate([text.middle - half, text.middle + half], axis=1)
+        found.append(np.where(symbol_shown(mark, poses)[:, None], box, np.nan))
+    return _around(found)
+
+
+def link_points(mark: LinkMark | SymbolMark, poses: Poses) -> FloatArray:
     """(F, P, 2): the points that a line goes through."""
     return np.stack([poses.world(thing, local) for thing, local in mark.through], axis=1)
 
@@ -135,7 +172,7 @@ def _world(poses: Poses, thing: int, points: Sequence[Point]) -> FloatArray:
 def paint_over(paint: Paint, poses: Poses) -> tuple[FloatArray, FloatArray]:
     """(F,) opacity, 0 where the thing is not visible, and (F, 3) colour in whole numbers: `paint_at` of all frames."""
     count = len(poses.frames)
-    opacity = poses.properties.get((paint.thing, "opacity"), np.ones(count))
+    opacity = poses.properties.get((paint.thing, "opacity"), np.full(count, paint.opacity))
     color = np.tile(np.array(paint.color, dtype=np.float64), (count, 1))
     for column, name in enumerate(("red", "green", "blue")):
         values = poses.properties.get((paint.thing, name))

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from movimentum.scene.colors import INK
 from movimentum.scene.model import Shape, Thing
 
 Color: TypeAlias = tuple[int, int, int]
@@ -22,6 +21,14 @@ MOTIONS: tuple[Color, ...] = (ACCENT, (0, 114, 178), (0, 140, 90), (213, 94, 0),
 TRACE_WIDTH = 1.6
 UNITS = 1000
 """Units of a text's outline in the height of its font."""
+SLANT = 0.21
+"""How far an italic text leans: to the right, for each unit up."""
+MIDDLE = 0.36
+"""Of a font's height: how high the middle of its letters is."""
+BANDS = 12
+"""From how many lines over each other, each a little shorter, a fading trace is laid together."""
+FAINT = 0.35
+"""The opacity of a trace of the whole film."""
 NOTE_HEIGHT = 12.0  # of the font of names over the picture
 DOT_EDGE = 1.2  # of the dot that marks an anchor
 LONGEST, SHORTEST = 36.0, 3.0
@@ -31,7 +38,7 @@ ARROW_WIDTH = 2.5  # of free motions
 
 def color_of(thing: Thing) -> Color:
     """The colour of a thing and its traces; for a sprite, only of its traces."""
-    return INK if thing.color is None else thing.color
+    return thing.main_color
 
 
 def paint_of(thing: Thing) -> Color:

@@ -66,15 +66,16 @@ class Rendition:
 
     def images(self) -> Iterator[tuple[int, Any]]:
         """The frames of `pictures` as Pillow images."""
+        from movimentum.analysis.live import with_numbers
         from movimentum.drawing.options import PictureOptions
         from movimentum.rendering.painter import make_painter
 
         motion = self.solution.motion
         count = motion.timeline.frame_count
-        chunks = [motion.poses(first, min(first + 512, count)) for first in range(0, count, 512)]
+        chunks = [with_numbers(motion, motion.poses(first, min(first + 512, count))) for first in range(0, count, 512)]
         painter = make_painter(self.scene, chunks, PictureOptions())
         for frame in self.pictures:
-            yield frame, painter.frame(motion.poses(frame, frame + 1), 0).convert("RGB")
+            yield frame, painter.frame(with_numbers(motion, motion.poses(frame, frame + 1)), 0).convert("RGB")
 
 
 def rendition(script: Path) -> Rendition:

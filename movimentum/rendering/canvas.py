@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
-from PIL import Image
+from PIL import Image, ImageChops
 
+from movimentum.drawing.parts import FigurePart, PartForm
 from movimentum.drawing.style import Color
 from movimentum.geometry import Affine
-from movimentum.rendering.coverage import Coverage, Point, bounded, clipped, stroke
+from movimentum.rendering.coverage import Coverage, Point, bounded, clipped, disc, stroke
 from movimentum.rendering.sprites import Sprite
 
 
@@ -27,6 +28,43 @@ class Canvas:
     def line(self, points: Sequence[Point], width: float) -> Coverage | None:
         """The coverage of a polyline, in this canvas' quality."""
         return _jagged_stroke(points, width, self.size) if self.draft else stroke(points, width, self.size)
+
+    def part(self, part: FigurePart, rings: Sequence[Sequence[Point]], scale: float) -> Coverage | None:
+        """The coverage of a part of a figure whose points (and holes) are at ``rings`` on this canvas."""
+        from movimentum.rendering import areas  # only figures need it
+
+        width = part.width * scale
+        match part.form:
+            case PartForm.DOT:
+                return disc(rings[0][0], width, None, self.size)
+            case PartForm.FILL:
+                return areas.outline(rings, self.size)
+            case PartForm.STROKE if self.draft and not part.dash:
+                return self.line([*rings[0], rings[0][0]] if part.closed else rings[0], width)
+            case PartForm.STROKE if not (part.closed or part.dash) and part.cap == "round":
+                return stroke(rings[0], width, self.size)
+            case PartForm.STROKE:
+                dash = tuple(length * scale for length in part.dash)
+                return areas.line(rings[0], width, self.size, part.closed, dash, part.cap)
+
+    def together(self, opacity: float, paint: Callable[[Canvas], None]) -> None:
+        """Paint several things at full opacity and lay them over the canvas as one: nothing shows through twice."""
+        if opacity <= 0.0:
+            return
+        if opacity >= 1.0:
+            paint(self)
+            return
+        after = self.image.copy()
+        paint(Canvas(after, self.draft))
+        box = ImageChops.difference(self.image, after).getbbox(alpha_only=False)
+        if box is None:
+            return
+        before, after = self.image.crop(box), after.crop(box)
+        if self.image.mode == "RGBA":  # colours of clear pixels must not count
+            mixed = Image.blend(before.convert("RGBa"), after.convert("RGBa"), opacity).convert("RGBA")
+        else:
+            mixed = Image.blend(before, after, opacity)
+        self.image.paste(mixed, box[:2])
 
     def fill(self, coverage: Coverage | None, color: Color, opacity: float = 1.0) -> None:
         """Lay ``color`` over the canvas by ``coverage``, as opaque as ``opacity`` (0 to 1)."""

@@ -9,9 +9,21 @@ from numpy.typing import NDArray
 
 from movimentum import geometry
 from movimentum.drawing.arrows import arrow_parts
-from movimentum.drawing.model import DiscMark, FreeArrow, LinkMark, NoteMark, Point, PolylineMark
+from movimentum.drawing.model import (
+    DiscMark,
+    FigureMark,
+    FreeArrow,
+    LinkMark,
+    NoteMark,
+    Point,
+    PolylineMark,
+    SymbolMark,
+    TextMark,
+)
 from movimentum.drawing.motion import arrow_ends, arrow_shown, paint_at, state
 from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, PAPER, Color
+from movimentum.drawing.symbols import caption, moving_parts, symbol_shown
+from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
 from movimentum.rendering.canvas import Canvas
 from movimentum.rendering.coverage import FARTHEST, bounded, disc, polygon, union
@@ -46,6 +58,10 @@ class Item:
                 if paint[0] > 0.0 and all(poses.visible[thing, i] for thing, _ in mark.through):
                     points = [(to_image @ _pose(poses, thing, i)).apply(*local) for thing, local in mark.through]
                     _line(canvas, points, mark.width * to_image.a, False, paint)
+            case SymbolMark():
+                paint = paint_at(mark.paint, poses, i)
+                if paint[0] > 0.0:
+                    _symbol(mark, canvas, to_image, poses.select(slice(i, i + 1)), paint)
             case _:
                 paint = paint_at(mark.paint, poses, i)
                 if paint[0] > 0.0:
@@ -56,8 +72,57 @@ class Item:
                         _line(canvas, points, mark.width * to_image.a, mark.arrow, paint)
                     elif isinstance(mark, DiscMark):
                         _disc(mark, canvas, to_image, (to_image @ to_world).apply(*mark.centre), paint)
+                    elif isinstance(mark, FigureMark):
+                        _figure(mark, canvas, to_image @ to_world, to_image.a, paint)
+                    elif isinstance(mark, TextMark) and mark.pieces:
+                        _live_text(mark, canvas, to_image, to_world, poses.select(slice(i, i + 1)), paint)
                     elif sprite is not None:
                         canvas.picture(sprite, to_image @ (to_world @ sprite.to_local), *paint)
+
+
+def _figure(mark: FigureMark, canvas: Canvas, place: Affine, scale: float, paint: tuple[float, Color]) -> None:
+    """The parts of a body; what lies over each other is faded as one."""
+
+    def parts(sheet: Canvas) -> None:
+        for part in mark.parts:
+            rings = [[place.apply(*point) for point in ring] for ring in (part.points, *part.holes)]
+            sheet.fill(sheet.part(part, rings, scale), part.color or paint[1])
+
+    canvas.together(paint[0], parts)
+
+
+def _symbol(mark: SymbolMark, canvas: Canvas, to_image: Affine, poses: Poses, paint: tuple[float, Color]) -> None:
+    """A symbol in the one frame of ``poses``."""
+    if not symbol_shown(mark, poses)[0]:
+        return
+    found = [part for part in moving_parts(mark, poses) if part.shown[0]]
+    words = caption(mark, poses)
+
+    def parts(sheet: Canvas) -> None:
+        for part in found:
+            ring = [to_image.apply(x, y) for x, y in part.points[0].tolist()]
+            sheet.fill(sheet.part(part.style, [ring], to_image.a), part.style.color or paint[1])
+        if words is not None:
+            from movimentum.rendering.text import written_sprite
+
+            sprite = written_sprite(words.texts[0], mark.size, to_image.a, "middle", mark.italic, mark.span)
+            if sprite is not None:
+                x, y = words.middle[0].tolist()
+                sheet.picture(sprite, to_image @ (Affine(1.0, 0.0, x, 0.0, 1.0, y) @ sprite.to_local), 1.0, paint[1])
+
+    canvas.together(paint[0], parts)
+
+
+def _live_text(
+    mark: TextMark, canvas: Canvas, to_image: Affine, to_world: Affine, poses: Poses, paint: tuple[float, Color]
+) -> None:
+    """A label in the one frame of ``poses``."""
+    from movimentum.rendering.text import written_sprite
+
+    text = written(mark.pieces, mark.paint.thing, poses)[0]
+    sprite = written_sprite(text, mark.height, to_image.a, mark.align, mark.italic, mark.span)
+    if sprite is not None:
+        canvas.picture(sprite, to_image @ (to_world @ sprite.moved(*mark.start).to_local), *paint)
 
 
 def _note(prepared: PreparedMark, mark: NoteMark, canvas: Canvas, to_image: Affine, poses: Poses) -> None:

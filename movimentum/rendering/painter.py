@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,16 +25,19 @@ from movimentum.rendering.canvas import Canvas
 from movimentum.rendering.items import Item
 from movimentum.rendering.prepare import Trace, prepare_drawing
 from movimentum.rendering.stream import PoseSource
-from movimentum.rendering.traces import TraceLayer
+from movimentum.rendering.traces import PathLayer, TailLayer, TraceLayer, layer_of
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 
 Floats = NDArray[np.float64]
 
+Layer: TypeAlias = Item | TraceLayer | TailLayer | PathLayer
+"""What a picture is laid together from."""
+
 
 @dataclass(frozen=True, slots=True)
 class Painter:
-    """All that drawing needs. ``items`` from back to front, then ``traces``, then ``overlays``.
+    """All that drawing needs. ``paths`` and ``items`` from back to front, then ``traces``, then ``overlays``.
 
     ``view`` is the finished picture's; with ``supersample`` 2 it is drawn twice as large and averaged.
     """
@@ -46,6 +50,7 @@ class Painter:
     transparent: bool = False
     draft: bool = False
     supersample: int = 1
+    paths: tuple[Trace, ...] = ()
 
     @property
     def size(self) -> tuple[int, int]:
@@ -75,7 +80,8 @@ class PaintSession:
         view = painter.view.enlarged(painter.supersample)
         self._to_image = view.to_image
         self._size = (view.width, view.height)
-        self._traces = [TraceLayer(trace, self._size) for trace in painter.traces]
+        self._traces = [layer_of(trace, self._size) for trace in painter.traces]
+        self._paths = [PathLayer(trace, self._to_image, self._size) for trace in painter.paths]
         for layer in self._traces:
             if layer.trace.past is not None:
                 layer.feed(layer.trace.past, self._to_image)
@@ -90,7 +96,7 @@ class PaintSession:
         for layer, points in zip(self._traces, past, strict=False):
             layer.feed(points, self._to_image)
         count = len(poses.frames)
-        layers: list[Item | TraceLayer] = [*painter.items, *self._traces, *painter.overlays]
+        layers: list[Layer] = [*self._paths, *painter.items, *self._traces, *painter.overlays]
         still, same = self._at_rest(layers, poses)
         news = [layer.trace.points(poses) for layer in self._traces]
         base = self._blank()
@@ -108,7 +114,7 @@ class PaintSession:
                 image = large if painter.supersample == 1 else large.reduce(painter.supersample)
             yield image
 
-    def _draw(self, image: Image.Image, layers: Sequence[Item | TraceLayer], poses: Poses, i: int) -> None:
+    def _draw(self, image: Image.Image, layers: Sequence[Layer], poses: Poses, i: int) -> None:
         canvas = Canvas(image, self.painter.draft)
         for layer in layers:
             layer.draw(canvas, self._to_image, poses, i)
@@ -118,7 +124,7 @@ class PaintSession:
             return Image.new("RGBA", self._size, (0, 0, 0, 0))
         return Image.new("RGB", self._size, self.painter.background)
 
-    def _at_rest(self, layers: Sequence[Item | TraceLayer], poses: Poses) -> tuple[int, NDArray[np.bool_]]:
+    def _at_rest(self, layers: Sequence[Layer], poses: Poses) -> tuple[int, NDArray[np.bool_]]:
         """How many layers from the back stand still in all frames, and (F - 1,) whether a frame equals the last."""
         same = np.ones(max(0, len(poses.frames) - 1), dtype=bool)
         still = 0
@@ -149,4 +155,5 @@ def make_painter(
         transparent=prepared.drawing.transparent,
         draft=options.quality is Quality.DRAFT,
         supersample=prepared.fineness,
+        paths=prepared.paths,
     )

@@ -14,8 +14,18 @@ from numpy.typing import NDArray
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.compose import compose
-from movimentum.drawing.model import Drawing, FreeArrow, ImageMark, NoteMark, OverMark, TextMark, ThingMark, TraceMark
-from movimentum.drawing.motion import bounds, point_state
+from movimentum.drawing.model import (
+    Drawing,
+    FreeArrow,
+    ImageMark,
+    NoteMark,
+    OverMark,
+    SymbolMark,
+    TextMark,
+    ThingMark,
+    TraceMark,
+)
+from movimentum.drawing.motion import bounds, link_points, point_state, state
 from movimentum.drawing.options import MAX_PREPARED_PIXELS, PictureOptions, Quality
 from movimentum.drawing.style import NOTE_HEIGHT
 from movimentum.errors import ScriptError, UsageError
@@ -23,10 +33,13 @@ from movimentum.geometry import View
 from movimentum.rendering.images import load_premultiplied
 from movimentum.rendering.sprites import Sprite, prepare
 from movimentum.rendering.stream import PoseSource, chunks
-from movimentum.scene.model import Scene
+from movimentum.scene.model import Scene, Shape
 from movimentum.solver.poses import Poses
 
 Floats = NDArray[np.float64]
+
+MEASURED = frozenset({Shape.CYLINDER, Shape.DAMPER, Shape.SLIDE})
+"""Symbols that depend on the distances that they have in the whole film."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +52,10 @@ class PreparedMark:
 
     def bounds(self, poses: Poses) -> Floats:
         """(F, 4): left, bottom, right, top in the world; rows of NaN where nothing is drawn."""
+        if isinstance(self.mark, TextMark) and self.mark.pieces:
+            from movimentum.rendering.text import longest
+
+            return bounds(self.mark, poses, longest(self.mark, poses))
         return bounds(self.mark, poses, () if self.sprite is None else self.sprite.local_corners())
 
 
@@ -54,13 +71,20 @@ class Trace:
     last: int = -1
 
     def points(self, poses: Poses) -> Floats:
-        """(F, 3): world x, y, and 1 where the thing is visible, else 0."""
-        return point_state(self.mark.body, self.mark.local, poses)
+        """(F, 3): world x, y, and 1 where the thing is visible, else 0; (F, 4) with the times for one with a tail."""
+        points = point_state(self.mark.body, self.mark.local, poses)
+        return points if self.mark.tail is None else np.concatenate([points, poses.times[:, None]], axis=1)
+
+    def state(self, poses: Poses) -> Floats:
+        """(F, K): all numbers that its picture depends on, but for what it has drawn before; first its points."""
+        points = state(self.mark, poses)
+        return points if self.mark.tail is None else np.concatenate([points, poses.times[:, None]], axis=1)
 
 
 @dataclass(frozen=True, slots=True)
 class PreparedDrawing:
-    """``things`` from back to front, then ``traces``, then ``overlays``: those marks of ``drawing`` that show anything.
+    """``paths`` (traces of the whole film, their points in ``past``), ``things`` from back to front, then ``traces``,
+    then ``overlays``: those marks of ``drawing`` that show anything.
 
     ``view`` is the rectangle of the world that the finished picture shows. Images and texts have ``fineness`` pixels to
     a pixel of that picture, each way (unless the image's file has fewer).
@@ -72,6 +96,7 @@ class PreparedDrawing:
     things: tuple[PreparedMark, ...]
     traces: tuple[Trace, ...]
     overlays: tuple[PreparedMark, ...]
+    paths: tuple[Trace, ...] = ()
 
 
 def prepare_drawing(
@@ -95,18 +120,61 @@ def prepare_drawing(
     magnification = options.scale * fineness
     _refuse_too_much(scene, magnification)
     drawing = compose(scene, options)
-    things = _loaded(drawing.things, magnification)
+    things = _loaded(_measured(drawing.things, source), magnification)
     traces = tuple(Trace(mark) for mark in drawing.traces)
+    whole = tuple(_whole(mark, source) for mark in drawing.paths)
     if traces:
         earlier = [[trace.points(chunk) for trace in traces] for chunk in chunks(before)]
         paths = [np.concatenate(parts) for parts in zip(*earlier, strict=True)] or [None] * len(traces)
         traces = tuple(replace(trace, past=path) for trace, path in zip(traces, paths, strict=True))
     if options.closing is not None:
-        traces = tuple(replace(each, closing=each.points(options.closing), last=options.last) for each in traces)
+        closing, last = options.closing, options.last
+        traces = tuple(
+            trace if trace.mark.tail is not None else replace(trace, closing=trace.points(closing), last=last)
+            for trace in traces
+        )
+        whole = tuple(_closed(trace, closing) for trace in whole)
     overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
     arrows = [overlay for overlay in overlays if isinstance(overlay.mark, FreeArrow)]
-    view = _view(scene, options, fineness, box or _fitted([*things, *arrows], traces, source))
-    return PreparedDrawing(drawing, view, fineness, tuple(things), traces, tuple(overlays))
+    view = _view(scene, options, fineness, box or _fitted([*things, *arrows], (*whole, *traces), source))
+    return PreparedDrawing(drawing, view, fineness, tuple(things), traces, tuple(overlays), whole)
+
+
+def _closed(trace: Trace, closing: Poses) -> Trace:
+    """A whole path up to where the film begins again."""
+    points = trace.points(closing)
+    return replace(trace, past=points if trace.past is None else np.concatenate([trace.past, points]))
+
+
+def needs_film(scene: Scene) -> bool:
+    """Whether a picture of one frame depends on others: on the lengths that a cylinder has, on a path."""
+    return any(thing.shape in (*MEASURED, Shape.TRACE) and not thing.hidden for thing in scene.things)
+
+
+def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]:
+    """The marks; those that depend on it with the least and the greatest distance that they have in the whole film."""
+    if not any(isinstance(mark, SymbolMark) and mark.shape in MEASURED for mark in marks):
+        return list(marks)
+    found: list[ThingMark] = []
+    for mark in marks:
+        if isinstance(mark, SymbolMark) and mark.shape in MEASURED:
+            reach = [link_points(mark, chunk) for chunk in chunks(source)]
+            lengths = np.concatenate([np.zeros(0), *(np.hypot(*(p[:, -1] - p[:, 0]).T) for p in reach)])
+            least, most = (float(lengths.min()), float(lengths.max())) if len(lengths) else (0.0, 0.0)
+            mark = replace(mark, lengths=(least, most))
+        found.append(mark)
+    return found
+
+
+def _whole(mark: TraceMark, source: PoseSource) -> Trace:
+    """A path with its points in all frames; it goes back to the first where the film ends one step before it."""
+    points = np.concatenate([np.zeros((0, 3)), *(Trace(mark).points(chunk)[:, :3] for chunk in chunks(source))])
+    if len(points) > 3 and (points[:, 2] > 0.0).all():
+        steps = np.hypot(*np.diff(points[:, :2], axis=0).T)
+        gap = math.dist(points[-1, :2].tolist(), points[0, :2].tolist())
+        if 0.0 < gap <= 1.5 * max(float(steps[0]), float(steps[-1])):
+            points = np.concatenate([points, points[:1]])
+    return Trace(mark, points)
 
 
 def _view(scene: Scene, options: PictureOptions, fineness: int, box: tuple[float, float, float, float]) -> View:
@@ -203,15 +271,19 @@ def _sprite(
 ) -> Sprite | None:
     """The picture of a mark, its pixels mapped to the local frame; None if nothing of it is visible."""
     if isinstance(mark, TextMark):
-        from movimentum.rendering.text import text_sprite
+        from movimentum.rendering.text import aligned, text_sprite
 
         sprite = text_sprite(mark.text, mark.height, magnification, mark.span)
+        sprite = aligned(sprite, mark.text, mark.height, magnification, mark.align, mark.italic)
         return None if sprite is None else sprite.moved(*mark.start)
     key = (mark.path, mark.pixel)
     if key not in sprites:
         loaded = load_premultiplied(mark.path, mark.pixel * magnification, mark.span)
         sprites[key] = prepare(loaded, mark.pixel, mark.pixel * magnification)
-    return sprites[key]
+    sprite = sprites[key]
+    if sprite is None or mark.placed is None:
+        return sprite
+    return replace(sprite, to_local=mark.placed @ sprite.to_local)
 
 
 def _overlay(mark: OverMark, magnification: float) -> PreparedMark | None:

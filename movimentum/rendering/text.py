@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFilter  # slow: this module is imported only if there is text
 
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.drawing.model import TextMark
 from movimentum.drawing.options import MAX_SPRITE_PIXELS
+from movimentum.drawing.style import MIDDLE, SLANT
+from movimentum.drawing.texts import written
 from movimentum.errors import ScriptError
 from movimentum.geometry import Affine
 from movimentum.rendering.faces import REPLACEMENT, Face, missing, normal, runs
 from movimentum.rendering.sprites import Sprite, outline_of
 from movimentum.scene.model import Thing
+from movimentum.solver.poses import Poses
 from movimentum.source import Span
 
 _LONGEST = 10_000  # characters: what follows is measured with care, but the measuring itself costs
@@ -45,6 +50,48 @@ def text_sprite(text: str, height: float, magnification: float, span: Span | Non
         return None
     unit = height / pixels
     return Sprite(mask, Affine(unit, 0.0, unit * left, 0.0, -unit, -unit * top), outline_of(np.asarray(mask)))
+
+
+@lru_cache(maxsize=512)
+def written_sprite(
+    text: str, height: float, magnification: float, align: str, italic: bool, span: Span | None = None
+) -> Sprite | None:
+    """`text_sprite` for a text that changes, whose local origin is where ``align`` says: at the left, the centre or the
+    right of its baseline, or in the middle of its letters.
+    """
+    return aligned(text_sprite(text, height, magnification, span), text, height, magnification, align, italic)
+
+
+def aligned(
+    sprite: Sprite | None, text: str, height: float, magnification: float, align: str, italic: bool
+) -> Sprite | None:
+    """A text moved so that its origin is where ``align`` says, and slanted if it is ``italic``."""
+    if sprite is None:
+        return None
+    if italic:
+        sprite = Sprite(sprite.image, Affine(1.0, SLANT, 0.0, 0.0, 1.0, 0.0) @ sprite.to_local, sprite.outline)
+    if align != "left":
+        part = 1.0 if align == "right" else 0.5
+        down = -MIDDLE * height if align == "middle" else 0.0
+        sprite = sprite.moved(-part * text_width(text, height, magnification), down)
+    return sprite
+
+
+def text_width(text: str, height: float, magnification: float) -> float:
+    """How far the letters of a text reach along its baseline, in local units."""
+    pixels = max(1.0, height * magnification)
+    x, piece, font = _laid_out(text, pixels)[-1]
+    return (x + float(font.getlength(piece))) * height / pixels
+
+
+def longest(mark: TextMark, poses: Poses) -> list[tuple[float, float]]:
+    """The local corners of a box that holds a label whose text changes, in all frames of ``poses``."""
+    texts = set(written(mark.pieces, mark.paint.thing, poses))
+    wide = max((text_width(text, mark.height, 1.0) for text in texts), default=0.0)
+    x, y = mark.start
+    left = x - {"left": 0.0, "center": 0.5, "right": 1.0}[mark.align] * wide
+    low, high = y - 0.25 * mark.height, y + 0.95 * mark.height
+    return [(left, low), (left + wide, low), (left + wide, high), (left, high)]
 
 
 def _laid_out(text: str, pixels: float) -> list[tuple[float, str, Any]]:

@@ -24,9 +24,7 @@ from movimentum.syntax.tree import (
     Comparison,
     Expression,
     Name,
-    ScriptTree,
     Statement,
-    StepHeader,
     postorder,
 )
 from movimentum.workflow.stages import arranged, built, moved
@@ -85,13 +83,12 @@ def _solved_for(session: Session, text: str) -> Reading:
         for node in postorder(statement.left)
     )
     step = session.step if timed else 0
-    items = list(parse(session.work.source).items)
-    headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
     variable = Name(name, span=statement.left.span)
-    items.insert(headers[step] + 1, Statement(variable, Comparison.EQUAL, statement.left, span=statement.left.span))
+    more = Statement(variable, Comparison.EQUAL, statement.left, span=statement.left.span)
+    source, choices = session.work.source, session.work.choices
     try:
-        changed = built(ScriptTree(tuple(items)), session.work.source)
-        motion = moved(arranged(changed, session.work.choices))
+        changed = built(parse(source), source, choices, added=((step, more),))
+        motion = moved(arranged(changed, choices))
     except MovimentumError as error:
         raise Refused(error.diagnostics[:1], SourceText("<prompt>", text.strip())) from error
     used = {node.name for node in postorder(statement.left) if isinstance(node, Name)}

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from movimentum.analysis.live import with_numbers
 from movimentum.repl.session import Session
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.poses import Poses
@@ -23,7 +24,7 @@ def poses_of(session: Session, moments: Sequence[Snapshot]) -> Poses:
     for f, moment in enumerate(moments):
         for t, pose in enumerate(moment.things):
             origin[t, f], direction[t, f], angle[t, f] = (pose.x, pose.y), (pose.c, pose.s), pose.angle
-    return Poses(
+    made = Poses(
         frames=np.arange(count, dtype=np.int64),
         times=poses.times,
         origin=origin,
@@ -35,6 +36,7 @@ def poses_of(session: Session, moments: Sequence[Snapshot]) -> Poses:
         missing=poses.missing,
         solved=np.ones(count, dtype=np.bool_),
     )
+    return with_numbers(session.work.motion, made, [session.time] * count)
 
 
 def write_sheet(session: Session, moments: Sequence[Snapshot], path: Path) -> None:

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
-from movimentum.diagnostics import Fix, Label, insertion, replacement, the_first
-from movimentum.errors import ScriptError
+from movimentum.diagnostics import Fix, Label, insertion, real, replacement, the_first
+from movimentum.errors import ScriptError, script_error
 from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
 from movimentum.scene.constants import exact
 from movimentum.scene.drafts import Draft
+from movimentum.scene.expansion.expand import expand
+from movimentum.scene.expansion.includes import ReadText, folder
+from movimentum.scene.expansion.product import Expanded
 from movimentum.scene.film_loops import build_loop
 from movimentum.scene.findings import Findings
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
+from movimentum.scene.labels import build_texts
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import (
     AnchorRef,
@@ -37,130 +40,116 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
-from movimentum.scene.things import ImageSize, build_things
+from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import (
     Blank,
     ClaimStatement,
     Comparison,
-    ConfigStatement,
-    Definition,
     Name,
     ScriptTree,
     Statement,
-    StepHeader,
     Transition,
     postorder,
 )
 
 
-def build(script: ScriptTree, source: SourceText, image_size: ImageSize, *, max_pixels: int = MAX_PIXELS) -> Scene:
+def build(
+    script: ScriptTree,
+    source: SourceText,
+    image_size: ImageSize,
+    *,
+    max_pixels: int = MAX_PIXELS,
+    read_text: ReadText | None = None,
+    settings: Mapping[str, str] | None = None,
+    added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
+    element: ElementPlace | None = None,
+) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
     ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
-    folder. Raises ScriptError with all errors of the script (and its warnings) at once.
+    folder; ``read_text`` likewise the text of an included file, ``element`` the centre of an element of an SVG.
+    ``settings``: constant expressions by name, which take the place of the script's own constants. ``added``: more
+    statements for steps, by number, at places of their own.
+
+    Raises ScriptError with all errors of the script (and its warnings) at once, and UsageError for a wrong setting.
     """
     findings = Findings(source)
-    config = build_config([item for item in script.items if isinstance(item, ConfigStatement)], max_pixels, findings)
-    things, table = build_things(
-        [item for item in script.items if isinstance(item, Definition)], _folder(source), image_size, findings
-    )
-    times, spans, drafts = _steps(script, table, findings)
-    loop = build_loop(script.items, times, spans, findings)
+    expanded = expand(script, source, findings, read_text or _no_files, settings or {}, added)
+    findings.source = expanded.source
+    config = build_config(list(expanded.configs), max_pixels, findings)
+    assets = Assets(folder(source), image_size, element)
+    things, table = build_things(expanded.definitions, expanded.placements, assets, findings)
+    drafts = list(_drafts(expanded, table, findings))
+    times = [step.time for step in expanded.steps]
+    loop = build_loop(expanded, findings)
     inference, sound = _kinds(drafts, findings)
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
     claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
+    if inference:
+        start = times[0] if times else Fraction(0)
+        names = tuple(_variables(stated, inference))
+        things = build_texts(things, expanded.definitions, inference, names, table, start, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
-    if not spans:
-        _report_no_step(script, findings)
+    if not expanded.steps:
+        _report_no_step(script, expanded, findings)
     findings.items.sort(key=lambda item: item.span.start if item.span else -1)
+    found = [real(item, expanded.source) for item in findings.items]
     if findings.errors:
-        raise ScriptError(the_first(findings.items))
+        raise ScriptError(the_first(found))
     assert inference is not None
     by_step: list[list[Constraint | Ending]] = [[] for _ in times]
     for item in statements:
         by_step[item.step].append(item)
     steps = tuple(
-        Step(number, time, span, tuple(by_step[number]), tuple(claim for claim in claims if claim.step == number))
-        for number, (time, span) in enumerate(zip(times, spans, strict=True))
+        Step(
+            number, step.time, step.span, tuple(by_step[number]), tuple(each for each in claims if each.step == number)
+        )
+        for number, step in enumerate(expanded.steps)
     )
     return Scene(
-        source=source,
+        source=expanded.source,
         config=config,
         things=things,
         variables=_variables(stated, inference),
         steps=steps,
-        diagnostics=tuple(findings.items),
+        diagnostics=tuple(found),
         mentioned=_mentioned(stated),
+        constants=expanded.constants,
+        settings=tuple((settings or {}).items()),
         loop=loop,
     )
 
 
-def _folder(source: SourceText) -> str:
-    return "" if source.path.startswith("<") else os.path.dirname(source.path)
+def _no_files(path: str) -> SourceText:
+    raise script_error("asset/missing", f"files cannot be included here: {path}")
 
 
 # --- steps ----------------------------------------------------------------------------------------
 
 
-def _steps(script: ScriptTree, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[Draft]]:
-    """Step times and spans, and the statements whose names are all known."""
-    times: list[Fraction] = []
-    spans: list[Span] = []
-    drafts: list[Draft] = []
-    early: Statement | ClaimStatement | None = None
-    for item in script.items:
-        if isinstance(item, StepHeader):
-            times.append(_time(item, times, spans, findings))
-            spans.append(item.span)
-        elif isinstance(item, Statement | ClaimStatement):
-            if not spans and early is None:
-                early = item
-            draft = _draft(item, max(len(spans) - 1, 0), table, findings)
-            if draft is not None:
-                drafts.append(draft)
-    if early is not None and spans:
+def _drafts(expanded: Expanded, table: ThingTable, findings: Findings) -> Iterator[Draft]:
+    """The statements whose names are all known."""
+    if expanded.early is not None and expanded.steps:
+        first = expanded.early.span
         findings.error(
             "timeline/before-first-step",
             "this statement comes before the first step",
-            early.span,
-            labels=(Label(spans[0], "the first step begins here"),),
-            helps=(insertion("write `@0` before it", early.span.start, "@0 "),),
+            first,
+            labels=(Label(expanded.steps[0].span, "the first step begins here"),),
+            helps=(insertion("write `@0` before it", first.start, "@0 "),),
         )
-    return times, spans, [replace(draft, step_end=_end_of(draft.step, times)) for draft in drafts]
+    for item in expanded.statements:
+        draft = _draft(item.statement, item.step, table, findings)
+        if draft is not None:
+            yield replace(draft, step_end=item.until)
 
 
-def _end_of(step: int, times: Sequence[Fraction]) -> Fraction | None:
-    """When a step ends; None for the last one."""
-    return times[step + 1] if step + 1 < len(times) else None
-
-
-def _time(header: StepHeader, times: list[Fraction], spans: list[Span], findings: Findings) -> Fraction:
-    before = times[-1] if times else None
-    value = exact(header.time, "a step's time", findings)
-    if value is None:
-        return before or Fraction(0)
-    time = (before or Fraction(0)) + value if header.relative else value
-    if before is not None and time < before:
-        findings.error(
-            "timeline/order",
-            f"this step is at {_shown(time)}, earlier than the previous step",
-            header.span,
-            labels=(Label(spans[-1], f"at {_shown(before)}"),),
-            helps=("write the steps in the order of their times",),
-        )
-    return time
-
-
-def _shown(time: Fraction) -> str:
-    return str(time) if time.denominator == 1 and abs(time) < 10**9 else f"{float(time):.6g}"
-
-
-def _report_no_step(script: ScriptTree, findings: Findings) -> None:
-    first = next((item for item in script.items if isinstance(item, Statement)), None)
+def _report_no_step(script: ScriptTree, expanded: Expanded, findings: Findings) -> None:
+    first = next((item.statement for item in expanded.statements if isinstance(item.statement, Statement)), None)
     findings.error(
         "timeline/no-step",
         "the script has no step, so there is no moment to show",

@@ -7,6 +7,10 @@ from functools import cache
 
 INK = (40, 40, 50)
 """The colour of a thing whose definition names no colour."""
+PALE = (207, 216, 227)
+"""The inside of a plate and the like whose definition names no colour."""
+NOTED = (179, 38, 30)
+"""The colour of a vector whose definition names none."""
 
 _NAMES = """
 aliceblue f0f8ff antiquewhite faebd7 aqua 00ffff aquamarine 7fffd4 azure f0ffff beige f5f5dc bisque ffe4c4 black

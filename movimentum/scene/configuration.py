@@ -8,7 +8,7 @@ from movimentum.diagnostics import Fix, Label, replacement
 from movimentum.scene import model
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
-from movimentum.scene.things import read_color, report_count, report_twice
+from movimentum.scene.options import read_color, report_count, report_twice
 from movimentum.source import Span
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import ConfigStatement, Expression, Option, Text

@@ -10,11 +10,12 @@ from movimentum.diagnostics import Label, insertion
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef
 from movimentum.scene.pairs import PAIRED
-from movimentum.scene.resolve import ComponentUse, Meanings, PassedOn, Swallowed, VariableUse
+from movimentum.scene.resolve import ComponentUse, KnownPlace, Meanings, PassedOn, Swallowed, VariableUse
 from movimentum.source import Span
 from movimentum.syntax.tree import (
     Call,
     Clock,
+    Constant,
     Expression,
     Member,
     Name,
@@ -163,8 +164,10 @@ class Inference:
 
     def _cell(self, node: Expression, meanings: Meanings) -> Cell:
         scalar = Cell(Kind.SCALAR, node.span)
+        if isinstance(meanings.get(id(node)), KnownPlace):
+            return Cell(Kind.VECTOR, node.span)
         match node:
-            case Number() | Clock():
+            case Number() | Clock() | Constant():
                 return scalar
             case Name():
                 meaning = meanings[id(node)]

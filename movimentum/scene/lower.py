@@ -29,6 +29,7 @@ from movimentum.expressions import (
     neg,
     power,
     progress,
+    ratio,
     sub,
     symbol,
 )
@@ -44,7 +45,16 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PassedOn, PropertyUse, Swallowed, VariableUse
+from movimentum.scene.resolve import (
+    AngleUse,
+    ComponentUse,
+    KnownPlace,
+    Meanings,
+    PassedOn,
+    PropertyUse,
+    Swallowed,
+    VariableUse,
+)
 from movimentum.scene.values import Value, from_line, length_of, piecewise, ranged, transition
 from movimentum.source import Span
 from movimentum.syntax.printer import expression_text
@@ -52,6 +62,7 @@ from movimentum.syntax.tree import (
     Blank,
     Call,
     Clock,
+    Constant,
     Expression,
     Member,
     Negate,
@@ -145,6 +156,8 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
         return (symbol(meaning),)
     if isinstance(meaning, PropertyUse):
         return (symbol(ThingProperty(meaning.thing, meaning.name)),)
+    if isinstance(meaning, KnownPlace):
+        return meaning.value
     match node:
         case Number():
             value = float(node.value)
@@ -152,6 +165,10 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
                 context.findings.error("kind/not-finite", "this number is too large", node.span)
                 value = 1.0
             return (const(value),)
+        case Constant():
+            if isinstance(node.computed, Expr):
+                return (node.computed,)
+            return (ratio(node.value) if isinstance(node.value, Fraction) else const(node.value),)
         case Blank():
             number = next(context.blanks)
             if context.inference.kind(node) is Kind.VECTOR:

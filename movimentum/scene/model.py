@@ -13,7 +13,10 @@ from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr, const
-from movimentum.scene.colors import INK
+from movimentum.scene.appearance import Figure, Look, Piece
+from movimentum.scene.colors import INK, NOTED, PALE
+from movimentum.scene.expansion.placement import HERE, CopyFrame
+from movimentum.scene.expansion.product import NamedConstant
 from movimentum.source import SourceText, Span
 
 # --- what a symbol of an expression can stand for (payloads of Expr "symbol") ---------------------
@@ -85,16 +88,45 @@ class Bearing:
 
 
 class Shape(StrEnum):
-    """How a thing is drawn; a LINE is not a body."""
+    """How a thing is drawn; `FOLLOWERS` are not bodies, and a GROUND without an anchor of its own is none."""
 
     SPRITE = "sprite"
     BAR = "bar"
     ARROW = "arrow"
     DISC = "disc"
     LABEL = "label"
+    PLATE = "plate"
+    POLYGON = "polygon"
     GEAR = "gear"
     RACK = "rack"
+    GROUND = "ground"
     LINE = "line"
+    SLIDE = "slide"
+    SPRING = "spring"
+    DAMPER = "damper"
+    CYLINDER = "cylinder"
+    TRACE = "trace"
+    DIMENSION = "dimension"
+    ARC = "arc"
+    VECTOR = "vector"
+
+    @property
+    def ink(self) -> tuple[int, int, int]:
+        """The main colour of a thing whose definition names none (of what has an inside: what is inside)."""
+        match self:
+            case Shape.PLATE | Shape.POLYGON | Shape.GEAR | Shape.RACK:
+                return PALE
+            case Shape.VECTOR:
+                return NOTED
+            case _:
+                return INK
+
+
+FOLLOWERS = frozenset(
+    {Shape.LINE, Shape.SLIDE, Shape.SPRING, Shape.DAMPER, Shape.CYLINDER}
+    | {Shape.TRACE, Shape.DIMENSION, Shape.ARC, Shape.VECTOR}
+)
+"""What is only drawn at anchors of other things: it has no pose and no anchors of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,12 +158,17 @@ class AnchorRef:
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A rigid body (or a ``.line``, which only follows other things' anchors).
+    """A rigid body (or a follower, which is only drawn at other things' anchors).
 
     ``image`` is the sprite's path as found from the script's folder; ``image_size`` its (width, height) in
     image pixels; one image pixel is ``scale`` world pixels, and the image's lower-left corner is at the
-    local origin. ``through`` are the anchors a LINE is drawn through. ``color`` is (red, green, blue),
-    0 to 255. ``layer`` None means "by order of definition" (see `Scene.drawing_order`).
+    local origin. ``through`` are the anchors a follower is drawn at. ``color`` is (red, green, blue),
+    0 to 255. ``placement``: that of the copy which a thing belongs to (its anchors are placed already).
+    ``layer`` None means "by order of definition" (see `Scene.drawing_order`).
+
+    ``text`` is a label's, or what is written at a dimension, an arc or a vector; where numbers in it change, ``pieces``
+    are its parts, and ``text`` is how it looks where all of them are 0. ``teeth`` and ``module`` (world pixels) are a
+    gear's or a rack's; an ``inner`` gear is a ring.
     """
 
     number: int
@@ -150,22 +187,31 @@ class Thing:
     layer: float | None = None
     scale: float = 1.0
     hidden: bool = False
+    placement: CopyFrame = HERE
+    pieces: tuple[Piece, ...] = ()
     teeth: int | None = None
     module: float | None = None
     inner: bool = False
+    look: Look = field(default_factory=Look)
+    figure: Figure = field(default_factory=Figure)
 
     @property
     def is_body(self) -> bool:
         """Whether the thing has a pose of its own."""
-        return self.shape is not Shape.LINE
+        return self.shape not in FOLLOWERS and not (self.shape is Shape.GROUND and not self.anchors)
 
     def undriven(self, name: str) -> float:
         """The value of a property ("opacity", "red", "green", "blue") if nothing states it."""
         if name == "opacity":
-            return 1.0
+            return self.look.opacity
         if self.shape is Shape.SPRITE:  # a tint, which multiplies: this one changes nothing
             return 255.0
-        return float((INK if self.color is None else self.color)[("red", "green", "blue").index(name)])
+        return float(self.main_color[("red", "green", "blue").index(name)])
+
+    @property
+    def main_color(self) -> tuple[int, int, int]:
+        """The colour that statements about a thing's colours change: of what has an inside, what is inside."""
+        return (self.look.fill if self.is_body else None) or self.color or self.shape.ink
 
 
 # --- constraints ----------------------------------------------------------------------------------
@@ -255,6 +301,7 @@ class Config:
     size: tuple[int, int] | None = None
     background: tuple[int, int, int] | None = None
     span: Span | None = None
+    theme: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,18 +316,28 @@ class Scene:
     diagnostics: tuple[Diagnostic, ...] = ()
     mentioned: dict[int, int] = field(default_factory=dict[int, int])
     """thing number -> number of the first step that mentions it (absent: no step does)."""
+    constants: tuple[NamedConstant, ...] = ()
+    settings: tuple[tuple[str, str], ...] = ()
+    """Constants that were set from outside: (name, expression)."""
     loop: Span | None = None
     """Where the script says that the film begins again at its end (``.loop;``)."""
+    joints: frozenset[AnchorRef] = frozenset()
+    """Anchors that equations join to anchors of other things, or that are fixed."""
+    grounds: tuple[AnchorRef, ...] = ()
+    """Fixed anchors that are drawn with a support although the script does not say so."""
 
     def drawing_order(self) -> tuple[int, ...]:
         """Thing numbers from back to front: by layer, then by order of definition.
 
-        A thing without a ``.layer`` has its definition number for a layer.
+        A thing without a ``.layer`` has its definition number for a layer; supports and guides are under everything.
         """
-        return tuple(
-            thing.number
-            for thing in sorted(self.things, key=lambda t: (t.number if t.layer is None else t.layer, t.number))
-        )
+
+        def layer(thing: Thing) -> float:
+            if thing.layer is not None:
+                return thing.layer
+            return -1.0 if thing.shape in (Shape.GROUND, Shape.SLIDE) else thing.number
+
+        return tuple(thing.number for thing in sorted(self.things, key=lambda t: (layer(t), t.number)))
 
     def constraints(self) -> tuple[Constraint, ...]:
         """All constraints, by number."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from movimentum.diagnostics import Fix, Label, insertion, replacement
+from movimentum.expressions import Expr
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef, GearPair, Thing
 from movimentum.scene.pairs import PAIRED, is_crossed, pair_of
@@ -53,7 +54,14 @@ class Swallowed:
     """The name of a thing before a member; it has no value of its own."""
 
 
-Meaning = VariableUse | AnchorRef | AngleUse | PropertyUse | ComponentUse | Swallowed | PassedOn | GearPair
+@dataclass(frozen=True, slots=True)
+class KnownPlace:
+    """A constant vector: x and y."""
+
+    value: tuple[Expr, Expr]
+
+
+Meaning = VariableUse | AnchorRef | AngleUse | PropertyUse | ComponentUse | Swallowed | KnownPlace | PassedOn | GearPair
 Meanings = dict[int, Meaning]
 """``id`` of a `Name`, a `Member` or a call with things for arguments -> what it stands for."""
 
@@ -165,7 +173,8 @@ def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Fi
     if word == "angle" and thing.is_body:
         return AngleUse(thing.number)
     if word == "angle":
-        findings.error("kind/mismatch", f"`{thing.name}` is a line, which has no angle of its own", node.span)
+        message = f"`{thing.name}` is a {thing.shape}, which has no angle of its own"
+        findings.error("kind/mismatch", message, node.span)
         return None
     if word is not None:
         return PropertyUse(thing.number, word)
@@ -189,7 +198,7 @@ def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable
         whole = Span(span.start - len(thing.name) - 1, span.end)
         helps = (replacement(f"the distance between two anchors is `{distance}`", whole, distance),)
     elif not thing.is_body:
-        helps = ("a line has no anchors of its own: name the anchors that it is drawn through",)
+        helps = (f"a {thing.shape} has no anchors of its own: name the anchors that it is drawn at",)
     elif known:
         helps = (f"`{thing.name}` has " + ", ".join(f"`{item}`" for item in known[:12]),)
     else:

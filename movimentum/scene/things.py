@@ -3,75 +3,50 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
 from movimentum.errors import MovimentumError
-from movimentum.expressions import ZERO, Expr, add, const, mul, sub
-from movimentum.scene.colors import color, color_names
-from movimentum.scene.constants import constant, constant_expression
+from movimentum.expressions import const, mul, sub
+from movimentum.scene.anchors import build_anchors, moved
+from movimentum.scene.appearance import PIN_RADIUS, Figure, Look
+from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.scene.findings import Findings
-from movimentum.scene.lower import report_not_yet
-from movimentum.scene.model import Anchor, AnchorRef, Shape, Thing
+from movimentum.scene.model import FOLLOWERS, Anchor, AnchorRef, Shape, Thing
+from movimentum.scene.options import CALLED, positive, read_options, whole
 from movimentum.scene.resolve import ThingTable, report_unknown_anchor, report_unknown_thing
-from movimentum.source import Edit, Span
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import (
-    AnchorDefinition,
-    Definition,
-    Expression,
-    Name,
-    Operator,
-    Option,
-    Reference,
-    Text,
-    Vector,
-)
+from movimentum.syntax.tree import AnchorDefinition, Definition, Element, Name, Option, Reference, Text
 
 ImageSize = Callable[[str], tuple[int, int] | Diagnostic]
 """From an image's path to its (width, height) in pixels, or what is wrong with it (a `MovimentumError` will do)."""
 
-OPTIONS: dict[str, tuple[int, frozenset[Shape]]] = {
-    "color": (1, frozenset(Shape) - {Shape.SPRITE}),
-    "width": (1, frozenset({Shape.BAR, Shape.ARROW, Shape.DISC, Shape.LINE})),
-    "layer": (1, frozenset(Shape)),
-    "scale": (1, frozenset({Shape.SPRITE})),
-    "topleft": (0, frozenset({Shape.SPRITE})),
-    "hidden": (0, frozenset(Shape)),
-    "inner": (0, frozenset({Shape.GEAR})),
-}
-"""Option -> how many arguments it takes, and the shapes it fits."""
+ElementPlace = Callable[[str, str], tuple[float, float] | Diagnostic]
+"""From an SVG's path and an element's id to its centre, in the drawing's pixels, y down; or what is wrong."""
 
-_LEAST_ANCHORS = {Shape.SPRITE: 0, Shape.BAR: 2, Shape.ARROW: 2, Shape.DISC: 1, Shape.LABEL: 1, Shape.LINE: 2}
-_LEAST_ANCHORS |= {Shape.GEAR: 1, Shape.RACK: 2}
-_CALLED = {
-    Shape.SPRITE: "a picture",
-    Shape.BAR: "a `.bar`",
-    Shape.ARROW: "an `.arrow`",
-    Shape.DISC: "a `.disc`",
-    Shape.LABEL: "a `.label`",
-    Shape.LINE: "a `.line`",
-    Shape.GEAR: "a `.gear`",
-    Shape.RACK: "a `.rack`",
+_LEAST_ANCHORS = {Shape.SPRITE: 0, Shape.BAR: 2, Shape.ARROW: 2, Shape.PLATE: 2, Shape.POLYGON: 3, Shape.RACK: 2}
+_POINTS = {Shape.TRACE: 1, Shape.VECTOR: 1, Shape.GROUND: 1, Shape.DIMENSION: 2, Shape.ARC: 3} | {
+    Shape.SPRING: 2,
+    Shape.DAMPER: 2,
+    Shape.CYLINDER: 2,
 }
+"""At how many anchors a follower is drawn; the others: 2 or more."""
+MOST_TEETH = 2000
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
-    """The options of one thing, read."""
+class Assets:
+    """Where the files are that a script names, and what is known of them."""
 
-    color: tuple[int, int, int] | None = None
-    width: float | None = None
-    layer: float | None = None
-    scale: float = 1.0
-    topleft: bool = False
-    hidden: bool = False
-    inner: bool = False
+    folder: str
+    image_size: ImageSize
+    element: ElementPlace | None = None
 
 
 def build_things(
-    definitions: list[Definition], folder: str, image_size: ImageSize, findings: Findings
+    definitions: Sequence[Definition], placements: Mapping[str, CopyFrame], assets: Assets, findings: Findings
 ) -> tuple[tuple[Thing, ...], ThingTable]:
     """All things in order of definition, and their names. If two have the same name, the first is kept."""
     kept: dict[str, Definition] = {}
@@ -84,54 +59,34 @@ def build_things(
                 definition.name_span,
                 labels=(Label(first.name_span, "the first one"),),
             )
-    things = [_thing(number, item, folder, image_size, findings) for number, item in enumerate(kept.values())]
+    things = [_thing(number, item, assets, findings) for number, item in enumerate(kept.values())]
+    things = [_placed(thing, placements[thing.name]) if thing.name in placements else thing for thing in things]
     table = ThingTable(things)
     for number, definition in enumerate(kept.values()):
-        if things[number].shape is Shape.LINE:
+        if _follows(definition, things[number].shape):
             things[number] = replace(things[number], through=_references(definition, table, findings))
     return tuple(things), ThingTable(things)
 
 
-def _thing(number: int, definition: Definition, folder: str, image_size: ImageSize, findings: Findings) -> Thing:
+def _thing(number: int, definition: Definition, assets: Assets, findings: Findings) -> Thing:
     shape = Shape(definition.shape.word)
-    options = _options([part for part in definition.parts if isinstance(part, Option)], shape, findings)
-    image: str | None = None
-    size: tuple[int, int] | None = None
-    radius: float | None = None
-    text: str | None = None
-    teeth: int | None = None
-    module: float | None = None
-    argument = definition.shape.arguments[0] if definition.shape.arguments else None
-    if shape is Shape.SPRITE:
-        assert isinstance(argument, Text)
-        image = os.path.join(folder, argument.text)
-        size = _image(image, argument, image_size, findings)
-    elif shape is Shape.DISC:
-        assert argument is not None
-        radius = _positive(argument, "a disc's radius", findings)
-    elif shape in (Shape.GEAR, Shape.RACK):
-        number_of_teeth = _positive(argument, "the number of teeth", findings) if argument is not None else None
-        teeth = None if number_of_teeth is None else round(number_of_teeth)
-        module = _positive(definition.shape.arguments[1], "the module", findings)
-    elif shape is Shape.LABEL:
-        assert isinstance(argument, Text)
-        text = argument.text
-    anchors = _anchors([part for part in definition.parts if isinstance(part, AnchorDefinition)], findings)
-    missing = shape is not Shape.LINE and len(anchors) < _LEAST_ANCHORS[shape]
-    if missing:
-        least = _LEAST_ANCHORS[shape]
-        findings.error(
-            "kind/anchors",
-            f"{_CALLED[shape]} needs at least {least} anchor{'s' if least > 1 else ''}, `{definition.name}` has "
-            f"{len(anchors) or 'none'}",
-            definition.name_span,
-            helps=(_another_anchor(definition, shape),),
-        )
-    if options.topleft and size is not None:
-        anchors = [_moved(item, item.coordinates[0], sub(const(size[1]), item.coordinates[1])) for item in anchors]
-    if options.scale != 1.0:
-        scale = const(options.scale)
-        anchors = [_moved(item, *(mul(value, scale) for value in item.coordinates)) for item in anchors]
+    read = read_options([part for part in definition.parts if isinstance(part, Option)], shape, findings)
+    made = _argued(shape, definition, assets, findings)
+    written = [part for part in definition.parts if isinstance(part, AnchorDefinition)]
+    anchors = _anchors(definition, written, made.image, assets, findings)
+    if len(anchors) < _LEAST_ANCHORS.get(shape, 1) and not _follows(definition, shape):
+        _report_anchors(definition, shape, len(anchors), findings)
+    if "topleft" in read and made.image_size is not None:
+        height = const(made.image_size[1])
+        anchors = [moved(item, item.coordinates[0], sub(height, item.coordinates[1])) for item in anchors]
+    factor = read.get("scale", 1.0)
+    if factor != 1.0:
+        scale = const(factor)
+        anchors = [moved(item, *(mul(value, scale) for value in item.coordinates)) for item in anchors]
+    if "text" in read:
+        made = replace(made, text=read["text"].text)
+    if shape is Shape.VECTOR and ("velocity" in read) == ("acceleration" in read):
+        _report_vector(definition, read, findings)
     return Thing(
         number=number,
         name=definition.name,
@@ -139,19 +94,141 @@ def _thing(number: int, definition: Definition, folder: str, image_size: ImageSi
         anchors=tuple(anchors),
         span=definition.span,
         name_span=definition.name_span,
-        image=image,
-        image_size=size,
-        radius=radius,
-        text=text,
-        color=options.color,
-        width=options.width,
-        layer=options.layer,
-        scale=options.scale,
-        hidden=options.hidden,
-        teeth=teeth,
-        module=module,
-        inner=options.inner,
+        image=made.image,
+        image_size=made.image_size,
+        radius=made.radius,
+        text=made.text,
+        color=read.get("color"),
+        width=read.get("width"),
+        layer=read.get("layer"),
+        scale=factor,
+        hidden="hidden" in read,
+        teeth=made.teeth,
+        module=made.module,
+        inner="inner" in read,
+        look=_look(read, anchors, findings),
+        figure=_figure(read),
     )
+
+
+def _follows(definition: Definition, shape: Shape) -> bool:
+    return shape in FOLLOWERS or (
+        shape is Shape.GROUND and any(isinstance(part, Reference) for part in definition.parts)
+    )
+
+
+def _look(read: dict[str, Any], anchors: list[Anchor], findings: Findings) -> Look:
+    fields = {name: read[name] for name in ("fill", "edge", "dash", "cap", "opacity", "size", "align") if name in read}
+    pins = read.get("pins")
+    return Look(
+        **fields,
+        pins=pins if pins is None or pins > 0.0 else PIN_RADIUS,
+        drawn=_drawn(read["through"], anchors, findings) if "through" in read else None,
+        fixed="fixed" in read,
+        italic="italic" in read,
+    )
+
+
+def _drawn(names: tuple[Name, ...], anchors: list[Anchor], findings: Findings) -> tuple[int, ...] | None:
+    """The numbers of the anchors that a thing is drawn through."""
+    place = {anchor.name: number for number, anchor in enumerate(anchors)}
+    for name in names:
+        if name.name not in place:
+            guess = findings.nearest(name.name, place)
+            helps = (replacement(f"did you mean `{guess}`?", name.span, guess),) if guess else ()
+            message = f"there is no anchor `{name.name}` to be drawn through"
+            findings.error("name/unknown-anchor", message, name.span, helps=helps)
+    return tuple(place[name.name] for name in names if name.name in place)
+
+
+def _figure(read: dict[str, Any]) -> Figure:
+    names = ("coils", "whole", "tail", "places", "offset", "radius", "velocity", "acceleration")
+    return Figure(**{name: read[name] for name in names if name in read})
+
+
+def _report_vector(definition: Definition, read: dict[str, Any], findings: Findings) -> None:
+    if "velocity" in read:
+        findings.error("kind/mismatch", "a vector is a velocity or an acceleration, not both", definition.name_span)
+        return
+    findings.error(
+        "kind/mismatch",
+        f"`{definition.name}` does not say what its arrow shows",
+        definition.name_span,
+        helps=(insertion("add `.velocity(0.2)` or `.acceleration(0.05)`", definition.span.end - 1, " .velocity(0.2)"),),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Arguments:
+    """What the word of a definition and its arguments say."""
+
+    image: str | None = None
+    image_size: tuple[int, int] | None = None
+    radius: float | None = None
+    text: str | None = None
+    teeth: int | None = None
+    module: float | None = None
+
+
+def _argued(shape: Shape, definition: Definition, assets: Assets, findings: Findings) -> _Arguments:
+    arguments = definition.shape.arguments
+    match shape:
+        case Shape.SPRITE:
+            (argument,) = arguments
+            assert isinstance(argument, Text)
+            image = os.path.join(assets.folder, argument.text)
+            return _Arguments(image=image, image_size=_image(image, argument, assets.image_size, findings))
+        case Shape.DISC:
+            return _Arguments(radius=positive(arguments[0], "a disc's radius", findings))
+        case Shape.LABEL:
+            (argument,) = arguments
+            assert isinstance(argument, Text)
+            return _Arguments(text=argument.text)
+        case Shape.GEAR | Shape.RACK:
+            teeth = whole(arguments[0], "the number of teeth", 3 if shape is Shape.GEAR else 1, MOST_TEETH, findings)
+            return _Arguments(teeth=teeth, module=positive(arguments[1], "the module", findings))
+        case _:
+            return _Arguments()
+
+
+def _anchors(
+    definition: Definition, written: list[AnchorDefinition], image: str | None, assets: Assets, findings: Findings
+) -> list[Anchor]:
+    """The anchors of a thing; those named after elements of a drawing are where these elements are."""
+
+    def element(node: Element) -> tuple[float, float] | None:
+        if image is None or assets.element is None:
+            findings.error(
+                "kind/mismatch",
+                f"`#{node.id}` is an element of an SVG, and `{definition.name}` is no picture",
+                node.span,
+                helps=(f"write `{definition.name} : 'drawing.svg' …`, or a place such as `[0,0]`",),
+            )
+            return None
+        found = assets.element(image, node.id)
+        if isinstance(found, Diagnostic):
+            findings.add(replace(found, span=node.span))
+            return None
+        return found
+
+    return build_anchors(written, element, findings)
+
+
+def _report_anchors(definition: Definition, shape: Shape, count: int, findings: Findings) -> None:
+    least = _LEAST_ANCHORS.get(shape, 1)
+    findings.error(
+        "kind/anchors",
+        f"{CALLED[shape]} needs at least {least} anchor{'s' if least > 1 else ''}, `{definition.name}` has "
+        f"{count or 'none'}",
+        definition.name_span,
+        helps=(_another_anchor(definition, shape),),
+    )
+
+
+def _placed(thing: Thing, placement: CopyFrame) -> Thing:
+    """A thing of a placed copy."""
+    anchors = tuple(moved(item, *placement.placed(*item.coordinates)) for item in thing.anchors)
+    return replace(thing, anchors=anchors, placement=placement)
 
 
 def _another_anchor(definition: Definition, shape: Shape) -> Fix:
@@ -161,8 +238,9 @@ def _another_anchor(definition: Definition, shape: Shape) -> Fix:
     if had:
         another = f"{names[0]} = {had[0].name} + [100,0]"
         return insertion(f"give it another anchor, such as `{another}`", had[-1].span.end, f" {another}")
-    least = _LEAST_ANCHORS[shape]
-    places = " ".join(f"{name} = {place}" for name, place in zip("AB"[:least], ("[0,0]", "[100,0]"), strict=False))
+    least = _LEAST_ANCHORS.get(shape, 1)
+    drawn = ("[0,0]", "[100,0]", "[50,80]")
+    places = " ".join(f"{name} = {place}" for name, place in zip("ABC"[:least], drawn, strict=False))
     head = f"{definition.name} : {_spelled(definition, shape)}"
     return insertion(f"write `{head} {places};`", definition.shape.span.end, f" {places}")
 
@@ -170,90 +248,6 @@ def _another_anchor(definition: Definition, shape: Shape) -> Fix:
 def _spelled(definition: Definition, shape: Shape) -> str:
     arguments = ["'…'" if isinstance(each, Text) else expression_text(each) for each in definition.shape.arguments]
     return f".{shape}({', '.join(arguments)})" if arguments else f".{shape}"
-
-
-# --- anchors --------------------------------------------------------------------------------------
-
-
-def _anchors(definitions: list[AnchorDefinition], findings: Findings) -> list[Anchor]:
-    """The anchors, in the coordinates in which they are written; a wrong one is placed at the origin."""
-    found: dict[str, Anchor] = {}
-    later = {item.name: item for item in definitions}
-    for item in definitions:
-        x, y = _position(item, found, later, findings)
-        first = found.get(item.name)
-        if first is not None:
-            findings.error(
-                "name/duplicate",
-                f"there are two anchors called `{item.name}` in one thing",
-                item.name_span,
-                labels=(Label(first.span, "the first one"),),
-            )
-            continue
-        found[item.name] = _moved(Anchor(item.name, (0.0, 0.0), item.span), x, y)
-    return list(found.values())
-
-
-def _moved(anchor: Anchor, x: Expr, y: Expr) -> Anchor:
-    """The anchor at another place, given by two constants."""
-    return replace(anchor, local=(x.value or 0.0, y.value or 0.0), stated=(x, y))
-
-
-def _position(
-    item: AnchorDefinition, earlier: dict[str, Anchor], later: Mapping[str, AnchorDefinition], findings: Findings
-) -> tuple[Expr, Expr]:
-    if isinstance(item.base, Vector):
-        x, y = _coordinates(item.base, findings)
-    else:
-        known = earlier.get(item.base.name)
-        if known is None:
-            _report_unknown_base(item, earlier, later, findings)
-            return ZERO, ZERO
-        x, y = known.coordinates
-    for operator, vector in item.offsets:
-        dx, dy = _coordinates(vector, findings)
-        x, y = (add(x, dx), add(y, dy)) if operator is Operator.PLUS else (sub(x, dx), sub(y, dy))
-    return x, y
-
-
-def _coordinates(vector: Vector, findings: Findings) -> tuple[Expr, Expr]:
-    values = [constant_expression(component, "an anchor's coordinate", findings) for component in vector.components]
-    if len(values) == 3 and values[2] is not None and values[2].value:
-        report_not_yet(vector.components[2], findings)
-    return values[0] or ZERO, values[1] or ZERO
-
-
-def _report_unknown_base(
-    item: AnchorDefinition, earlier: dict[str, Anchor], later: Mapping[str, AnchorDefinition], findings: Findings
-) -> None:
-    base = item.base
-    assert not isinstance(base, Vector)
-    if base.name in later:
-        findings.error(
-            "name/unknown-anchor",
-            f"`{base.name}` is not defined yet: an anchor can refer only to earlier ones",
-            base.span,
-            helps=(_before(later[base.name], item, findings),) if base.name != item.name else (),
-        )
-        return
-    guess = findings.nearest(base.name, earlier)
-    findings.error(
-        "name/unknown-anchor",
-        f"`{item.name}` refers to `{base.name}`, but there is no such anchor",
-        base.span,
-        helps=(replacement(f"did you mean `{guess}`?", base.span, guess),)
-        if guess
-        else ("an anchor can refer only to earlier anchors of the same thing",),
-    )
-
-
-def _before(moved: AnchorDefinition, item: AnchorDefinition, findings: Findings) -> Fix:
-    """The definition ``moved`` in front of ``item``."""
-    text = findings.source.slice(moved.span)
-    start = item.span.start
-    left = len(findings.source.text[: moved.span.start].rstrip())
-    edits = (Edit(Span(start, start), f"{text} "), Edit(Span(left, moved.span.end), ""))
-    return Fix(f"define `{moved.name}` before `{item.name}`", edits)
 
 
 def _references(definition: Definition, table: ThingTable, findings: Findings) -> tuple[AnchorRef, ...]:
@@ -271,122 +265,25 @@ def _references(definition: Definition, table: ThingTable, findings: Findings) -
             report_unknown_anchor(table.things[number], item.anchor, item.anchor_span, table, findings)
         else:
             found.append(anchor)
-    if len(references) < 2:
-        findings.error(
-            "kind/anchors",
-            f"a `.line` is drawn through at least 2 anchors, `{definition.name}` names {len(references) or 'none'}",
-            definition.name_span,
-            helps=(f"write `{definition.name} : .line Thing.Anchor Other.Anchor;`",),
-        )
+    _check_count(definition, len(references), findings)
     return tuple(found)
 
 
-# --- options --------------------------------------------------------------------------------------
-
-
-def _options(options: list[Option], shape: Shape, findings: Findings) -> Options:
-    read = Options()
-    seen: dict[str, Option] = {}
-    for option in options:
-        if not _fits(option, shape, findings):
-            continue
-        first = seen.setdefault(option.name, option)
-        if first is not option:
-            report_twice(option, first.span, findings)
-            continue
-        count = OPTIONS[option.name][0]
-        if len(option.arguments) != count:
-            report_count(option, count, findings)
-            continue
-        match option.name:
-            case "topleft":
-                read = replace(read, topleft=True)
-            case "inner":
-                read = replace(read, inner=True)
-            case "hidden":
-                read = replace(read, hidden=True)
-            case "color":
-                read = replace(read, color=read_color(option.arguments[0], findings))
-            case "layer":
-                read = replace(read, layer=constant(option.arguments[0], "a layer", findings))
-            case "width":
-                read = replace(read, width=_positive(option.arguments[0], "the width", findings))
-            case _:
-                read = replace(read, scale=_positive(option.arguments[0], "the scale", findings) or 1.0)
-    return read
-
-
-def _fits(option: Option, shape: Shape, findings: Findings) -> bool:
-    known = OPTIONS.get(option.name)
-    if known is None:
-        fitting = [name for name, (_, shapes) in OPTIONS.items() if shape in shapes]
-        guess = findings.nearest(option.name, OPTIONS)
-        findings.error(
-            "syntax/unknown-option",
-            f"there is no option `.{option.name}`",
-            option.name_span,
-            helps=(
-                replacement(f"did you mean `.{guess}`?", option.name_span, f".{guess}")
-                if guess
-                else f"{_CALLED[shape]} takes " + ", ".join(f"`.{name}`" for name in fitting),
-            ),
-        )
-        return False
-    if shape not in known[1]:
-        others = ", ".join(_CALLED[item] for item in Shape if item in known[1])
-        findings.error(
-            "syntax/misplaced-option",
-            f"{_CALLED[shape]} takes no `.{option.name}`",
-            option.span,
-            notes=(f"`.{option.name}` is for {others}",),
-        )
-        return False
-    return True
-
-
-def report_twice(option: Option, first: Span, findings: Findings) -> None:
-    """An option that is given a second time."""
+def _check_count(definition: Definition, count: int, findings: Findings) -> None:
+    """A follower is drawn at the right number of anchors."""
+    shape = Shape(definition.shape.word)
+    wanted = _POINTS.get(shape)
+    if count == wanted or (wanted is None and count >= 2):
+        return
+    some = "at least 2 anchors" if wanted is None else f"{wanted} anchor{'s' if wanted > 1 else ''}"
+    points = " ".join(f"{name}.Anchor" for name in ("Thing", "Other", "Third")[: wanted or 2])
+    through = "through" if shape is Shape.LINE else "at"
     findings.error(
-        "name/duplicate", f"`.{option.name}` is given twice", option.span, labels=(Label(first, "the first time"),)
+        "kind/anchors",
+        f"{CALLED[shape]} is drawn {through} {some}, `{definition.name}` names {count or 'none'}",
+        definition.name_span,
+        helps=(f"write `{definition.name} : .{shape} {points};`",),
     )
-
-
-def report_count(option: Option, count: int, findings: Findings) -> None:
-    """An option with too few or too many arguments."""
-    wanted = "no argument" if count == 0 else "1 argument"
-    findings.error(
-        "syntax/arguments", f"`.{option.name}` takes {wanted}, not {len(option.arguments) or 'none'}", option.span
-    )
-
-
-def read_color(argument: Expression | Text, findings: Findings) -> tuple[int, int, int] | None:
-    """A colour from an option's argument; None after an error."""
-    if not isinstance(argument, Text):
-        help_: str | Fix = "write `'orange'` or `'#ff8000'`"
-        if isinstance(argument, Name) and color(argument.name) is not None:
-            help_ = replacement(f"write `'{argument.name}'`", argument.span, f"'{argument.name}'")
-        findings.error("kind/mismatch", "a colour is a text", argument.span, helps=(help_,))
-        return None
-    value = color(argument.text)
-    if value is None:
-        guess = findings.nearest(argument.text.lower(), color_names())
-        findings.error(
-            "name/unknown-color",
-            f"there is no colour `{argument.text}`",
-            argument.span,
-            helps=(replacement(f"did you mean `'{guess}'`?", argument.span, f"'{guess}'"),)
-            if guess
-            else ("write a CSS colour name, `'#rgb'` or `'#rrggbb'`",),
-        )
-    return value
-
-
-def _positive(argument: Expression | Text, what: str, findings: Findings) -> float | None:
-    value = constant(argument, what, findings)
-    if value is not None and value <= 0.0:
-        findings.error("kind/out-of-range", f"{what} must be greater than 0", argument.span, f"this is {value:g}")
-        return None
-    return value
 
 
 def _image(path: str, argument: Text, image_size: ImageSize, findings: Findings) -> tuple[int, int] | None:

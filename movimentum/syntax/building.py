@@ -42,7 +42,7 @@ from movimentum.syntax.tree import (
     Operator,
     Option,
     Parameter,
-    Part,
+    PartDefinition,
     Reference,
     ScriptTree,
     ShapeWord,
@@ -100,11 +100,11 @@ class Builder(ValueBuilder):
         """``.loop;``."""
         return FilmLoop(span=span_of(pieces[:-1]))
 
-    def part(self, pieces: Sequence[Piece]) -> Part:
+    def part(self, pieces: Sequence[Piece]) -> PartDefinition:
         """``.part name(parameters) { items }``."""
         parameters = tuple(piece for piece in pieces if isinstance(piece, Parameter))
         items = tuple(piece for piece in pieces if not isinstance(piece, Parameter | Token))
-        return Part(str(pieces[1]), parameters, items, span=span_of(pieces), name_span=pieces[1].span)
+        return PartDefinition(str(pieces[1]), parameters, items, span=span_of(pieces), name_span=pieces[1].span)
 
     def parameter(self, pieces: Sequence[Piece]) -> Parameter:
         """``name = default``."""

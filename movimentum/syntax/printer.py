@@ -29,7 +29,7 @@ from movimentum.syntax.tree import (
     Negate,
     Number,
     Option,
-    Part,
+    PartDefinition,
     Piecewise,
     Power,
     Product,
@@ -63,7 +63,7 @@ def script_text(script: ScriptTree) -> str:
 def _lines(items: Iterable[Item]) -> Iterator[str]:
     after_time = False
     for item in items:
-        if isinstance(item, Part | Loop):
+        if isinstance(item, PartDefinition | Loop):
             yield _head_text(item) + " {"
             yield from ("  " + line for line in _lines(item.items))
             yield "}"
@@ -76,11 +76,11 @@ def _lines(items: Iterable[Item]) -> Iterator[str]:
         after_time = isinstance(item, StepHeader)
 
 
-def _head_text(item: Part | Loop) -> str:
+def _head_text(item: PartDefinition | Loop) -> str:
     if isinstance(item, Loop):
         return f".for {item.name} = {_range_text(item.first, item.last)}"
     parameters = ", ".join(
-        each.name if each.default is None else f"{each.name} = {expression_text(each.default)}"
+        each.name if each.default is None else f"{each.name} = {_arguments((each.default,))}"
         for each in item.parameters
     )
     return f".part {item.name}({parameters})"
@@ -102,7 +102,7 @@ def item_text(item: Item) -> str:
             parts = [".include", text_literal(item.path.text)]
         case FilmLoop():
             parts = [".loop"]
-        case Part() | Loop():
+        case PartDefinition() | Loop():
             return _head_text(item) + " { " + " ".join(map(item_text, item.items)) + " }"
         case Copy():
             head = f"{item.name}{_suffixes_text(item.suffixes)} :"
@@ -125,10 +125,10 @@ def item_text(item: Item) -> str:
     return " ".join(parts) + ";"
 
 
-def _value_text(value: Expression, before_option: bool) -> str:
+def _value_text(value: Expression | Text, before_option: bool) -> str:
     """A constant's value; behind a number a word would be read as its member."""
-    text = expression_text(value)
-    return f"({text})" if before_option and not isinstance(value, Number) else text
+    text = _arguments((value,))
+    return f"({text})" if before_option and not isinstance(value, Number | Text) else text
 
 
 def _suffixes_text(suffixes: tuple[Suffix, ...]) -> str:

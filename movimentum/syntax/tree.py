@@ -6,8 +6,8 @@ comments and the spelling of numbers and functions are not kept; names are unres
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import StrEnum
 from fractions import Fraction
@@ -246,6 +246,38 @@ def children(node: Expression) -> tuple[Expression, ...]:
             return ()
 
 
+def rebuilt(node: Expression, below: Sequence[Expression], span: Span) -> Expression:
+    """``node`` with other children, in the order of `children`, and another place."""
+    match node:
+        case Vector():
+            return Vector(tuple(below), span=span)
+        case Member():
+            return replace(node, operand=below[0], span=span)
+        case Index():
+            return Index(below[0], below[1], span=span)
+        case Rotate():
+            return Rotate(below[0], below[1], span=span)
+        case Transition():
+            return Transition(below[0], below[1], span=span)
+        case Call():
+            return Call(node.function, tuple(below), span=span)
+        case Negate():
+            return Negate(below[0], span=span)
+        case Power():
+            return Power(below[0], below[1], span=span)
+        case Sum() | Product():
+            return replace(node, operands=tuple(below), span=span)
+        case Range():
+            middle = 1 + len(node.values)
+            return Range(below[0], tuple(below[1:middle]), tuple(below[middle:]), span=span)
+        case Piecewise():
+            count = len(node.lefts)
+            lefts, rights = tuple(below[:count]), tuple(below[count : 2 * count])
+            return Piecewise(lefts, node.comparisons, rights, tuple(below[2 * count :]), span=span)
+        case _:
+            return replace(node, span=span)
+
+
 def postorder(root: Expression) -> Iterator[Expression]:
     """``root`` and all below it, children (from left to right) before their parents, without recursion."""
     stack: list[tuple[Expression, bool]] = [(root, False)]
@@ -263,10 +295,21 @@ def postorder(root: Expression) -> Iterator[Expression]:
 
 
 @dataclass(frozen=True, slots=True)
+class TextField(Node):
+    """``{expression:spec}`` in a text: a number, written as a format of Python says."""
+
+    expression: Expression
+    spec: str
+
+
+@dataclass(frozen=True, slots=True)
 class Text(Node):
-    """``'…'``, without its quotes."""
+    """``'…'``, without its quotes. ``pieces``: what a text with numbers consists of, if that is known already (see
+    `syntax.templates`); letters and fields.
+    """
 
     text: str
+    pieces: tuple[str | TextField, ...] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -338,7 +381,7 @@ class Let(Node):
     """``.let name = value options;``: a constant."""
 
     name: str
-    value: Expression
+    value: Expression | Text
     options: tuple[Option, ...] = ()
     name_span: Span = field(default=NOWHERE, compare=False, repr=False)
 
@@ -355,11 +398,11 @@ class Parameter(Node):
     """``name = default`` of a part."""
 
     name: str
-    default: Expression | None = None
+    default: Expression | Text | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Part(Node):
+class PartDefinition(Node):
     """``.part name(parameters) { items }``."""
 
     name: str
@@ -428,7 +471,7 @@ Item = (
     ConfigStatement
     | Let
     | Include
-    | Part
+    | PartDefinition
     | Copy
     | Loop
     | FilmLoop
@@ -453,7 +496,7 @@ def all_items(items: tuple[Item, ...]) -> Iterator[tuple[Item, int]]:
     while stack:
         item, level = stack.pop()
         yield item, level
-        if isinstance(item, Part | Loop):
+        if isinstance(item, PartDefinition | Loop):
             stack.extend((inner, level + 1) for inner in reversed(item.items))
 
 
@@ -471,7 +514,7 @@ def expressions_of(item: Item) -> list[Expression]:
             found = [item.value, *_in_options(item.options)]
         case ConfigStatement():
             found = [*item.arguments, *_in_options(item.options)]
-        case Part():
+        case PartDefinition():
             found = [each.default for each in item.parameters]
         case Loop():
             found = [item.first, item.last]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 
 @dataclass(slots=True)
-class Element:
+class XmlElement:
     """An element: its attributes, as they are written, and what stands inside it."""
 
     tag: str

@@ -16,9 +16,11 @@ from movimentum.drawing.model import (
     NoteMark,
     Point,
     PolylineMark,
+    SymbolMark,
     TextMark,
 )
 from movimentum.drawing.motion import arrow_shown, paint_over
+from movimentum.drawing.symbols import symbol_shown
 from movimentum.rendering.prepare import PreparedDrawing, PreparedMark
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
@@ -75,6 +77,9 @@ class Film:
                 return poses.visible[mark.body].astype(np.float64), _constant(mark.color, self.frames)
             case FreeArrow():
                 return arrow_shown(mark, poses).astype(np.float64), _constant(mark.color, self.frames)
+            case SymbolMark():
+                opacity, color = paint_over(mark.paint, poses)
+                return np.where(symbol_shown(mark, poses), opacity, 0.0), color
             case LinkMark():
                 opacity, color = paint_over(mark.paint, poses)
                 shown = np.logical_and.reduce([poses.visible[thing] for thing, _ in mark.through])
@@ -106,7 +111,7 @@ def _attachments(prepared: PreparedDrawing) -> Iterator[tuple[int, Point | None]
     for item in (*prepared.things, *prepared.overlays):
         mark = item.mark
         match mark:
-            case LinkMark():
+            case LinkMark() | SymbolMark():
                 yield from mark.through
             case PolylineMark():
                 yield from ((mark.body, point) for point in mark.points)

@@ -10,7 +10,7 @@ import base64
 import hashlib
 import html
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib.resources import files
 from typing import Any
 
@@ -18,12 +18,38 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.drawing.arrows import arrow_parts
-from movimentum.drawing.model import DiscMark, FreeArrow, ImageMark, LinkMark, NoteMark, Point, PolylineMark, TextMark
-from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, TRACE_WIDTH, UNITS, color_of
+from movimentum.drawing.model import (
+    DiscMark,
+    FigureMark,
+    FreeArrow,
+    ImageMark,
+    LinkMark,
+    NoteMark,
+    Point,
+    PolylineMark,
+    SymbolMark,
+    TextMark,
+)
+from movimentum.drawing.motion import paint_over
+from movimentum.drawing.parts import FigurePart
+from movimentum.drawing.style import (
+    ARROW_WIDTH,
+    DOT_EDGE,
+    FAINT,
+    LONGEST,
+    NOTE_HEIGHT,
+    PAPER,
+    TRACE_WIDTH,
+    UNITS,
+    color_of,
+)
+from movimentum.drawing.symbols import caption, moving_parts
+from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
-from movimentum.rendering.prepare import PreparedMark, Trace
+from movimentum.rendering.prepare import PreparedDrawing, PreparedMark, Trace
 from movimentum.vector.film import Film
 from movimentum.vector.images import embedded
+from movimentum.vector.letters import lettering
 
 
 def page_document(film: Film) -> Iterator[str]:
@@ -90,6 +116,7 @@ class _Data:
             self._mark(item, places.get(number)) for number, item in enumerate(prepared.things) if self._seen(item)
         ]
         overlays = [self._mark(item, None) for item in prepared.overlays if self._seen(item)]
+        traces = {name: [self._trace(item) for item in some] for name, some in _paths(prepared)}
         data = np.concatenate(self._poses) if self._poses else np.zeros(0)
         return {
             "version": 1,
@@ -106,17 +133,7 @@ class _Data:
             "times": [_short(time) for time in film.poses.times.tolist()],
             "bodies": bodies,
             "marks": marks,
-            "traces": [
-                {
-                    "body": self._numbers[trace.mark.body],
-                    "point": self._local(trace.mark.body, trace.mark.local),
-                    "color": list(trace.mark.color),
-                    "width": trace.mark.width,
-                    "past": [] if trace.past is None else [[_short(x) for x in row] for row in trace.past.tolist()],
-                    **self._closing(trace),
-                }
-                for trace in prepared.traces
-            ],
+            **traces,
             "overlays": overlays,
             "images": [data for _, data in pictures],
             "poses": base64.b64encode(data.astype("<f4").tobytes()).decode("ascii"),
@@ -150,6 +167,8 @@ class _Data:
         if isinstance(mark, LinkMark):
             through = [[self._numbers[thing], *self._local(thing, local)] for thing, local in mark.through]
             return {"kind": "link", **paint, "through": through, "width": mark.width}
+        if isinstance(mark, SymbolMark):
+            return {"kind": "symbol", **paint, **self._symbol(mark)}
         paint["body"] = self._numbers[mark.body]
         match mark:
             case PolylineMark():
@@ -168,14 +187,77 @@ class _Data:
                 point = self._local(mark.body, mark.local)
                 note = {"point": point, "dot": mark.dot, "edge": DOT_EDGE, "halo": _short(halo)}
                 return {"kind": "note", **paint, **letters, **note}
+            case FigureMark():
+                local = self.film.bodies[mark.body].local
+                return {"kind": "figure", **paint, "parts": [self._part(part, local) for part in mark.parts]}
             case TextMark():
+                words = written(mark.pieces, mark.body, self.film.poses) if mark.pieces else [mark.text]
                 start = self.film.bodies[mark.body].local(mark.start)
-                return {"kind": "text", **paint, **self._letters(mark.text, mark.height, start)}
+                found = self._words(words, mark.height, mark.align, mark.italic, start)
+                return (
+                    {"kind": "words", **paint, **found}
+                    if mark.pieces
+                    else {"kind": "text", **paint, **found["texts"][0]}
+                )
             case ImageMark():
                 assert item.sprite is not None
                 x, y = self.film.bodies[mark.body].pivot
                 place = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ item.sprite.to_local
                 return {"kind": "image", **paint, "image": image, "matrix": _matrix(place)}
+
+    def _part(self, part: FigurePart, place: Callable[[Point], Point]) -> dict[str, Any]:
+        """A part of a figure."""
+        rings = [[[_short(x), _short(y)] for x, y in map(place, ring)] for ring in (part.points, *part.holes)]
+        return {**_style(part), "rings": rings}
+
+    def _symbol(self, mark: SymbolMark) -> dict[str, Any]:
+        """What is drawn anew in every frame: numbers that may change, x and y in turn."""
+        poses = self.film.poses
+        parts = [
+            {
+                **_style(part.style),
+                "shown": self._number(part.shown.astype(np.float64)),
+                "moving": [self._number(column) for column in part.points.reshape(len(part.points), -1).T],
+            }
+            for part in moving_parts(mark, poses)
+        ]
+        words = caption(mark, poses)
+        if words is None:
+            return {"parts": parts}
+        written_at = {"x": self._number(words.middle[:, 0]), "y": self._number(words.middle[:, 1])}
+        letters = self._words(words.texts, mark.size, "middle", mark.italic, (0.0, 0.0))
+        return {"parts": parts, "caption": {**written_at, **letters}}
+
+    def _words(self, words: list[str], height: float, align: str, italic: bool, start: Point) -> dict[str, Any]:
+        """A text that may be another one in every frame: each of them once, and which one is shown."""
+        numbers = {text: number for number, text in enumerate(dict.fromkeys(words))}
+        found: list[dict[str, Any]] = []
+        for text in numbers:
+            letters = lettering(text, height, self.film.prepared, align, italic)
+            place = Affine(1.0, 0.0, start[0], 0.0, 1.0, start[1]) @ letters.place
+            found.append({"text": text, "path": letters.path, "matrix": _matrix(place)})
+        which = np.array([numbers[text] for text in words], dtype=np.float64)
+        return {"texts": found, "which": self._number(which)}
+
+    def _trace(self, trace: Trace) -> dict[str, Any]:
+        """A trace, or the whole of a path."""
+        mark = trace.mark
+        opacity: FloatArray = np.ones(self.film.frames)
+        colors: FloatArray = np.tile(np.array(mark.color, dtype=np.float64), (self.film.frames, 1))
+        if mark.paint is not None:
+            opacity, colors = paint_over(mark.paint, self.film.poses)
+        return {
+            "body": self._numbers[mark.body],
+            "point": self._local(mark.body, mark.local),
+            "color": [self._number(colors[:, channel]) for channel in range(3)],
+            "opacity": self._number(opacity * (FAINT if mark.whole else 1.0)),
+            "width": mark.width,
+            "dash": list(mark.dash),
+            "cap": mark.cap,
+            "tail": mark.tail,
+            "past": [] if trace.past is None else [[_short(x) for x in row] for row in trace.past.tolist()],
+            **self._closing(trace),
+        }
 
     def _letters(self, text: str, height: float, start: Point) -> dict[str, Any]:
         from movimentum.rendering.outlines import text_outline
@@ -199,6 +281,21 @@ class _Data:
             self._length += len(values)
             self._poses.append(values)
         return [self._known[key]]
+
+
+def _paths(prepared: PreparedDrawing) -> list[tuple[str, tuple[Trace, ...]]]:
+    return [("paths", prepared.paths), ("traces", prepared.traces)]
+
+
+def _style(part: FigurePart) -> dict[str, Any]:
+    return {
+        "form": str(part.form),
+        "width": _short(part.width),
+        "color": None if part.color is None else _css(part.color),
+        "closed": part.closed,
+        "dash": list(part.dash),
+        "cap": part.cap,
+    }
 
 
 def _line(points: Sequence[Point], width: float, arrow: bool) -> dict[str, Any]:

@@ -62,7 +62,8 @@ class MovimentumPlayer {
     const found = [];
     this.film.bodies.forEach((body, index) => {
       for (const point of Object.values(body.anchors)) {
-        found.push({body: index, point, color: body.color, width: this.film.traceWidth, past: []});
+        const plain = {opacity: 1, dash: [], cap: "round", tail: null, past: []};
+        found.push({body: index, point, color: body.color, width: this.film.traceWidth, ...plain});
       }
     });
     return found;
@@ -264,6 +265,7 @@ class MovimentumPlayer {
     context.lineCap = context.lineJoin = "round";
     context.imageSmoothingEnabled = true;
     context.imageSmoothingQuality = "high";
+    for (const path of film.paths) this.drawPath(path, path.past.map(([x, y, shown]) => [x, y, shown]));
     for (const mark of film.marks) this.drawMark(mark);
     if (this.tracing) for (const trace of this.traces) this.drawTrace(trace);
     for (const mark of film.overlays) this.drawMark(mark);
@@ -286,6 +288,8 @@ class MovimentumPlayer {
     if (this.strokes) context.lineWidth = mark.width;
     if (mark.kind === "link") {
       this.line(mark.through.map(([body, x, y]) => this.world(body, x, y, frame)));
+    } else if (mark.kind === "symbol") {
+      this.together(opacity, () => this.symbol(mark));
     } else {
       const body = this.film.bodies[mark.body];
       context.translate(this.value(body.x, frame), this.value(body.y, frame));
@@ -300,7 +304,9 @@ class MovimentumPlayer {
         if (mark.kind === "line") this.arrow(mark);
         else if (mark.kind === "disc") this.disc(mark);
         else if (mark.kind === "image") this.image(mark, channels);
+        else if (mark.kind === "figure") this.together(opacity, () => mark.parts.forEach((part) => this.part(part)));
         else if (mark.kind === "text") this.text(mark);
+        else if (mark.kind === "words") this.words(mark);
       }
     }
     context.restore();
@@ -318,16 +324,66 @@ class MovimentumPlayer {
   /* A line, with a head where it is an arrow: as one shape, so that nothing shows through it twice. */
   arrow(mark) {
     if (!mark.head) { this.line(mark.points); return; }
-    const opacity = this.context.globalAlpha;
-    const paint = () => {
+    this.together(this.context.globalAlpha, () => {
       const context = this.context;
       this.line(mark.points);
       context.beginPath();
       mark.head.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
       context.fill();
-    };
-    if (opacity >= 1) { paint(); return; }
-    this.layered(opacity, paint);
+    });
+  }
+
+  /* Several shapes, faded as one. */
+  together(opacity, paint) {
+    if (opacity >= 1) paint(); else this.layered(opacity, paint);
+  }
+
+  /* A part of a figure: a stroke, a filled outline or a dot. */
+  part(part, rings = part.rings) {
+    const context = this.context;
+    context.save();
+    if (part.color) context.fillStyle = context.strokeStyle = part.color;
+    context.beginPath();
+    if (part.form === "dot") {
+      context.arc(rings[0][0][0], rings[0][0][1], part.width, 0, 2 * Math.PI);
+    } else {
+      for (const ring of rings) {
+        ring.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
+        if (part.closed || part.form === "fill") context.closePath();
+      }
+    }
+    if (part.form === "stroke") {
+      context.lineWidth = part.width;
+      context.lineCap = part.cap;
+      context.setLineDash(part.dash);
+      context.stroke();
+    } else {
+      context.fill();
+    }
+    context.restore();
+  }
+
+  /* What is drawn anew in every frame. */
+  symbol(mark) {
+    const frame = this.frame;
+    for (const part of mark.parts) {
+      if (this.value(part.shown, frame) <= 0) continue;
+      const ring = [];
+      for (let k = 0; k < part.moving.length; k += 2) {
+        ring.push([this.value(part.moving[k], frame), this.value(part.moving[k + 1], frame)]);
+      }
+      this.part(part, [ring]);
+    }
+    if (!mark.caption) return;
+    this.context.save();
+    this.context.translate(this.value(mark.caption.x, frame), this.value(mark.caption.y, frame));
+    this.words(mark.caption);
+    this.context.restore();
+  }
+
+  /* A text that may be another one in every frame. */
+  words(mark) {
+    this.text(mark.texts[this.value(mark.which, this.frame)]);
   }
 
   /* Paint at full opacity on a canvas of its own, then lay that over the picture. */
@@ -414,26 +470,67 @@ class MovimentumPlayer {
   }
 
   drawTrace(trace) {
-    const context = this.context;
     const body = this.film.bodies[trace.body];
+    const points = trace.past.slice();
+    for (let frame = 0; frame <= this.frame; frame += 1) {
+      const shown = this.value(body.visible, frame) > 0;
+      points.push([...(shown ? this.world(trace.body, ...trace.point, frame) : [0, 0]), shown, this.time(frame)]);
+    }
+    if (trace.closing && this.frame === this.film.frames - 1) points.push(trace.closing);
+    if (trace.tail) this.drawTail(trace, points); else this.drawPath(trace, points);
+  }
+
+  drawPath(trace, points) {
+    const context = this.context;
+    context.save();
     context.beginPath();
     let pen = false;
-    const go = (x, y, shown) => {
-      if (!shown) { pen = false; return; }
+    for (const [x, y, shown] of points) {
+      if (!shown) { pen = false; continue; }
       if (!pen) context.moveTo(x, y);
       context.lineTo(x, y);
       pen = true;
-    };
-    for (const [x, y, shown] of trace.past) go(x, y, shown);
-    for (let frame = 0; frame <= this.frame; frame += 1) {
-      const shown = this.value(body.visible, frame) > 0;
-      const [x, y] = shown ? this.world(trace.body, ...trace.point, frame) : [0, 0];
-      go(x, y, shown);
     }
-    if (trace.closing && this.frame === this.film.frames - 1) go(...trace.closing);
-    context.strokeStyle = `rgb(${trace.color.join(",")})`;
-    context.lineWidth = trace.width;
+    this.inkTrace(trace);
+    context.setLineDash(trace.dash);
+    context.lineCap = trace.cap;
     context.stroke();
+    context.restore();
+  }
+
+  /* The last steps of a path several times over each other, each time fewer: what is newer is covered more often. */
+  drawTail(trace, points) {
+    const now = this.time(this.frame), bands = 12;
+    const paint = () => {
+      const context = this.context;
+      context.lineCap = trace.cap;
+      for (let band = 1; band <= bands; band += 1) {
+        const from = now - trace.tail * (1 - (band - 0.5) / bands);
+        context.globalAlpha = 1 / (bands - band + 1);
+        context.beginPath();
+        for (let k = 1; k < points.length; k += 1) {
+          const [ax, ay, seen, begin] = points[k - 1], [bx, by, still, end] = points[k];
+          if (!seen || !still || end <= from) continue;
+          const cut = Math.max(0, (from - begin) / (end - begin));
+          if (cut > 0 || k === 1 || !points[k - 2][2] || points[k - 1][3] <= from) {
+            context.moveTo(ax + cut * (bx - ax), ay + cut * (by - ay));
+          }
+          context.lineTo(bx, by);
+        }
+        context.stroke();
+      }
+    };
+    this.context.save();
+    this.inkTrace(trace);
+    this.together(this.context.globalAlpha, paint);
+    this.context.restore();
+  }
+
+  inkTrace(trace) {
+    const channels = trace.color.map((channel) => Math.round(this.value(channel, this.frame)));
+    this.context.globalAlpha = this.value(trace.opacity, this.frame);
+    this.context.strokeStyle = `rgb(${channels.join(",")})`;
+    this.context.lineWidth = trace.width;
   }
 }
 

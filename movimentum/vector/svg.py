@@ -15,24 +15,29 @@ from movimentum.arrays import FloatArray
 from movimentum.drawing.arrows import arrow_parts
 from movimentum.drawing.model import (
     DiscMark,
+    FigureMark,
     FreeArrow,
     ImageMark,
     LinkMark,
     NoteMark,
     Point,
     PolylineMark,
+    SymbolMark,
     TextMark,
 )
 from movimentum.drawing.motion import link_points
 from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, UNITS
+from movimentum.drawing.symbols import caption, moving_parts
+from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
-from movimentum.rendering.prepare import PreparedMark, Trace
-from movimentum.vector.elements import Element, escaped, hex_color
+from movimentum.rendering.prepare import PreparedMark
+from movimentum.vector.elements import XmlElement, escaped, hex_color
 from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
+from movimentum.vector.letters import lettering
 from movimentum.vector.numbers import FilmClock, held, joined, short, texts
-
-_FAR = 99999  # world pixels: a gap that no path is longer than (times the scale of the picture)
+from movimentum.vector.parts import moving_part, still_part
+from movimentum.vector.paths import PathWriter
 
 
 def svg_document(film: Film) -> Iterator[str]:
@@ -48,10 +53,13 @@ def svg_document(film: Film) -> Iterator[str]:
     if background is not None:
         yield f'<rect width="100%" height="100%" fill="{hex_color(background)}"/>\n'
     yield f'<g {_matrix(view.to_image)} fill="none" stroke-linecap="round" stroke-linejoin="round">\n'
+    paths = writer.paths()
+    for path in film.prepared.paths:
+        yield from paths.whole(path)
     for number, item in enumerate(film.prepared.things):
         yield writer.mark(item, number)
     for trace in film.prepared.traces:
-        yield from writer.trace(trace)
+        yield from paths.trace(trace)
     for item in film.prepared.overlays:
         yield writer.mark(item)
     yield "</g>\n</svg>\n"
@@ -69,7 +77,12 @@ class _SvgWriter:
         # so that what is far from the pivot is not off by more than a point of the picture is
         self._turns = max(1, math.ceil(math.log10(max(view.width, view.height) / 6.0)))
         self._fineness = view.scale * film.prepared.fineness
+        self._words = 0
         self._pictures, self._places = embedded(film.prepared.things)
+
+    def paths(self) -> PathWriter:
+        """What writes the traces."""
+        return PathWriter(self.film, self._decimals, self._animate)
 
     def definitions(self) -> Iterator[str]:
         """The pictures, each once, and the filters of things that are tinted."""
@@ -86,7 +99,7 @@ class _SvgWriter:
     def _tint(self, number: int, tint: FloatArray) -> str:
         functions: list[str] = []
         for column, channel in enumerate("RGB"):
-            function = Element(f"feFunc{channel}", ['type="linear"'])
+            function = XmlElement(f"feFunc{channel}", ['type="linear"'])
             self._animate(function, "slope", texts([tint[:, column] / 255.0], 4))
             functions.append(str(function))
         transfer = f"<feComponentTransfer>{''.join(functions)}</feComponentTransfer>"
@@ -102,6 +115,8 @@ class _SvgWriter:
         match mark:
             case LinkMark():
                 group = self._link(mark, ink, opacity)
+            case SymbolMark():
+                group = self._symbol(mark, ink, opacity)
             case NoteMark():
                 group = self._note(mark, ink, opacity)
             case ImageMark():
@@ -115,14 +130,40 @@ class _SvgWriter:
             self._animate(group, "opacity", values)
         return f"{group}\n"
 
-    def _image(self, mark: ImageMark, number: int, tinted: np.bool_) -> Element:
+    def _image(self, mark: ImageMark, number: int, tinted: np.bool_) -> XmlElement:
         place = self._places[number]
         x, y = self.film.bodies[mark.body].pivot
         to_pivot = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ self._pictures[place][0].to_local
         tint = [f'filter="url(#t{number})"'] if tinted else []
-        return Element("g", inside=[str(Element("use", [f'href="#i{place}"', *tint, _matrix(to_pivot)]))])
+        return XmlElement("g", inside=[str(XmlElement("use", [f'href="#i{place}"', *tint, _matrix(to_pivot)]))])
 
-    def _shape(self, mark: TextMark | PolylineMark | DiscMark | FreeArrow, ink: str) -> Element:
+    def _symbol(self, mark: SymbolMark, ink: str, opacity: FloatArray) -> XmlElement:
+        """What is drawn anew in every frame."""
+        group = XmlElement("g")
+        for part in moving_parts(mark, self.film.poses):
+            group.inside.append(str(moving_part(part, ink, opacity, self._decimals, self._animate)))
+        words = caption(mark, self.film.poses)
+        if words is not None:
+            letters = self._changing(words.texts, mark.size, "middle", mark.italic, f'fill="{ink}"')
+            middle = held(np.clip(words.middle, -FARTHEST, FARTHEST), opacity)
+            self._translate(letters, texts(list(middle.T), self._decimals))
+            group.inside.append(str(letters))
+        return group
+
+    def _changing(self, words: list[str], height: float, align: str, italic: bool, drawn: str) -> XmlElement:
+        """A text that may be another one in every frame: each of them once, and which one is shown."""
+        numbers: dict[str, str] = {}
+        found: list[str] = []
+        for text in dict.fromkeys(words):
+            letters = lettering(text, height, self.film.prepared, align, italic)
+            self._words += 1
+            numbers[text] = f"#w{self._words}"
+            found.append(f'<path id="w{self._words}" {_matrix(letters.place)} fill-rule="evenodd" d="{letters.path}"/>')
+        use = XmlElement("use", [drawn])
+        self._animate(use, "href", [numbers[text] for text in words])
+        return XmlElement("g", [_spoken(words[0])], [f"<defs>{''.join(found)}</defs>", str(use)])
+
+    def _shape(self, mark: TextMark | PolylineMark | DiscMark | FigureMark | FreeArrow, ink: str) -> XmlElement:
         local = self.film.bodies[mark.body].local
         match mark:
             case PolylineMark():
@@ -133,16 +174,27 @@ class _SvgWriter:
                 x, y = local(mark.tail)
                 tip = (x + mark.velocity[0] * LONGEST, y + mark.velocity[1] * LONGEST)
                 return self._line([(x, y), tip], ARROW_WIDTH, ink, True)
+            case FigureMark():
+                parts = [still_part(part, ink, local, self._decimals + 1) for part in mark.parts]
+                return XmlElement("g", inside=[str(part) for part in parts])
             case TextMark():
-                path = self._letters(mark.text, mark.height, local(mark.start), f'fill="{ink}"')
-                return Element("g", [_spoken(mark.text)], [path])
+                drawn, (x, y) = f'fill="{ink}"', local(mark.start)
+                if mark.pieces:
+                    words = written(mark.pieces, mark.body, self.film.poses)
+                    inside = self._changing(words, mark.height, mark.align, mark.italic, drawn)
+                    inside.attributes.append(f'transform="translate({joined(x, y, decimals=self._decimals)})"')
+                    return XmlElement("g", inside=[str(inside)])
+                letters = lettering(mark.text, mark.height, self.film.prepared, mark.align, mark.italic)
+                place = _matrix(Affine(1.0, 0.0, x, 0.0, 1.0, y) @ letters.place)
+                path = f'<path {place} fill-rule="evenodd" {drawn} d="{letters.path}"/>'
+                return XmlElement("g", [_spoken(mark.text)], [path])
 
-    def _note(self, mark: NoteMark, ink: str, opacity: FloatArray) -> Element:
-        group = Element("g", [_spoken(mark.text)])
+    def _note(self, mark: NoteMark, ink: str, opacity: FloatArray) -> XmlElement:
+        group = XmlElement("g", [_spoken(mark.text)])
         paper = hex_color(PAPER)
         if mark.dot:
             edge = [f'stroke="{ink}"', f'stroke-width="{DOT_EDGE}"', f'fill="{paper}"']
-            group.inside.append(str(Element("circle", [f'r="{short(mark.dot, 3)}"', *edge])))
+            group.inside.append(str(XmlElement("circle", [f'r="{short(mark.dot, 3)}"', *edge])))
         # the halo is one pixel of the picture wide
         halo = short(2.0 / (NOTE_HEIGHT / UNITS * self._fineness), 1)
         drawn = f'stroke="{paper}" stroke-width="{halo}" paint-order="stroke" fill="{ink}"'
@@ -151,20 +203,20 @@ class _SvgWriter:
         self._translate(group, texts(list(held(where, opacity).T), self._decimals))
         return group
 
-    def _line(self, points: Sequence[Point], width: float, ink: str, arrow: bool) -> Element:
+    def _line(self, points: Sequence[Point], width: float, ink: str, arrow: bool) -> XmlElement:
         parts = arrow_parts(points, width) if arrow else None
         shaft, head = parts if parts is not None else (points, ())
         dots = [points[0], points[0]] if len(points) == 1 else shaft
         drawn = [f'stroke="{ink}"', f'stroke-width="{short(width, self._decimals + 1)}"']
-        line = Element("polyline", [f'points="{self._points(dots)}"', *drawn])
+        line = XmlElement("polyline", [f'points="{self._points(dots)}"', *drawn])
         if not head:
             return line
-        tip = Element("polygon", [f'points="{self._points(head)}"', f'fill="{ink}"'])
-        return Element("g", inside=[str(line), str(tip)])
+        tip = XmlElement("polygon", [f'points="{self._points(head)}"', f'fill="{ink}"'])
+        return XmlElement("g", inside=[str(line), str(tip)])
 
-    def _link(self, mark: LinkMark, ink: str, opacity: FloatArray) -> Element:
+    def _link(self, mark: LinkMark, ink: str, opacity: FloatArray) -> XmlElement:
         drawn = [f'stroke="{ink}"', f'stroke-width="{short(mark.width, self._decimals + 1)}"']
-        line = Element("polyline", drawn)
+        line = XmlElement("polyline", drawn)
         where = link_points(mark, self.film.poses)
         if len(mark.through) == 1:
             where = np.concatenate([where, where], axis=1)
@@ -172,11 +224,11 @@ class _SvgWriter:
         self._animate(line, "points", texts(list(flat.T), self._decimals))
         return line
 
-    def _circle(self, centre: Point, radius: float, width: float | None, ink: str) -> Element:
+    def _circle(self, centre: Point, radius: float, width: float | None, ink: str) -> XmlElement:
         decimals = self._decimals + 1
         places = [f'c{axis}="{short(value, decimals)}"' for axis, value in zip("xy", centre, strict=True) if value]
         drawn = [f'fill="{ink}"'] if width is None else [f'stroke="{ink}"', f'stroke-width="{short(width, decimals)}"']
-        return Element("circle", [*places, f'r="{short(radius, decimals)}"', *drawn])
+        return XmlElement("circle", [*places, f'r="{short(radius, decimals)}"', *drawn])
 
     def _letters(self, text: str, height: float, start: Point, drawn: str) -> str:
         from movimentum.rendering.outlines import text_outline
@@ -186,41 +238,10 @@ class _SvgWriter:
         place = _matrix(Affine(size, 0.0, start[0], 0.0, size, start[1]))
         return f'<path {place} fill-rule="evenodd" {drawn} d="{path}"/>'
 
-    def trace(self, trace: Trace) -> Iterator[str]:
-        """A path for each interval in which the body is visible: a dash that becomes longer."""
-        news = trace.points(self.film.poses)
-        past = np.zeros((0, 3)) if trace.past is None else trace.past
-        now = len(past) + np.arange(len(news))  # the place of each frame drawn
-        if trace.closing is not None and self.film.poses.frames[-1] == trace.last:
-            news = np.concatenate([news, trace.closing])
-            now[-1] += 1
-        points = np.clip(np.concatenate([past, news]), -FARTHEST, FARTHEST)
-        points[:, :2] = np.round(points[:, :2], self._decimals)
-        shown = points[:, 2] > 0.0
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], shown, [False]]).astype(np.int8)))
-        for first, end in edges.reshape(-1, 2).tolist():
-            where = points[first:end, :2]
-            steps = np.hypot(*np.diff(where, axis=0).T)
-            far = np.concatenate([[0.0], np.cumsum(steps)])
-            kept = np.concatenate([[True], steps > 0.0])
-            corners = where[kept]
-            line = self._points([(x, y) for x, y in corners.tolist()])
-            path = Element("path", [f'd="M{line}{"h0" if len(corners) == 1 else ""}"'])
-            width = short(trace.mark.width, self._decimals + 1)
-            path.attributes += [f'stroke="{hex_color(trace.mark.color)}"', f'stroke-width="{width}"']
-            if far[-1] > 0.0:
-                long = far[np.clip(now - first, 0, end - first - 1)]
-                gap = short(max(_FAR, 2.0 * float(far[-1])), 0)
-                dashes = [f"{short(value, self._decimals + 2)} {gap}" for value in long.tolist()]
-                self._animate(path, "stroke-dasharray", dashes)
-            if first > len(past):
-                self._animate(path, "opacity", texts([(now >= first).astype(np.float64)], 0))
-            yield f"{path}\n"
-
     def _points(self, points: Sequence[Point]) -> str:
         return joined(*(value for point in points for value in point), decimals=self._decimals + 1)
 
-    def _moving(self, element: Element, body: int, shown: FloatArray) -> Element:
+    def _moving(self, element: XmlElement, body: int, shown: FloatArray) -> XmlElement:
         """The element, measured from a body's pivot, as it moves with the body."""
         motion = self.film.bodies[body]
         where = held(np.stack([motion.x, motion.y], axis=1), shown)
@@ -228,13 +249,13 @@ class _SvgWriter:
         turns = texts([held(motion.angle, shown)], self._turns)
         if _still(turns) and turns[0] != "0":
             element.attributes.append(f'transform="rotate({turns[0]})"')
-            element = Element("g", inside=[str(element)])
+            element = XmlElement("g", inside=[str(element)])
         self._translate(element, places)
         if not _still(turns):
             element.inside.append(self._transform("rotate", turns, ' additive="sum"'))
         return element
 
-    def _translate(self, element: Element, places: list[str]) -> None:
+    def _translate(self, element: XmlElement, places: list[str]) -> None:
         if _still(places):
             if places[0] != "0 0":
                 element.attributes.append(f'transform="translate({places[0]})"')
@@ -245,7 +266,7 @@ class _SvgWriter:
         how = f'attributeName="transform" type="{kind}"{added}'
         return f"<animateTransform {how} {self._timing} {self._clock.values(values)}/>"
 
-    def _animate(self, element: Element, name: str, values: list[str]) -> None:
+    def _animate(self, element: XmlElement, name: str, values: list[str]) -> None:
         """An attribute with a text for each frame."""
         element.attributes.append(f'{name}="{values[0]}"')
         if not _still(values):

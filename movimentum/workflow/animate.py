@@ -61,11 +61,11 @@ def animate(
         from movimentum.vector.write import refuse_too_long
 
         refuse_too_long(scene, len(shown), target)
-    known_size = scene.config.size is not None and not options.traces and Show.FREE not in options.show
-    ready = way_to(kind, scene, (), options) if known_size else None  # what is too large is refused before the work
+    # what is too large is refused before the work
+    ready = way_to(kind, scene, (), options) if _is_ready(scene, options) else None
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
-    poses: PoseSource = PoseChunks(motion, shown, skip).held()
+    poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).held()
     options = _closed(options, solution)
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
@@ -76,9 +76,9 @@ def animate(
     write = ready or way_to(
         kind,
         scene,
-        PoseChunks(motion, range(timeline.frame_count), skip),
+        PoseChunks(motion, range(timeline.frame_count), skip, drawn=True),
         options,
-        PoseChunks(motion, range(frames.start), skip),
+        PoseChunks(motion, range(frames.start), skip, drawn=True),
     )
     with ExitStack() as stack:
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
@@ -90,6 +90,15 @@ def animate(
             raise ScriptError(diagnostics)
     unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: report it
     return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
+
+
+def _is_ready(scene: Scene, options: PictureOptions) -> bool:
+    """Whether a picture needs no other poses than its own."""
+    from movimentum.drawing.options import Show
+    from movimentum.rendering.prepare import needs_film
+
+    alone = not (options.traces or needs_film(scene))
+    return scene.config.size is not None and alone and Show.FREE not in options.show
 
 
 def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timeline:
@@ -113,7 +122,7 @@ def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | 
 def _closed(options: PictureOptions, solution: Solution) -> PictureOptions:
     """``options`` with the pose that closes traces, if the film begins again."""
     timeline = solution.motion.timeline
-    if not (timeline.loops and options.traces):
+    if not timeline.loops:
         return options
     return replace(options, closing=solution.motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
 

@@ -36,18 +36,23 @@ class PoseChunks:
     """The poses of some frames (or at some times), in chunks; computed again whenever they are needed.
 
     Computing a pose again takes microseconds and is cheaper than keeping it: memory does not grow with the length.
-    ``skip`` leaves out frames without a solution.
+    ``skip`` leaves out frames without a solution. ``drawn``: with the numbers that pictures show.
     """
 
     motion: AnyMotion
     frames: range | tuple[Fraction, ...]
     skip: bool
+    drawn: bool = False
 
     def __iter__(self) -> Iterator[Poses]:
+        from movimentum.analysis.live import with_numbers
+
         size = max(60, min(CHUNK, 200_000 // max(1, len(self.motion.timeline.scene.things))))
         for first in range(0, len(self.frames), size):
             some = self.frames[first : first + size]
             poses = self.motion.poses(some.start, some.stop) if isinstance(some, range) else self.motion.poses_at(some)
+            if self.drawn:
+                poses = with_numbers(self.motion, poses, None if isinstance(some, range) else some)
             if self.skip and not poses.solved.all():
                 poses = poses.select(poses.solved.nonzero()[0])
             yield poses

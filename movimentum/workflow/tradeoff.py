@@ -56,7 +56,7 @@ def trade(
     solution = solved(timeline, choices)
     count = timeline.frame_count
     tiers = measure_tiers(timeline, choices.digits or DEFAULT_DIGITS, progress)
-    every = PoseChunks(solution.motion, range(count), False)
+    every = PoseChunks(solution.motion, range(count), False, drawn=True)
     places = sorted({round(k * (count - 1) / max(1, TRADE_PICTURES - 1)) for k in range(TRADE_PICTURES)})
     some = solution.motion.poses_at([timeline.frame_time(place) for place in places])
     pictures = measure_pictures(timeline.scene, every, some, progress)

@@ -32,6 +32,42 @@ Text  : .label('Größe </script>&"') A = [150,230] .color('navy');
 """All kinds of things; what is faded, tinted, coloured by constraints, appears later or is free."""
 
 
+FIGURES = """\
+.config(10, 480, 360) .background('#fdfdf4');
+P  : .plate A = [60,60] B = A + [100,0] C = A + [40,70] .pins;
+Q  : .polygon A = [220,60] B = A + [80,0] C = A + [80,60] D = (A + C)/2 + [0,10] .fill('gold') .edge('navy');
+G  : .ground O = [350,80];
+U  : .ground L.A;
+L  : .bar A = [60,200] B = A + [100,40] C = 2*B - A .edge('black') .fill('lightblue') .width(16) .pins(4) .through(A,C);
+D  : .bar A = [60,300] B = [260,330] .dash(12,6) .cap('butt');
+E  : .disc(20) C = [330,200] .fill('white') .edge('red') .width(3);
+S  : .slide Q.A L.C;
+W  : .spring P.C E.C .coils(6);
+Z  : .damper D.B E.C;
+Y  : .cylinder G.O E.C .fill('white');
+M  : .dimension L.A L.B .places(1);
+N  : .arc P.B P.A P.C .text('x') .italic;
+K  : .line P.A Q.B .dash(5,5) .color('purple');
+GE : .gear(11, 7) A = [420,270] B = A + [10,0] .opacity(0.5);
+GR : .gear(40, 2.5) .inner A = [420,110];
+R  : .rack(6, 5) A = [330,320] B = A + [10,0];
+T  : .trace L.B .whole;
+T2 : .trace L.C .color('green') .dash(8,4);
+T3 : .trace E.C .tail(0.6) .width(5) .color('red');
+@0  L.A = [60,200];   L.angle = 30*.t;   GE.A = [420,270];   GE.angle = 20*.t;   D.opacity = 1 - 0.3*.t;
+    E.C = [330 + 30*.sin(180*.t), 200 + 10*.t];   P.A = [60,60];   P.angle = -5*.t;   P.red = 150 + 50*.t;
+@2
+"""
+"""The kinds of figures that are more than a line, moving, faded and dashed."""
+
+
+def figures(folder: Path) -> Path:
+    """The script `FIGURES`."""
+    script = folder / "figures.mov"
+    script.write_text(FIGURES, encoding="utf-8")
+    return script
+
+
 def everything(folder: Path) -> Path:
     """The script `EVERYTHING` with its picture."""
     (folder / "wheel-centre.png").write_bytes((ROOT / "scripts" / "sprites" / "wheel-centre.png").read_bytes())

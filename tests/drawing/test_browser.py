@@ -11,7 +11,7 @@ from PIL import Image, ImageChops
 
 import movimentum as mv
 from tests.command import ROOT
-from tests.drawing.films import everything, shot_of_page, shot_of_svg
+from tests.drawing.films import everything, figures, shot_of_page, shot_of_svg
 from tests.drawing.likeness import ALIKE, LETTERS, Tolerance, unlike
 
 GALLERY = sorted((ROOT / "scripts").glob("*.mov"))
@@ -55,6 +55,11 @@ def test_all_kinds_of_things_look_the_same_in_a_browser(page: Any, tmp_path: Pat
     motion = mv.load(everything(tmp_path)).solve()
     options = {"trace": ["Wheel.P", "Late.B"], "show": ["names", "anchors", "free"]}
     same(page, motion, tmp_path, LETTERS, [0, 9, 10, 17], **options)
+
+
+def test_figures_look_the_same_in_a_browser(page: Any, tmp_path: Path) -> None:
+    motion = mv.load(figures(tmp_path)).solve()
+    same(page, motion, tmp_path, LETTERS, [0, 9, 17])
 
 
 @pytest.mark.slow

@@ -43,7 +43,7 @@ def test_the_codes_are_those_of_the_front_end() -> None:
 
 
 def test_the_words_are_those_of_the_language() -> None:
-    from movimentum.scene.things import OPTIONS
+    from movimentum.scene.options import OPTIONS
     from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS, THING_MEMBERS, VECTOR_MEMBERS
 
     for word in (*FUNCTIONS, *SYNONYMS, *OPTIONS):

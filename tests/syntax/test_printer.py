@@ -33,7 +33,7 @@ from movimentum.syntax.tree import (
     Operator,
     Option,
     Parameter,
-    Part,
+    PartDefinition,
     Piecewise,
     Power,
     Product,
@@ -221,7 +221,7 @@ nested_items = st.recursive(
     max_leaves=4,
 )
 parts = st.builds(
-    Part,
+    PartDefinition,
     names,
     st.lists(st.builds(Parameter, names, st.none() | small), max_size=2).map(tuple),
     st.lists(nested_items, max_size=2).map(tuple),

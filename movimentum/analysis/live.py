@@ -1,0 +1,80 @@
+"""Numbers that pictures show, in the poses of every frame: those of texts, and velocities and accelerations.
+
+They travel with the poses, as properties of the thing that shows them, to wherever pictures are drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from movimentum.analysis.evaluate import reader
+from movimentum.arrays import FloatArray
+from movimentum.expressions import symbol
+from movimentum.scene.appearance import Shown
+from movimentum.scene.model import AnchorCoordinate, Scene, Shape, Thing
+from movimentum.solver.motion import AnyMotion
+from movimentum.solver.poses import Poses
+
+ARROW = ("arrow x", "arrow y")
+"""Names of the components of a vector's arrow (world pixels) among `Poses.properties`."""
+
+
+def text_number(number: int) -> str:
+    """The name of number ``number`` of a thing's text among `Poses.properties`."""
+    return f"text {number}"
+
+
+def shows_numbers(scene: Scene) -> bool:
+    """Whether a picture of ``scene`` shows anything but where things are."""
+    return any(thing.pieces or thing.shape is Shape.VECTOR for thing in scene.things)
+
+
+def with_numbers(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] | None = None) -> Poses:
+    """``poses`` with all numbers that pictures of them show; ``instants``: their exact times, if they are not frames.
+
+    A number without a value is nan; an arrow without one is 0.
+    """
+    scene = motion.timeline.scene
+    if not shows_numbers(scene) or not len(poses.frames):
+        return poses
+    return replace(poses, properties={**poses.properties, **_texts(scene, poses), **_arrows(motion, poses, instants)})
+
+
+def _texts(scene: Scene, poses: Poses) -> dict[tuple[int, str], FloatArray]:
+    places = [
+        (thing.number, text_number(number), shown)
+        for thing in scene.things
+        for number, shown in enumerate(piece for piece in thing.pieces if isinstance(piece, Shown))
+    ]
+    values = reader(scene, [shown.value for _, _, shown in places])(poses)
+    return {(thing, name): found for (thing, name, _), found in zip(places, values, strict=True)}
+
+
+def _arrows(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] | None) -> dict[tuple[int, str], FloatArray]:
+    scene = motion.timeline.scene
+    vectors = [thing for thing in scene.things if thing.shape is Shape.VECTOR and not thing.hidden]
+    if not vectors:
+        return {}
+    times = [motion.timeline.frame_time(frame) for frame in poses.frames.tolist()] if instants is None else instants
+    found: dict[tuple[int, str], FloatArray] = {}
+    for thing in vectors:
+        for name, values in zip(ARROW, _rates(motion, thing, times), strict=True):
+            found[thing.number, name] = values
+    return found
+
+
+def _rates(motion: AnyMotion, thing: Thing, times: Sequence[Fraction]) -> FloatArray:
+    """(2, F): a vector's arrow at ``times``."""
+    from movimentum.solver.rates.rates import UndefinedRate, rates_at
+
+    (ref,), figure = thing.through, thing.figure
+    coordinates = [symbol(AnchorCoordinate(ref.thing, ref.anchor, axis)) for axis in (0, 1)]
+    order, scale = (1, figure.velocity) if figure.velocity is not None else (2, figure.acceleration or 0.0)
+    try:
+        return np.nan_to_num(scale * rates_at(motion.path, coordinates, order, times), posinf=0.0, neginf=0.0)
+    except UndefinedRate:
+        return np.zeros((2, len(times)))

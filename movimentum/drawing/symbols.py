@@ -1,0 +1,263 @@
+"""What is drawn between anchors of other things, in every frame anew: springs, cylinders, dimensions, arrows, supports.
+
+Everything is computed for all frames at once, in the world; every way to draw a film gets the same points.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from movimentum.analysis.live import ARROW
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.drawing.figures import support
+from movimentum.drawing.model import SymbolMark
+from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
+from movimentum.drawing.texts import written
+from movimentum.scene.model import Shape
+from movimentum.solver.poses import Poses
+
+GAP = 4.0
+"""World pixels between a dimension's lines and the points that they are about."""
+LETTER = 0.58
+"""Of a font's size: the breadth of a letter, to place a text beside a line."""
+SHORTEST = 1.0
+"""World pixels: a shorter arrow is not drawn."""
+_ARC_POINTS = 49
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Caption:
+    """An upright text in F frames: the middle (F, 2) of its box, and its letters."""
+
+    middle: FloatArray
+    texts: list[str]
+
+
+def symbol_points(mark: SymbolMark, poses: Poses) -> FloatArray:
+    """(F, P, 2): where the anchors are that a symbol is drawn at."""
+    return np.stack([poses.world(thing, local) for thing, local in mark.through], axis=1)
+
+
+def symbol_shown(mark: SymbolMark, poses: Poses) -> BoolArray:
+    """(F,) whether all that a symbol is drawn at is visible."""
+    things = (mark.paint.thing, *(thing for thing, _ in mark.through))
+    return np.logical_and.reduce([poses.visible[thing] for thing in things])
+
+
+def moving_parts(mark: SymbolMark, poses: Poses) -> list[MovingPart]:
+    """What a symbol consists of, back to front."""
+    points, shown = symbol_points(mark, poses), symbol_shown(mark, poses)
+    match mark.shape:
+        case Shape.GROUND:
+            parts = support((0.0, 0.0), mark.size, mark.width, mark.fill, mark.ink)
+            return [_placed(part, points[:, 0], shown) for part in parts]
+        case Shape.LINE:
+            return [MovingPart(_stroke(mark), points, shown)]
+        case Shape.SLIDE:
+            return list(_slide(mark, points, shown))
+        case Shape.SPRING:
+            return [_spring(mark, points, shown)]
+        case Shape.DAMPER | Shape.CYLINDER:
+            return list(_piston(mark, points, shown))
+        case Shape.DIMENSION:
+            return list(_dimension(mark, points, shown))
+        case Shape.ARC:
+            return [MovingPart(_stroke(mark), _arc(mark, points), shown)]
+        case _:
+            return list(_arrow(mark, points, arrow_of(mark, poses), shown))
+
+
+def caption(mark: SymbolMark, poses: Poses) -> Caption | None:
+    """What is written at a symbol."""
+    if mark.shape not in (Shape.DIMENSION, Shape.ARC, Shape.VECTOR) or mark.text == ():
+        return None
+    points = symbol_points(mark, poses)
+    match mark.shape:
+        case Shape.DIMENSION:
+            along, across, length = _frame(points)
+            texts = _values(mark, poses, length, "")
+            middle = points.mean(axis=1) + across * mark.figure.offset
+            away = across * math.copysign(1.0, mark.figure.offset)
+            del along
+        case Shape.ARC:
+            begin, turn = arc_angles(mark, points)
+            texts = _values(mark, poses, np.abs(turn), "°")
+            half = np.radians(begin + turn / 2.0)
+            away = np.stack([np.cos(half), np.sin(half)], axis=-1)
+            middle = points[:, 1] + away * mark.figure.radius
+        case _:
+            if mark.text is None:
+                return None
+            arrow = arrow_of(mark, poses)
+            texts = written(mark.text, mark.paint.thing, poses)
+            length = np.maximum(np.hypot(arrow[:, 0], arrow[:, 1]), 1e-9)
+            away = arrow / length[:, None]
+            middle = points[:, 0] + arrow
+    broad = np.array([LETTER * len(text) * mark.size / 2.0 for text in texts])
+    # the box of the text touches the line at a distance that changes smoothly with its direction
+    reach = broad * np.abs(away[:, 0]) + 0.42 * mark.size * np.abs(away[:, 1]) + GAP
+    return Caption(middle + away * reach[:, None], texts)
+
+
+def arc_angles(mark: SymbolMark, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(F,) the direction in which an arc begins and how far it turns, counter-clockwise, in degrees.
+
+    It is the smaller angle between the two directions, or with ``whole`` that from the first to the last, up to 360.
+    """
+    u, v = points[:, 0] - points[:, 1], points[:, 2] - points[:, 1]
+    begin = np.degrees(np.arctan2(u[:, 1], u[:, 0]))
+    cross, dot = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(axis=1)
+    turn = np.degrees(np.arctan2(cross, dot))
+    return begin, np.mod(turn, 360.0) if mark.figure.whole else turn
+
+
+def arrow_of(mark: SymbolMark, poses: Poses) -> FloatArray:
+    """(F, 2): the arrow of a vector, in world pixels; the numbers travel with the poses (`analysis.live`)."""
+    thing, count = mark.paint.thing, len(poses.frames)
+    none = np.zeros(count)
+    return np.stack([poses.properties.get((thing, axis), none) for axis in ARROW], axis=-1)
+
+
+# --- shapes ---------------------------------------------------------------------------------------
+
+
+def _stroke(mark: SymbolMark, closed: bool = False) -> FigurePart:
+    return FigurePart(PartForm.STROKE, (), mark.width, None, closed, mark.dash, mark.cap)
+
+
+def _placed(part: FigurePart, where: FloatArray, shown: BoolArray) -> MovingPart:
+    """A part of a figure about the origin, moved to ``where`` (F, 2)."""
+    return MovingPart(replace(part, points=()), where[:, None] + np.array(part.points), shown)
+
+
+def _frame(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(F, 2) the direction from the first point to the last, that to its left, and (F,) the distance."""
+    reach = points[:, -1] - points[:, 0]
+    length = np.hypot(reach[:, 0], reach[:, 1])
+    along = np.where(length[:, None] > 1e-12, reach / np.maximum(length, 1e-12)[:, None], np.array([1.0, 0.0]))
+    return along, np.stack([-along[:, 1], along[:, 0]], axis=-1), length
+
+
+def _laid(points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """(F, P, 2): points ``x`` along the line from the first to the last point and ``y`` to its left, each (F, P)."""
+    along, across, _ = _frame(points)
+    return points[:, :1] + along[:, None] * x[..., None] + across[:, None] * y[..., None]
+
+
+def _columns(count: int, *values: FloatArray | float) -> FloatArray:
+    """(F, P) from P numbers or (F,) arrays."""
+    return np.stack([np.broadcast_to(np.asarray(value, dtype=np.float64), count) for value in values], axis=1)
+
+
+def _spring(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> MovingPart:
+    """Zigzag coils between two straight ends, which are as long as the breadth, or less in a short spring."""
+    _, _, length = _frame(points)
+    coils, count = mark.figure.coils, len(length)
+    end = np.minimum(0.7 * mark.size, 0.15 * length)
+    part = (np.arange(2 * coils) + 0.5) / (2 * coils)
+    inner = end[:, None] + (length - 2.0 * end)[:, None] * part
+    sides = np.where(np.arange(2 * coils) % 2 == 0, 0.5, -0.5) * mark.size
+    x = np.concatenate([_columns(count, 0.0, end), inner, _columns(count, length - end, length)], axis=1)
+    y = np.broadcast_to(np.concatenate([[0.0, 0.0], sides, [0.0, 0.0]]), x.shape)
+    return MovingPart(_stroke(mark), _laid(points, x, y), shown)
+
+
+def _piston(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> Iterator[MovingPart]:
+    """A barrel at the first point, as long as the shortest distance allows, and a rod from the last one into it."""
+    _, _, length = _frame(points)
+    count, half = len(length), mark.size / 2.0
+    shortest, longest = mark.lengths if mark.lengths[1] > 0.0 else (float(length.min()), float(length.max()))
+    tang = min(0.6 * mark.size, 0.15 * shortest)
+    barrel = max(shortest - tang, 0.3 * shortest) if longest > 1.02 * shortest else 0.62 * shortest
+    rod = _stroke(mark)
+    # the piston is never outside: its rod is as long as the barrel, or what the greatest distance leaves
+    reach = max(longest - 0.92 * barrel, min(0.7 * shortest, longest - tang))
+    piston = np.clip(length - reach, tang + 0.12 * (barrel - tang), 0.92 * barrel)
+    if mark.shape is Shape.CYLINDER:
+        thick = replace(rod, width=0.36 * mark.size)
+        yield MovingPart(replace(thick, color=None), _line(points, count, (0.9 * barrel, 0.0), (length, 0.0)), shown)
+        thin = replace(rod, width=max(0.36 * mark.size - 2.0 * mark.width, 0.1), color=mark.fill)
+        yield MovingPart(thin, _line(points, count, (0.9 * barrel, 0.0), (length, 0.0)), shown)
+        corners = ((tang, -half), (barrel, -half), (barrel, half), (tang, half))
+        yield MovingPart(FigurePart(PartForm.FILL, (), color=mark.fill), _line(points, count, *corners), shown)
+        yield MovingPart(_stroke(mark, closed=True), _line(points, count, *corners), shown)
+        yield MovingPart(rod, _line(points, count, (0.0, 0.0), (tang, 0.0)), shown)
+        return
+    cup = ((barrel, half), (tang, half), (tang, -half), (barrel, -half))
+    yield MovingPart(rod, _line(points, count, (0.0, 0.0), (tang, 0.0)), shown)
+    yield MovingPart(rod, _line(points, count, *cup), shown)
+    yield MovingPart(rod, _line(points, count, (piston, 0.0), (length, 0.0)), shown)
+    thick = replace(rod, width=2.2 * mark.width, cap="butt")
+    yield MovingPart(thick, _line(points, count, (piston, 0.72 * half), (piston, -0.72 * half)), shown)
+
+
+def _line(points: FloatArray, count: int, *corners: tuple[FloatArray | float, FloatArray | float]) -> FloatArray:
+    return _laid(points, _columns(count, *(x for x, _ in corners)), _columns(count, *(y for _, y in corners)))
+
+
+def _slide(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> Iterator[MovingPart]:
+    """Two guides beside the line, each with hatches on its outer side."""
+    _, _, length = _frame(points)
+    count, half, deep = len(length), mark.size / 2.0, 0.3 * mark.size
+    hatches = max(2, min(400, round((mark.lengths[1] or float(length.max())) / (0.42 * mark.size))))
+    thin = replace(_stroke(mark), width=0.7 * mark.width)
+    for side in (1.0, -1.0):
+        guide = (0.0, side * half), (length, side * half)
+        for number in range(hatches):
+            x = length * ((number + 0.8) / hatches)
+            ends = (x, side * half), (x - 0.8 * deep, side * (half + deep))
+            yield MovingPart(thin, _line(points, count, *ends), shown)
+        yield MovingPart(_stroke(mark), _line(points, count, *guide), shown)
+
+
+def _dimension(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> Iterator[MovingPart]:
+    """A line beside the two points with a head at each end, and lines from the points to it."""
+    _, _, length = _frame(points)
+    count, offset = len(length), mark.figure.offset
+    side = math.copysign(1.0, offset)
+    if abs(offset) > GAP:
+        for x in (np.zeros(count), length):
+            ends = (x, side * GAP), (x, offset + side * GAP)
+            yield MovingPart(replace(_stroke(mark), width=0.7 * mark.width), _line(points, count, *ends), shown)
+    head, broad = np.minimum(7.0 * mark.width, 0.4 * length), 2.0 * mark.width
+    inner = (0.6 * head, offset), (length - 0.6 * head, offset)
+    yield MovingPart(replace(_stroke(mark), cap="butt"), _line(points, count, *inner), shown)
+    for tip, back in ((np.zeros(count), head), (length, length - head)):
+        corners = (tip, offset), (back, offset + broad), (back, offset - broad)
+        yield MovingPart(FigurePart(PartForm.FILL, ()), _line(points, count, *corners), shown)
+
+
+def _arc(mark: SymbolMark, points: FloatArray) -> FloatArray:
+    begin, turn = arc_angles(mark, points)
+    angles = np.radians(begin[:, None] + turn[:, None] * np.linspace(0.0, 1.0, _ARC_POINTS))
+    radius = mark.figure.radius
+    return points[:, 1:2] + radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
+def _arrow(mark: SymbolMark, points: FloatArray, arrow: FloatArray, shown: BoolArray) -> Iterator[MovingPart]:
+    """A shaft and a head; what is shorter than its head has a smaller one."""
+    ends = np.stack([points[:, 0], points[:, 0] + arrow], axis=1)
+    _, _, length = _frame(ends)
+    count, shown = len(length), shown & (length >= SHORTEST)
+    head = np.minimum(4.5 * mark.width, length)
+    broad = 1.8 * mark.width * head / (4.5 * mark.width)
+    yield MovingPart(
+        replace(_stroke(mark), cap="butt"), _line(ends, count, (0.0, 0.0), (length - 0.6 * head, 0.0)), shown
+    )
+    corners = (length, 0.0), (length - head, broad), (length - head, -broad)
+    yield MovingPart(FigurePart(PartForm.FILL, ()), _line(ends, count, *corners), shown)
+
+
+def _values(mark: SymbolMark, poses: Poses, values: FloatArray, unit: str) -> list[str]:
+    if mark.text is not None:
+        return written(mark.text, mark.paint.thing, poses)
+    places = mark.figure.places
+    return [f"{_unsigned_zero(value, places):.{places}f}{unit}" for value in values.tolist()]
+
+
+def _unsigned_zero(value: float, places: int) -> float:
+    return 0.0 if round(value, places) == 0.0 else value

@@ -1,0 +1,37 @@
+"""Texts whose numbers change: the letters of every frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from movimentum.analysis.live import text_number
+from movimentum.scene.appearance import Piece
+from movimentum.scene.labels import formatted
+from movimentum.solver.poses import Poses
+
+UNKNOWN = "–"
+"""What is written for a number that has no value."""
+
+
+def written(pieces: Sequence[Piece], thing: int, poses: Poses) -> list[str]:
+    """The text of thing number ``thing`` in every frame."""
+    count = len(poses.frames)
+    columns: list[list[str]] = []
+    number = 0
+    for piece in pieces:
+        if isinstance(piece, str):
+            columns.append([piece] * count)
+            continue
+        values = poses.properties.get((thing, text_number(number)))
+        columns.append([UNKNOWN] * count if values is None else [number_text(v, piece.spec) for v in values.tolist()])
+        number += 1
+    return ["".join(letters) for letters in zip(*columns, strict=True)] if columns else [""] * count
+
+
+def number_text(value: float, spec: str) -> str:
+    """A number as Python's format ``spec`` writes it; a zero has no sign, and no value is a dash."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    text = formatted(value, spec)
+    return formatted(0.0, spec) if value < 0.0 and not any(digit in "123456789" for digit in text) else text

@@ -1,0 +1,36 @@
+"""Where texts stand: their outlines (see `rendering.outlines`) aligned and slanted, also where they change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from movimentum.drawing.style import MIDDLE, SLANT, UNITS
+from movimentum.geometry import Affine
+from movimentum.rendering.prepare import PreparedDrawing
+
+
+@dataclass(frozen=True, slots=True)
+class Lettering:
+    """A text as an outline, and the map from it to where its mark is drawn from."""
+
+    text: str
+    path: str
+    place: Affine
+
+
+def lettering(
+    text: str, height: float, prepared: PreparedDrawing, align: str = "left", italic: bool = False
+) -> Lettering:
+    """A text whose origin is at the left, the centre or the right of its baseline, or in the middle of its letters."""
+    from movimentum.rendering.outlines import text_outline
+
+    fineness = prepared.view.scale * prepared.fineness
+    size = height / UNITS
+    x, y = 0.0, 0.0
+    if align != "left":
+        from movimentum.rendering.text import text_width
+
+        x = -(1.0 if align == "right" else 0.5) * text_width(text, height, fineness)
+        y = -MIDDLE * height if align == "middle" else 0.0
+    path = text_outline(text, height * fineness)
+    return Lettering(text, path, Affine(size, SLANT * size if italic else 0.0, x, 0.0, size, y))
