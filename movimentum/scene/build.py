@@ -199,8 +199,8 @@ def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, l
         if findings.errors == errors and statement.comparison not in (Comparison.EQUAL, Comparison.WISH):
             message = f"`{statement.comparison}` compares scalars, not vectors"
             inference.require(statement.left, Kind.SCALAR, message)
-        if findings.errors == errors and _selects_on_the_way(draft):
-            _report_selecting_transition(draft, findings)
+        if findings.errors == errors:
+            _judge_transition(draft, findings)
         if findings.errors == errors:
             sound.append(draft)
     errors = findings.errors
@@ -208,15 +208,18 @@ def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, l
     return (inference if findings.errors == errors else None), sound
 
 
-def _selects_on_the_way(draft: Draft) -> bool:
-    selects = draft.statement.comparison not in (Comparison.EQUAL, Comparison.WISH)
-    return selects and isinstance(draft.statement.right, Transition)
-
-
-def _report_selecting_transition(draft: Draft, findings: Findings) -> None:
-    """``x < 0 -> 90``: an inequality moves nothing."""
+def _judge_transition(draft: Draft, findings: Findings) -> None:
+    """Report ``x < 0 -> 90`` (an inequality moves nothing) and ``x = _ -> 90`` (which would begin anywhere)."""
     statement, way = draft.statement, draft.statement.right
-    assert isinstance(way, Transition)
+    if not isinstance(way, Transition):
+        return
+    for side in (way.start, way.end):
+        if isinstance(side, Blank):
+            message = "`->` goes from one value to another, and `_` is any value"
+            findings.error("kind/mismatch", message, side.span, helps=("state where it begins and where it ends",))
+            return
+    if statement.comparison in (Comparison.EQUAL, Comparison.WISH):
+        return
     start, end = (expression_text(side) for side in (way.start, way.end))
     findings.error(
         "kind/mismatch",
