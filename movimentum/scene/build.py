@@ -15,6 +15,7 @@ from movimentum.scene.configuration import MAX_PIXELS, build_config
 from movimentum.scene.constants import exact
 from movimentum.scene.drafts import Draft
 from movimentum.scene.findings import Findings
+from movimentum.scene.joints import fixed, joined
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.labels import build_texts
@@ -35,6 +36,7 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
+from movimentum.scene.themes import THEMES, dressed, is_silent, supports
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import (
@@ -68,11 +70,8 @@ def build(
     """
     findings = Findings(source)
     config = build_config([item for item in script.items if isinstance(item, ConfigStatement)], max_pixels, findings)
-    things, table = build_things(
-        [item for item in script.items if isinstance(item, Definition)],
-        Assets(_folder(source), image_size, element),
-        findings,
-    )
+    definitions = [item for item in script.items if isinstance(item, Definition)]
+    things, table = build_things(definitions, Assets(_folder(source), image_size, element), findings)
     times, spans, drafts = _steps(script, table, findings)
     inference, sound = _kinds(drafts, findings)
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
@@ -80,7 +79,6 @@ def build(
     report_undetermined(stated, claimed, findings)
     if inference:
         start = times[0] if times else Fraction(0)
-        definitions = [item for item in script.items if isinstance(item, Definition)]
         names = tuple(_variables(stated, inference))
         things = build_texts(things, definitions, inference, names, table, start, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
@@ -98,14 +96,36 @@ def build(
         Step(number, time, span, tuple(by_step[number]), tuple(claim for claim in claims if claim.step == number))
         for number, (time, span) in enumerate(zip(times, spans, strict=True))
     )
-    return Scene(
+    mentioned = _mentioned(stated)
+    joints = joined(steps)
+    scene = Scene(
         source=source,
         config=config,
         things=things,
         variables=_variables(stated, inference),
         steps=steps,
         diagnostics=tuple(findings.items),
-        mentioned=_mentioned(stated),
+        mentioned=mentioned,
+        joints=joints,
+    )
+    return _themed(scene, definitions, stated)
+
+
+def _themed(scene: Scene, definitions: list[Definition], stated: list[Draft]) -> Scene:
+    """The scene in its theme, if it has one."""
+    config = scene.config
+    painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
+    name = config.theme or ("textbook" if is_silent(definitions, config, painted) else None)
+    if name is None:
+        return scene
+    theme = THEMES[name]
+    things = dressed(scene.things, theme, scene.joints)
+    grounds = supports(things, fixed(scene.steps, scene.mentioned))
+    return replace(
+        scene,
+        config=replace(config, background=config.background or theme.background, theme=name),
+        things=things,
+        grounds=grounds,
     )
 
 
