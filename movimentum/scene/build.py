@@ -15,7 +15,6 @@ from movimentum.scene.configuration import MAX_PIXELS, build_config
 from movimentum.scene.constants import exact
 from movimentum.scene.drafts import Draft
 from movimentum.scene.findings import Findings
-from movimentum.scene.joints import fixed, joined
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.labels import build_texts
@@ -36,7 +35,7 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
-from movimentum.scene.themes import THEMES, dressed, is_silent, supports
+from movimentum.scene.silence import is_silent
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import (
@@ -97,7 +96,7 @@ def build(
         for number, (time, span) in enumerate(zip(times, spans, strict=True))
     )
     mentioned = _mentioned(stated)
-    joints = joined(steps)
+    pinned = any(thing.look.pins is not None or thing.look.fixed for thing in things)
     scene = Scene(
         source=source,
         config=config,
@@ -106,26 +105,27 @@ def build(
         steps=steps,
         diagnostics=tuple(findings.items),
         mentioned=mentioned,
-        joints=joints,
     )
-    return _themed(scene, definitions, stated)
-
-
-def _themed(scene: Scene, definitions: list[Definition], stated: list[Draft]) -> Scene:
-    """The scene in its theme, if it has one."""
-    config = scene.config
     painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
-    name = config.theme or ("textbook" if is_silent(definitions, config, painted) else None)
+    theme = config.theme or ("textbook" if is_silent(definitions, config, painted) else None)
+    return _dressed(scene, theme) if pinned or theme else scene
+
+
+def _dressed(scene: Scene, name: str | None) -> Scene:
+    """The scene with its joints, and in a theme if it has one."""
+    from movimentum.scene.joints import fixed, joined  # most scripts of the first edition need none of it
+    from movimentum.scene.themes import THEMES, dressed, supports
+
+    scene = replace(scene, joints=joined(scene.steps))
     if name is None:
         return scene
-    theme = THEMES[name]
+    theme, config = THEMES[name], scene.config
     things = dressed(scene.things, theme, scene.joints)
-    grounds = supports(things, fixed(scene.steps, scene.mentioned))
     return replace(
         scene,
         config=replace(config, background=config.background or theme.background, theme=name),
         things=things,
-        grounds=grounds,
+        grounds=supports(things, fixed(scene.steps, scene.mentioned)),
     )
 
 

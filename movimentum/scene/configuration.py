@@ -9,7 +9,6 @@ from movimentum.scene import model
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
 from movimentum.scene.options import choice, read_color, report_count, report_twice
-from movimentum.scene.themes import THEMES
 from movimentum.source import Span
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import ConfigStatement, Expression, Option, Text
@@ -21,6 +20,7 @@ DEFAULT_FPS = Fraction(25)
 """Of a script without ``.config``: a frame of a GIF then lasts exactly 4/100 s."""
 
 _MAX_FPS = 10**9
+THEME_NAMES = ("textbook", "print", "dark", "blueprint")
 _OPTIONS = ("background", "theme")
 
 
@@ -123,7 +123,7 @@ def _options(options: tuple[Option, ...], findings: Findings) -> tuple[tuple[int
         else:
             seen[option.name] = option
             if option.name == "theme":
-                theme = choice(option.arguments[0], "a theme", tuple(THEMES), findings)
+                theme = choice(option.arguments[0], "a theme", THEME_NAMES, findings)
             else:
                 background = read_color(option.arguments[0], findings)
     return background, theme

@@ -8,12 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from statistics import median
 
 from movimentum.scene.appearance import Color
 from movimentum.scene.looks import EDGE_WIDTH, FILLED
-from movimentum.scene.model import AnchorRef, Config, Shape, Thing
-from movimentum.syntax.tree import Definition, Option
+from movimentum.scene.model import AnchorRef, Shape, Thing
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,28 +43,7 @@ THEMES = {
         (235, 242, 252), (22, 62, 118), ((46, 92, 154), (62, 110, 174), (36, 78, 138)), (255, 226, 130), (22, 62, 118)
     ),
 }
-"""The themes by name."""
-
-LOOKS = frozenset({"color", "width", "fill", "edge", "dash", "cap", "opacity", "pins", "fixed"})
-"""Options that say something about looks."""
-_QUIET = frozenset(Shape) - {Shape.SPRITE, Shape.ARROW, Shape.DISC, Shape.LINE}
-"""Kinds that a figure of links consists of."""
-_LINKS = frozenset({Shape.BAR, Shape.PLATE})
-
-
-def is_silent(definitions: Sequence[Definition], config: Config, painted: bool) -> bool:
-    """Whether a script says nothing about looks and draws nothing but links, and what figures of links have.
-
-    ``painted``: whether a statement is about a colour or an opacity.
-    """
-    shapes = {
-        Shape(definition.shape.word)
-        for definition in definitions
-        if not any(isinstance(part, Option) and part.name == "hidden" for part in definition.parts)
-    }
-    options = {part.name for item in definitions for part in item.parts if isinstance(part, Option)}
-    silent = config.background is None and not painted and not options & LOOKS
-    return silent and shapes <= _QUIET and bool(shapes & _LINKS)
+"""The themes by name; `configuration.THEME_NAMES` are the same."""
 
 
 def dressed(things: Iterable[Thing], theme: Theme, joints: frozenset[AnchorRef]) -> tuple[Thing, ...]:
@@ -115,7 +92,7 @@ def _link_width(things: Iterable[Thing]) -> float:
         for thing in things
         if thing.shape is Shape.BAR and thing.anchors and not thing.hidden
     ]
-    return min(12.0, max(4.0, 0.14 * median(lengths))) if lengths else 12.0
+    return min(12.0, max(4.0, 0.14 * sorted(lengths)[len(lengths) // 2])) if lengths else 12.0
 
 
 def supports(things: Sequence[Thing], fixed: Mapping[AnchorRef, tuple[float, float]]) -> tuple[AnchorRef, ...]:
@@ -126,7 +103,11 @@ def supports(things: Sequence[Thing], fixed: Mapping[AnchorRef, tuple[float, flo
     found: list[AnchorRef] = []
     for ref, place in fixed.items():
         thing = things[ref.thing]
-        if thing.shape in (*_LINKS, Shape.POLYGON, Shape.GEAR) and not thing.hidden and place not in taken:
+        if (
+            thing.shape in (Shape.BAR, Shape.PLATE, Shape.POLYGON, Shape.GEAR)
+            and not thing.hidden
+            and place not in taken
+        ):
             taken.add(place)
             found.append(ref)
     return tuple(found)
