@@ -54,14 +54,20 @@ class Structure:
 def structure_of(scene: Scene, segment: Segment) -> Structure:
     """The equations of ``segment`` in groups; raises `CyclicRateError`."""
     found = _structured(build_system(scene, segment))
-    gears = {
-        equation.constraint
-        for equation in found.system.equations
-        if any(isinstance(found.system.unknowns[n].payload, Bearing) for n in equation.unknowns)
-    }
-    if gears and any(found.system.equations[n].constraint in gears for n in found.decomposition.checks):
-        return _structured(build_system(scene, segment, rolling=True))
-    return found
+    return _structured(build_system(scene, segment, rolling=True)) if _rolls(found) else found
+
+
+def _rolls(found: Structure) -> bool:
+    """Whether a direction between gears' centres is needed to find where they are."""
+    system = found.system
+    about = [e for e in system.equations if any(isinstance(system.unknowns[n].payload, Bearing) for n in e.unknowns)]
+    if not about:
+        return False
+    constraints = {equation.constraint for equation in about}
+    followed = {equation.number for equation in about if equation.form is Form.WINDING}
+    return any(system.equations[n].constraint in constraints for n in found.decomposition.checks) or any(
+        len(group.unknowns) > 1 and followed & set(group.equations) for group in found.decomposition.groups
+    )
 
 
 def _structured(system: System) -> Structure:

@@ -280,7 +280,10 @@ def _sprite(
     if key not in sprites:
         loaded = load_premultiplied(mark.path, mark.pixel * magnification, mark.span)
         sprites[key] = prepare(loaded, mark.pixel, mark.pixel * magnification)
-    return sprites[key]
+    sprite = sprites[key]
+    if sprite is None or mark.placed is None:
+        return sprite
+    return replace(sprite, to_local=mark.placed @ sprite.to_local)
 
 
 def _overlay(mark: OverMark, magnification: float) -> PreparedMark | None:

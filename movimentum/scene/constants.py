@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import repeat
 
+from movimentum.diagnostics import replacement
 from movimentum.expressions import Expr
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
@@ -131,11 +132,17 @@ def constant_expression(root: Expression | Text, what: str, findings: Findings) 
     for node in nodes:
         place = _first_variable_part(node)
         if place is not None:
+            name = node.name if isinstance(node, Name) else ""
+            guess = findings.nearest(name, findings.constants) if name else None
             findings.error(
                 "kind/not-constant",
                 f"{what} must be a constant",
                 place,
-                helps=("a thing is drawn only once; steps state what changes",),
+                helps=(
+                    replacement(f"did you mean `{guess}`?", place, guess)
+                    if guess
+                    else "a thing is drawn only once; steps state what changes",
+                ),
             )
             return None
     errors = findings.errors

@@ -201,14 +201,20 @@ def _pairs(item: Constraint) -> list[GearPair]:
 
 
 def _stated_turns(active: Sequence[Constraint], start: Fraction) -> dict[int, float]:
-    """The turns that numbers and clocks give at ``start``."""
+    """The turns that numbers, clocks and other such turns give at ``start``."""
     found: dict[int, float] = {}
-    for item in active:
-        payload = item.left[0].payload
-        if item.relation is Relation.EQUAL and item.left[0].op == "symbol" and isinstance(payload, ThingAngle):
-            value = value_at(item.right[0], start)
+    equations = [
+        (payload.thing, item.right[0])
+        for item in active
+        if item.relation is Relation.EQUAL and isinstance(payload := item.left[0].payload, ThingAngle)
+    ]
+    before = -1
+    while len(found) > before:  # one thing's turn may be stated by another's
+        before = len(found)
+        for thing, right in equations:
+            value = value_at(right, start, found)
             if value is not None:
-                found.setdefault(payload.thing, value)
+                found.setdefault(thing, value)
     return found
 
 

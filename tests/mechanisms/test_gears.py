@@ -151,6 +151,76 @@ def test_a_differential(planet: str) -> None:
     assert np.abs(motion["Arm.angle"] - motion["Arm.angle"][0] - 35.0 * motion.times).max() < NEAR
 
 
+def test_a_differential_held_by_two_distances() -> None:
+    """Nothing rigid joins the second planet's centre to the first's: directions are solved for with everything else."""
+    motion = solved(
+        """.config(10); A : .gear(24,2) C=[0,0] T=C+[9,0]; B : .gear(24,2) C=[0,0] T=C+[0,9];
+        P : .gear(16,2) C=[0,0]; Q : .gear(16,2) C=[0,0]; Arm : .bar O=[0,0] M=[40,0];
+        @0 A.C=[100,100]; Arm.O=A.C; B.C=A.C; P.C=Arm.M; (Q.C-Arm.O).l = 40; (Q.C-P.C).l = 32;
+        .across(Q.C, Arm.O, Arm.M) > 0;
+        .mesh(A,P)=0; .mesh(P,Q)=0; .mesh(Q,B)=0; A.angle = 50*.t; B.angle = 20*.t; @20"""
+    )
+    assert np.abs(motion["Arm.angle"] - motion["Arm.angle"][0] - 35.0 * motion.times).max() < NEAR
+    assert misfit(motion, ("P", Wheel(16)), ("Q", Wheel(16))) < NEAR
+    assert misfit(motion, ("Q", Wheel(16)), ("B", Wheel(24, 90.0))) < NEAR
+
+
+def test_gears_laid_into_each_other_later() -> None:
+    """What has been turned by numbers counts as it stands; the other turns by less than half a tooth."""
+    motion = mv.loads(
+        ".config(10); A : .gear(20, 2) C=[0,0]; B : .gear(31, 2) C=[51,0]; M : .disc(9) C=[0,0];"
+        "@0 A.C=[100,100]; B.C=[151,100]; M.C=[9,9]; M.angle=77*.T; A.angle = M.angle; B.angle=0;"
+        "@3 B.angle=_; .mesh(A, B)=0; @7"
+    ).solve()
+    assert np.abs(motion["B.angle"][motion.times < 3]).max() == 0.0
+    assert abs(motion["B.angle"][30]) <= 180 / 31 + NEAR
+
+
+@pytest.mark.parametrize("accuracy", ["draft", "high", "exact"])
+def test_every_accuracy_knows_gears(accuracy: str) -> None:
+    motion = mv.loads(
+        ".config(2); S : .gear(20, 3) C=[0,0]; P : .gear(30, 3) C=[75,0] Q=[80,0]; @0 S.C=[150,150]; S.angle=0;"
+        "P.C.x = 150 + 75*.cos(60*.t); P.C.y = 150 + 75*.sin(60*.t); .mesh(S, P) = 0; w = .d(P.angle);"
+        "@6 P.opacity = 0.5; @24"
+    ).solve(accuracy=accuracy)
+    assert np.abs(motion["P.angle"] - motion["P.angle"][0] - 100 * motion.times).max() < 1e-8
+    assert np.abs(motion["w"] - 100).max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        ("B.C=[65,10];", ("55", "50")),
+        ("B.C=[60 + 3*.t,10];", ("50.", "50")),
+    ],
+)
+def test_centres_that_do_not_fit_are_told_with_both_numbers(text: str, numbers: tuple[str, str]) -> None:
+    script = mv.loads(
+        "A : .gear(20, 2) C=[0,0]; B : .gear(30, 2) C=[0,0]; @0 A.C=[10,10]; A.angle=90*.t; .mesh(A,B)=0;" + text + "@4"
+    )
+    (found,) = [item for item in script.diagnostics if item.severity is mv.Severity.ERROR]
+    assert found.code == "mesh/distance"
+    assert all(each in found.message for each in numbers)
+
+
+def test_centres_may_have_a_little_play() -> None:
+    script = mv.loads(
+        "A : .gear(20, 2) C=[0,0]; B : .gear(30, 2) C=[0,0]; @0 A.C=[10,10]; B.C=[60.09,10]; A.angle=9; .mesh(A,B)=0;"
+    )
+    assert not [item for item in script.diagnostics if item.severity is mv.Severity.ERROR]
+
+
+def test_claims_compare_teeth_with_the_nearest_gap() -> None:
+    text = (
+        ".config(10); A : .gear(20, 2) C=[0,0]; B : .gear(30, 2) C=[0,0]; @0 A.C=[10,10]; B.C=[60,10]; A.angle=90*.t;"
+        "B.angle = {} - 60*.t; .claim .mesh(A, B) = 0; @8"
+    )
+    assert [item.code for item in mv.loads(text.format("18")).diagnostics if item.severity is mv.Severity.ERROR] == []
+    assert [item.code for item in mv.loads(text.format("17")).diagnostics if item.severity is mv.Severity.ERROR] == [
+        "claim/broken"
+    ]
+
+
 @pytest.mark.parametrize("statement", [".mesh(R, G) = 0;", ".mesh(G, R) = 0;"])
 @pytest.mark.parametrize("turn", [0, 30, -115])
 def test_a_rack_and_a_pinion(statement: str, turn: float) -> None:
@@ -198,7 +268,7 @@ def test_a_gear_on_a_slider_that_goes_round() -> None:
     """Nothing rigid joins the centres: the direction between them is followed over whole turns."""
     motion = solved(
         ".config(20); S : .gear(20, 3) C=[0,0]; P : .gear(30, 3) C=[75,0];"
-        "@0 S.C=[150,150]; S.angle=0; P.C = [150 + 75*.cos(60*.t), 150 + 75*.sin(60*.t)]; .mesh(S, P) = 0; @24"
+        "@0 S.C=[150,150]; S.angle=0; P.C.x = 150 + 75*.cos(60*.t); P.C.y = 150 + 75*.sin(60*.t); .mesh(S, P) = 0; @24"
     )
     assert np.abs(motion["P.angle"] - motion["P.angle"][0] - (1 + 20 / 30) * 60 * motion.times).max() < NEAR
     assert misfit(motion, ("S", Wheel(20)), ("P", Wheel(30))) < NEAR

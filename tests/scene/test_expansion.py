@@ -290,3 +290,22 @@ HUGE = {
 def test_what_would_be_huge_is_refused(name: str) -> None:
     with pytest.raises(MovimentumError, match="limit/"):
         mv.loads(HUGE[name])
+
+
+def test_a_picture_of_a_placed_copy_is_where_its_anchors_are(tmp_path: Path) -> None:
+    from PIL import Image
+
+    image = Image.new("RGBA", (60, 20), (0, 0, 0, 0))
+    image.paste((255, 0, 0, 255), (0, 0, 12, 12))  # the upper left corner of the picture
+    image.save(tmp_path / "mark.png")
+    (tmp_path / "a.mov").write_text(
+        ".config(5, 300, 200) .background('white'); .part P() { S : 'mark.png' A = [6, 14] B = [50, 5] .scale(2); } "
+        "X : P() .at([40, 30]); Y : P() .at([200, 40]) .turned(90); Z : P() .at([160, 120]) .mirrored; @0"
+    )
+    script = mv.load(tmp_path / "a.mov")
+    script.solve().render(tmp_path / "a.png", at=0)
+    picture = Image.open(tmp_path / "a.png").convert("RGB")
+    for copy in "XYZ":
+        x, y = script.solve()[f"{copy}.S.A"][0].tolist()
+        assert picture.getpixel((round(x), round(200 - y))) == (255, 0, 0), copy
+    assert script.diagnostics == ()

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from movimentum.expressions import ZERO, Expr, add, call, const, mul, neg, ratio, sub
+from movimentum.expressions import ONE, ZERO, Expr, add, call, const, mul, neg, ratio, sub
+from movimentum.geometry import Affine
 from movimentum.syntax.tree import (
     Call,
     Constant,
@@ -69,6 +70,12 @@ class CopyFrame:
             return x, y
         x, y = self.directed(x, y)
         return add(self.at[0], x), add(self.at[1], y)
+
+    @property
+    def affine(self) -> Affine:
+        """From the part's frame to the world, in floats."""
+        columns = (self.directed(ONE, ZERO), self.directed(ZERO, ONE), self.placed(ZERO, ZERO))
+        return Affine(*(column[axis].value or 0.0 for axis in (0, 1) for column in columns))
 
     def then(self, inner: CopyFrame) -> CopyFrame:
         """That of a copy which a text at this placement places at ``inner``."""
