@@ -12,7 +12,7 @@ def planetary(t: Array) -> Columns:
     sun = 240 * t
     carrier = sun * 15 / (15 + 45)
     planet = carrier * (1 - 45 / 15)
-    axle = still((150, 180), t)
+    axle = still((130, 155), t)
     parts: list[Columns] = [
         body("Ring", {"C": (0, 0)}, "C", axle, 0),
         body("Sun", {"C": (0, 0), "T": (0, 25)}, "C", axle, sun),
@@ -20,10 +20,10 @@ def planetary(t: Array) -> Columns:
     ]
     arms: dict[str, tuple[float, float]] = {"O": (0.0, 0.0)}
     for k, name in enumerate("ABD"):
-        x, y = polar(84, 90 + 120 * k)
+        x, y = polar(72, 90 + 120 * k)
         arms[name] = (float(x), float(y))
         u, v = polar(20, 90 + 120 * k)
-        where = axle + polar(84, 90 + 120 * k + carrier)
+        where = axle + polar(72, 90 + 120 * k + carrier)
         parts.append(body(f"Planet[{k}]", {"C": (0, 0), "T": (float(u), float(v))}, "C", where, planet))
     parts.append(body("Carrier", arms, "O", axle, carrier))
     return merge(*parts)
