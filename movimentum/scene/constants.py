@@ -28,6 +28,7 @@ from movimentum.syntax.tree import (
     Rotate,
     Sum,
     Text,
+    Vector,
     postorder,
 )
 
@@ -50,7 +51,7 @@ def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | 
         return None
     nodes = list(postorder(root))
     if not all(_is_exact(node) for node in nodes):
-        strange = next((node for node in nodes if _first_variable_part(node) is not None), None)
+        strange = next((node for node in nodes if isinstance(node, Vector) or _first_variable_part(node)), None)
         if strange is not None:
             findings.error(
                 "kind/not-constant", f"{what} must be a number (or numbers joined by `+ - * /`)", strange.span
