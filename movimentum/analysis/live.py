@@ -14,23 +14,10 @@ import numpy as np
 from movimentum.analysis.evaluate import reader
 from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
-from movimentum.scene.appearance import Shown
+from movimentum.scene.appearance import ARROW, Shown, text_number
 from movimentum.scene.model import AnchorCoordinate, Scene, Shape, Thing
 from movimentum.solver.motion import AnyMotion
 from movimentum.solver.poses import Poses
-
-ARROW = ("arrow x", "arrow y")
-"""Names of the components of a vector's arrow (world pixels) among `Poses.properties`."""
-
-
-def text_number(number: int) -> str:
-    """The name of number ``number`` of a thing's text among `Poses.properties`."""
-    return f"text {number}"
-
-
-def shows_numbers(scene: Scene) -> bool:
-    """Whether a picture of ``scene`` shows anything but where things are."""
-    return any(thing.pieces or thing.shape is Shape.VECTOR for thing in scene.things)
 
 
 def with_numbers(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] | None = None) -> Poses:
@@ -39,7 +26,7 @@ def with_numbers(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] |
     A number without a value is nan; an arrow without one is 0.
     """
     scene = motion.timeline.scene
-    if not shows_numbers(scene) or not len(poses.frames):
+    if not scene.shows_numbers or not len(poses.frames):
         return poses
     return replace(poses, properties={**poses.properties, **_texts(scene, poses), **_arrows(motion, poses, instants)})
 

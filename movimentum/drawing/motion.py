@@ -25,7 +25,6 @@ from movimentum.drawing.model import (
 )
 from movimentum.drawing.parts import FigurePart, PartForm, hull
 from movimentum.drawing.style import ARROW_WIDTH, LONGEST, SHORTEST, Color
-from movimentum.drawing.symbols import LETTER, caption, moving_parts, symbol_shown
 from movimentum.solver.poses import Poses
 
 
@@ -112,6 +111,8 @@ def _around(found: Sequence[FloatArray]) -> FloatArray:
 
 
 def _symbol_bounds(mark: SymbolMark, poses: Poses) -> FloatArray:
+    from movimentum.drawing.symbols import LETTER, caption, moving_parts, symbol_shown  # only some films have symbols
+
     found = [boxes(part.points, part.shown, _reach(part.style)) for part in moving_parts(mark, poses)]
     text = caption(mark, poses)
     if text is not None:

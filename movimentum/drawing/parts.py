@@ -92,11 +92,12 @@ def dashes(points: Sequence[Point], pattern: tuple[float, ...]) -> list[list[Poi
             at = done / length
             point = (p[0] + at * (q[0] - p[0]), p[1] + at * (q[1] - p[1]))
             if on:
-                found.append([*piece, point])
+                found.append(piece if point == piece[-1] and len(piece) > 1 else [*piece, point])
             piece, on, place = [point], not on, (place + 1) % len(pattern)
             left = pattern[place]
         left -= length - done
-        piece.append(q)
+        if q != piece[-1]:
+            piece.append(q)
     if on and len(piece) > 1:
         found.append(piece)
     return found

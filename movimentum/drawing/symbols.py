@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from movimentum.analysis.live import ARROW
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.figures import support
 from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.texts import written
+from movimentum.scene.appearance import ARROW
 from movimentum.scene.model import Shape
 from movimentum.solver.poses import Poses
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from movimentum.analysis.live import text_number
-from movimentum.scene.appearance import Piece
-from movimentum.scene.labels import formatted
+from movimentum.scene.appearance import Piece, formatted, text_number
 from movimentum.solver.poses import Poses
 
 UNKNOWN = "–"

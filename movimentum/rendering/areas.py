@@ -50,8 +50,9 @@ def outline(rings: Sequence[Sequence[Point]], size: tuple[int, int]) -> Coverage
 
 def _clipped(starts: Floats, ends: Floats, width: int, height: int) -> tuple[Floats, Floats]:
     """The edges within the rows of a window; what is beside it is moved to its sides, so that areas are the same."""
-    parts = _parted(starts, ends, np.array([[0.0, height]]), np.array([[0.0, width]]))
-    starts, ends = (np.column_stack([np.clip(p[:, 0], 0.0, width), np.clip(p[:, 1], 0.0, height)]) for p in parts)
+    if (starts < 0.0).any() or (starts > (width, height)).any():
+        parts = _parted(starts, ends, np.array([[0.0, height]]), np.array([[0.0, width]]))
+        starts, ends = (np.column_stack([np.clip(p[:, 0], 0.0, width), np.clip(p[:, 1], 0.0, height)]) for p in parts)
     kept = starts[:, 1] != ends[:, 1]
     return starts[kept], ends[kept]
 
@@ -84,7 +85,7 @@ def _cut(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
         owners.append(owner)
         cuts.append((first[owner] + step - a[owner]) / (b - a)[owner])
     owner, cut = np.concatenate(owners), np.concatenate(cuts)
-    order = np.lexsort((cut, owner))
+    order = np.argsort(2.0 * owner + cut)
     owner, cut = owner[order], cut[order]
     points = starts[owner] + cut[:, None] * (ends - starts)[owner]
     same = owner[1:] == owner[:-1]

@@ -22,7 +22,6 @@ from movimentum.drawing.model import (
 )
 from movimentum.drawing.motion import arrow_ends, arrow_shown, paint_at, state
 from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, PAPER, Color
-from movimentum.drawing.symbols import caption, moving_parts, symbol_shown
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
 from movimentum.rendering.canvas import Canvas
@@ -93,6 +92,8 @@ def _figure(mark: FigureMark, canvas: Canvas, place: Affine, scale: float, paint
 
 def _symbol(mark: SymbolMark, canvas: Canvas, to_image: Affine, poses: Poses, paint: tuple[float, Color]) -> None:
     """A symbol in the one frame of ``poses``."""
+    from movimentum.drawing.symbols import caption, moving_parts, symbol_shown  # only some films have symbols
+
     if not symbol_shown(mark, poses)[0]:
         return
     found = [part for part in moving_parts(mark, poses) if part.shown[0]]

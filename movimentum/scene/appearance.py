@@ -28,6 +28,23 @@ Piece: TypeAlias = str | Shown
 """A part of a text: letters, or a number that changes."""
 
 
+def formatted(value: float, spec: str) -> str:
+    """A number as Python's format ``spec`` writes it; formats for whole numbers round it."""
+    return format(round(value), spec) if spec[-1:] in _WHOLE else format(value, spec)
+
+
+_WHOLE = frozenset("bcdoxX")
+"""Types of formats that Python has for whole numbers only."""
+
+ARROW = ("arrow x", "arrow y")
+"""Names of the components of a vector's arrow (world pixels) among the properties of poses."""
+
+
+def text_number(number: int) -> str:
+    """The name of number ``number`` of a thing's text among the properties of poses."""
+    return f"text {number}"
+
+
 @dataclass(frozen=True, slots=True)
 class Look:
     """Options that all kinds share; lengths in world pixels, None where the kind decides.

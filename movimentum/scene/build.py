@@ -40,6 +40,7 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
+from movimentum.scene.silence import is_silent
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import expression_text
@@ -110,17 +111,40 @@ def build(
         )
         for number, step in enumerate(expanded.steps)
     )
-    return Scene(
+    mentioned = _mentioned(stated)
+    pinned = any(thing.look.pins is not None or thing.look.fixed for thing in things)
+    scene = Scene(
         source=expanded.source,
         config=config,
         things=things,
         variables=_variables(stated, inference),
         steps=steps,
         diagnostics=tuple(found),
-        mentioned=_mentioned(stated),
+        mentioned=mentioned,
         constants=expanded.constants,
         settings=tuple((settings or {}).items()),
         loop=loop,
+    )
+    painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
+    theme = config.theme or ("textbook" if is_silent(expanded.definitions, config, painted) else None)
+    return _dressed(scene, theme) if pinned or theme else scene
+
+
+def _dressed(scene: Scene, name: str | None) -> Scene:
+    """The scene with its joints, and in a theme if it has one."""
+    from movimentum.scene.joints import fixed, joined  # most scripts of the first edition need none of it
+    from movimentum.scene.themes import THEMES, dressed, supports
+
+    scene = replace(scene, joints=joined(scene.steps))
+    if name is None:
+        return scene
+    theme, config = THEMES[name], scene.config
+    things = dressed(scene.things, theme, scene.joints)
+    return replace(
+        scene,
+        config=replace(config, background=config.background or theme.background, theme=name),
+        things=things,
+        grounds=supports(things, fixed(scene.steps, scene.mentioned)),
     )
 
 

@@ -8,7 +8,7 @@ from movimentum.diagnostics import Fix, Label, replacement
 from movimentum.scene import model
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
-from movimentum.scene.options import read_color, report_count, report_twice
+from movimentum.scene.options import choice, read_color, report_count, report_twice
 from movimentum.source import Span
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import ConfigStatement, Expression, Option, Text
@@ -20,6 +20,8 @@ DEFAULT_FPS = Fraction(25)
 """Of a script without ``.config``: a frame of a GIF then lasts exactly 4/100 s."""
 
 _MAX_FPS = 10**9
+THEME_NAMES = ("textbook", "print", "dark", "blueprint")
+_OPTIONS = ("background", "theme")
 
 
 def build_config(configs: list[ConfigStatement], max_pixels: int, findings: Findings) -> model.Config:
@@ -46,7 +48,8 @@ def build_config(configs: list[ConfigStatement], max_pixels: int, findings: Find
         fps = _fps(first.arguments[0], findings)
         if len(first.arguments) == 3:
             size = _size(first.arguments[1], first.arguments[2], max_pixels, findings)
-    return model.Config(fps, size, _background(first.options, findings), first.span)
+    background, theme = _options(first.options, findings)
+    return model.Config(fps, size, background, first.span, theme)
 
 
 def _argument_help(config: ConfigStatement) -> Fix:
@@ -94,12 +97,15 @@ def _size(
     return found[0], found[1]
 
 
-def _background(options: tuple[Option, ...], findings: Findings) -> tuple[int, int, int] | None:
+def _options(options: tuple[Option, ...], findings: Findings) -> tuple[tuple[int, int, int] | None, str | None]:
+    """The background and the theme."""
     background: tuple[int, int, int] | None = None
-    first: Option | None = None
+    theme: str | None = None
+    seen: dict[str, Option] = {}
     for option in options:
-        if option.name != "background":
-            guess = nearest(option.name, ("background",))
+        first = seen.get(option.name)
+        if option.name not in _OPTIONS:
+            guess = nearest(option.name, _OPTIONS)
             findings.error(
                 "syntax/unknown-option",
                 f"`.config` has no option `.{option.name}`",
@@ -107,7 +113,7 @@ def _background(options: tuple[Option, ...], findings: Findings) -> tuple[int, i
                 helps=(
                     replacement(f"did you mean `.{guess}`?", option.name_span, f".{guess}")
                     if guess
-                    else "it takes `.background('white')`",
+                    else "it takes `.background('white')` and `.theme('textbook')`",
                 ),
             )
         elif first is not None:
@@ -115,6 +121,9 @@ def _background(options: tuple[Option, ...], findings: Findings) -> tuple[int, i
         elif len(option.arguments) != 1:
             report_count(option, 1, findings)
         else:
-            first = option
-            background = read_color(option.arguments[0], findings)
-    return background
+            seen[option.name] = option
+            if option.name == "theme":
+                theme = choice(option.arguments[0], "a theme", THEME_NAMES, findings)
+            else:
+                background = read_color(option.arguments[0], findings)
+    return background, theme

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import repeat
 
+from movimentum.diagnostics import replacement
 from movimentum.expressions import Expr
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
@@ -27,6 +28,7 @@ from movimentum.syntax.tree import (
     Rotate,
     Sum,
     Text,
+    Vector,
     postorder,
 )
 
@@ -49,7 +51,7 @@ def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | 
         return None
     nodes = list(postorder(root))
     if not all(_is_exact(node) for node in nodes):
-        strange = next((node for node in nodes if _first_variable_part(node) is not None), None)
+        strange = next((node for node in nodes if isinstance(node, Vector) or _first_variable_part(node)), None)
         if strange is not None:
             findings.error(
                 "kind/not-constant", f"{what} must be a number (or numbers joined by `+ - * /`)", strange.span
@@ -131,11 +133,17 @@ def constant_expression(root: Expression | Text, what: str, findings: Findings) 
     for node in nodes:
         place = _first_variable_part(node)
         if place is not None:
+            name = node.name if isinstance(node, Name) else ""
+            guess = findings.nearest(name, findings.constants) if name else None
             findings.error(
                 "kind/not-constant",
                 f"{what} must be a constant",
                 place,
-                helps=("a thing is drawn only once; steps state what changes",),
+                helps=(
+                    replacement(f"did you mean `{guess}`?", place, guess)
+                    if guess
+                    else "a thing is drawn only once; steps state what changes",
+                ),
             )
             return None
     errors = findings.errors

@@ -10,7 +10,7 @@ from itertools import count
 from movimentum.diagnostics import replacement
 from movimentum.errors import ScriptError
 from movimentum.expressions import walk
-from movimentum.scene.appearance import Piece, Shown
+from movimentum.scene.appearance import Piece, Shown, formatted
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
@@ -64,15 +64,6 @@ def _text_of(definition: Definition) -> Text | None:
     options = [part for part in definition.parts if isinstance(part, Option) and part.name == "text"]
     arguments = (*definition.shape.arguments, *(each for option in options for each in option.arguments))
     return next((each for each in arguments if isinstance(each, Text)), None)
-
-
-def formatted(value: float, spec: str) -> str:
-    """A number as Python's format ``spec`` writes it; formats for whole numbers round it."""
-    return format(round(value), spec) if spec[-1:] in WHOLE else format(value, spec)
-
-
-WHOLE = frozenset("bcdoxX")
-"""Types of formats that Python has for whole numbers only."""
 
 
 def _shown(

@@ -339,6 +339,11 @@ class Scene:
 
         return tuple(thing.number for thing in sorted(self.things, key=lambda t: (layer(t), t.number)))
 
+    @property
+    def shows_numbers(self) -> bool:
+        """Whether its pictures show anything but where things are: numbers in texts, velocities."""
+        return any(thing.pieces or thing.shape is Shape.VECTOR for thing in self.things)
+
     def constraints(self) -> tuple[Constraint, ...]:
         """All constraints, by number."""
         return tuple(item for step in self.steps for item in step.statements if isinstance(item, Constraint))

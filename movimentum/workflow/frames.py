@@ -45,13 +45,13 @@ class PoseChunks:
     drawn: bool = False
 
     def __iter__(self) -> Iterator[Poses]:
-        from movimentum.analysis.live import with_numbers
-
         size = max(60, min(CHUNK, 200_000 // max(1, len(self.motion.timeline.scene.things))))
         for first in range(0, len(self.frames), size):
             some = self.frames[first : first + size]
             poses = self.motion.poses(some.start, some.stop) if isinstance(some, range) else self.motion.poses_at(some)
-            if self.drawn:
+            if self.drawn and self.motion.timeline.scene.shows_numbers:
+                from movimentum.analysis.live import with_numbers
+
                 poses = with_numbers(self.motion, poses, None if isinstance(some, range) else some)
             if self.skip and not poses.solved.all():
                 poses = poses.select(poses.solved.nonzero()[0])

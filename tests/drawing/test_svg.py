@@ -78,9 +78,9 @@ def test_a_transparent_svg_has_no_ground(tmp_path: Path) -> None:
 @pytest.mark.parametrize("fps", [Fraction(24000, 1001), Fraction(7), Fraction(49), Fraction(60)])
 def test_at_the_very_time_of_a_frame_the_frame_is_shown(page: Any, tmp_path: Path, fps: Fraction) -> None:
     path = tmp_path / "film.svg"
-    motion = mv.loads("Bar : .bar A = [50,50] B = A + [40,0];\n@0 Bar.A = [50,50]; Bar.angle = 90*.t;\n@4").solve(
-        fps=fps
-    )
+    motion = mv.loads(
+        "Bar : .bar A = [50,50] B = A + [40,0] .width(7);\n@0 Bar.A = [50,50]; Bar.angle = 90*.t;\n@4"
+    ).solve(fps=fps)
     motion.render(path)
     page.goto(path.as_uri())
     find = """([k, t]) => {

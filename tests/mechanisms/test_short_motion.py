@@ -233,7 +233,7 @@ def test_traces_close(tmp_path: Path) -> None:
     dark: list[int] = []
     for text in (FILM.format(8, 0, 4, ".loop;"), FILM.format(8, 0, "3.875", "")):
         target = tmp_path / f"film{len(dark)}.gif"
-        mv.loads(text).solve().render(target, trace="A.Q")
+        mv.loads(text.replace("[50,0];", "[50,0] .width(2) .color('black');")).solve().render(target, trace="A.Q")
         with Image.open(target) as film:
             assert film.n_frames == 32
             assert film.info["loop"] == 0

@@ -156,8 +156,8 @@ class Declarer:
             return
         scope.parts[item.name] = PartEntry(item, written, span)
 
-    def _twice(self, what: str, span: Span, first: Span) -> None:
-        self.findings.error("name/duplicate", f"there are {what}", span, labels=(Label(first, "the first one"),))
+    def _twice(self, what: str, span: Span, first: Span, verb: str = "are") -> None:
+        self.findings.error("name/duplicate", f"there {verb} {what}", span, labels=(Label(first, "the first one"),))
 
     # --- things
 
@@ -176,7 +176,7 @@ class Declarer:
         owner, here = scope.owner, name
         constant = scope.constant(name)
         if constant is not None and (constant.scope.owner is owner or owner.outer is None):
-            self._twice(f"a constant and a thing called `{name}`", entry.span, constant.span)
+            self._twice(f"a constant and a thing called `{name}`", entry.span, constant.span, "is")
             return False
         entries: dict[str, Entry] | dict[int, Entry] = owner.entries
         full = owner.prefix + name

@@ -80,7 +80,8 @@ def expand(
         body = declarer.body(tuple(item for item in script.items if not isinstance(item, Let)), scope)
         expansion.body(body, expansion.strand(scope))
     except TooMany:
-        pass
+        return Expanded(unfolding.text(), (), (), (StepAt(Fraction(0), Span(0, 0)),), ())
+    findings.constants = tuple(scope.constants)
     named = tuple(expansion.named(scope.constants.values()))
     steps, statements, early = expansion.in_order()
     if added:

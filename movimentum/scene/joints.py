@@ -1,0 +1,61 @@
+"""Which anchors are joints, and which are fixed: what pins and supports are drawn at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from movimentum.expressions import Expr
+from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Ending, Relation, Step
+
+Place = tuple[float, float]
+
+
+def joined(steps: Sequence[Step]) -> frozenset[AnchorRef]:
+    """The anchors that an equation equates with an anchor of another thing, and those that are `fixed`."""
+    found: set[AnchorRef] = set()
+    for constraint in _placed(steps):
+        assert constraint.anchor is not None
+        other = _anchor(constraint.right)
+        if other is not None and other.thing != constraint.anchor.thing:
+            found |= {constraint.anchor, other}
+        elif all(part.value is not None for part in constraint.right):
+            found.add(constraint.anchor)
+    return frozenset(found)
+
+
+def fixed(steps: Sequence[Step], mentioned: Mapping[int, int]) -> dict[AnchorRef, Place]:
+    """The anchors that statements hold at one place all along, from the step in which their things appear."""
+    places: dict[AnchorRef, Place | None] = {}
+    keys: dict[str, AnchorRef] = {}
+    for constraint in _placed(steps):
+        ref = constraint.anchor
+        assert ref is not None
+        keys[constraint.key] = ref
+        x, y = (part.value for part in constraint.right)
+        place = None if x is None or y is None else (x, y)
+        if (ref in places and places[ref] != place) or (
+            ref not in places and constraint.step > mentioned.get(ref.thing, 0)
+        ):
+            place = None
+        places[ref] = place
+    for step in steps:
+        for item in step.statements:
+            if isinstance(item, Ending) and item.relation is Relation.EQUAL and item.key in keys:
+                places[keys[item.key]] = None
+    return {ref: place for ref, place in places.items() if place is not None}
+
+
+def _placed(steps: Sequence[Step]) -> list[Constraint]:
+    """The equations whose left side is one anchor."""
+    statements = (item for step in steps for item in step.statements if isinstance(item, Constraint))
+    return [item for item in statements if item.anchor is not None and item.relation is Relation.EQUAL]
+
+
+def _anchor(side: Sequence[Expr]) -> AnchorRef | None:
+    """The anchor that a side is, if it is one."""
+    x, y = (part.payload if part.op == "symbol" else None for part in side)
+    if not (isinstance(x, AnchorCoordinate) and isinstance(y, AnchorCoordinate)):
+        return None
+    if (x.thing, x.anchor, x.axis, y.axis) != (y.thing, y.anchor, 0, 1):
+        return None
+    return AnchorRef(x.thing, x.anchor)
