@@ -293,3 +293,16 @@ def test_a_train_goes_on_over_a_step() -> None:
         "@0 A.C=[100,100]; B.C=[151,100]; A.angle=77*.T; .mesh(A, B)=0; D.C=[9,9]; @3.3 D.opacity = 0.5; @7"
     )
     assert np.abs(motion["B.angle"] - motion["B.angle"][0] + motion["A.angle"] * 20 / 31).max() < NEAR
+
+
+@pytest.mark.parametrize(
+    "place", ["B.C = A.C + [51,0];", "A.C = B.C - [51,0]; B.C = [151,100];", "B.C - A.C = [51,0];"]
+)
+def test_a_centre_beside_another(place: str) -> None:
+    fixed = "" if "B.C = [151" in place else "A.C=[100,100];"
+    motion = solved(
+        ".config(10); A : .gear(20, 2) C=[0,0] T=C+[1,1]; B : .gear(31, 2) C=[0,0];"
+        f"@0 {fixed} {place} A.angle=77*.T; .mesh(A, B)=0; @9"
+    )
+    assert np.abs(motion["B.angle"] - motion["B.angle"][0] + motion["A.angle"] * 20 / 31).max() < NEAR
+    assert misfit(motion, ("A", Wheel(20, 45.0)), ("B", Wheel(31))) < NEAR
