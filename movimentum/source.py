@@ -95,3 +95,9 @@ class SourceText:
     def slice(self, span: Span) -> str:
         """The text that ``span`` covers."""
         return self.text[span.start : span.end]
+
+
+def drawing_file(path: str) -> str:
+    """The file of a picture's path: ``engine.svg`` of ``engine.svg#wheel``; any other path as it is."""
+    before, mark, _ = path.rpartition("#")
+    return before if mark and before.lower().endswith(".svg") else path

@@ -28,4 +28,10 @@ class Amender:
         end = headers[step + 1] if step + 1 < len(headers) else len(items)
         sizes = {thing.image: thing.image_size for thing in self.scene.things if thing.image is not None}
         script = ScriptTree((*items[:end], *more, *items[end:]))
-        return build(script, self.scene.source, lambda path: sizes.get(path) or (1, 1))
+        places = self.scene.elements
+        return build(
+            script,
+            self.scene.source,
+            lambda path: sizes.get(path) or (1, 1),
+            element=lambda path, name: places.get((path, name), (0.0, 0.0)),
+        )

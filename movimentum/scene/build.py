@@ -70,7 +70,8 @@ def build(
     findings = Findings(source)
     config = build_config([item for item in script.items if isinstance(item, ConfigStatement)], max_pixels, findings)
     definitions = [item for item in script.items if isinstance(item, Definition)]
-    things, table = build_things(definitions, Assets(_folder(source), image_size, element), findings)
+    assets = Assets(_folder(source), image_size, element)
+    things, table = build_things(definitions, assets, findings)
     times, spans, drafts = _steps(script, table, findings)
     inference, sound = _kinds(drafts, findings)
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
@@ -105,6 +106,7 @@ def build(
         steps=steps,
         diagnostics=tuple(findings.items),
         mentioned=mentioned,
+        elements=assets.elements,
     )
     painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
     theme = config.theme or ("textbook" if is_silent(definitions, config, painted) else None)

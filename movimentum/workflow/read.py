@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.errors import script_error, usage_error
-from movimentum.source import SourceText
+from movimentum.source import SourceText, drawing_file
 from movimentum.workflow.limits import MAX_SCRIPT_BYTES
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
     """
     if scene is None:
         return (source.path, *map(str, mentioned_files(source)))
-    return (source.path, *dict.fromkeys(thing.image for thing in scene.things if thing.image is not None))
+    return (source.path, *dict.fromkeys(drawing_file(thing.image) for thing in scene.things if thing.image is not None))
 
 
 def mentioned_files(source: SourceText) -> tuple[Path, ...]:
@@ -56,4 +56,4 @@ def mentioned_files(source: SourceText) -> tuple[Path, ...]:
     import re
 
     folder = Path() if source.path.startswith("<") else Path(source.path).parent
-    return tuple(folder / name for name in re.findall(r"""['"]([^'"\n\0]{1,255})['"]""", source.text))
+    return tuple(folder / drawing_file(name) for name in re.findall(r"""['"]([^'"\n\0]{1,255})['"]""", source.text))

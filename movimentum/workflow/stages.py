@@ -38,13 +38,19 @@ def built(script: ScriptTree, source: SourceText, max_pixels: int = MAX_PIXELS) 
     """Resolve a parsed script; raises `ScriptError` with all its errors."""
     from movimentum.scene.build import build
 
-    return build(script, source, _image_size, max_pixels=max_pixels)
+    return build(script, source, _image_size, max_pixels=max_pixels, element=_element_centre)
 
 
 def _image_size(path: str) -> tuple[int, int] | Diagnostic:
     from movimentum.rendering.images import image_size
 
     return image_size(path)
+
+
+def _element_centre(path: str, name: str) -> tuple[float, float] | Diagnostic:
+    from movimentum.rendering.rasters import element_centre
+
+    return element_centre(path, name)
 
 
 def arranged(scene: Scene, choices: Choices) -> Timeline:
