@@ -120,7 +120,7 @@ def _known(
             _report_unknown_base(node, item, earlier, later, findings)
         case Element():
             place = element(node)
-            return None if place is None else (const(place[0]), const(place[1]))
+            return (ZERO, ZERO) if place is None else (const(place[0]), const(place[1]))
         case Blank() | Member():
             _report_variable(node, findings)
         case Clock() if node.name != "pi":

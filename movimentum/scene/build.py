@@ -124,6 +124,7 @@ def build(
         constants=expanded.constants,
         settings=tuple((settings or {}).items()),
         loop=loop,
+        elements=assets.elements,
     )
     painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
     theme = config.theme or ("textbook" if is_silent(expanded.definitions, config, painted) else None)
