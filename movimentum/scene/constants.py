@@ -13,7 +13,7 @@ from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.resolve import Meanings
 from movimentum.source import Span
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
     Clock,
@@ -27,10 +27,10 @@ from movimentum.syntax.tree import (
     Product,
     Rotate,
     Sum,
-    Text,
     Vector,
     postorder,
 )
+from movimentum.syntax.tree import Text
 
 MAX_BITS = 1000
 """How many binary digits numerator and denominator of an exact number may have; a float then holds it."""

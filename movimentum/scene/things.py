@@ -18,8 +18,9 @@ from movimentum.scene.model import FOLLOWERS, Anchor, AnchorRef, Shape, Thing
 from movimentum.scene.options import CALLED, positive, read_options, whole
 from movimentum.scene.resolve import ThingTable, report_unknown_anchor, report_unknown_thing
 from movimentum.source import drawing_file
+from movimentum.syntax.expression_tree import Element, Name
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import AnchorDefinition, Definition, Element, Name, Option, Reference, Text
+from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text
 
 ImageSize = Callable[[str], tuple[int, int] | Diagnostic]
 """From an image's path to its (width, height) in pixels, or what is wrong with it (a `MovimentumError` will do)."""

@@ -17,19 +17,19 @@ from movimentum.scene.expansion.scopes import (
 )
 from movimentum.scene.findings import Findings
 from movimentum.source import Span
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Call,
     Constant,
     Expression,
     Index,
     Member,
     Name,
-    Text,
     Vector,
     children,
     postorder,
     rebuilt,
 )
+from movimentum.syntax.tree import Text
 from movimentum.syntax.words import THING_MEMBERS
 
 Made = Expression | Entry

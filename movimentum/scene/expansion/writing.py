@@ -13,14 +13,13 @@ from movimentum.scene.expansion.includes import folder
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
 from movimentum.scene.findings import Findings
 from movimentum.source import Span
+from movimentum.syntax.expression_tree import Expression, Name
 from movimentum.syntax.templates import pieces_of
 from movimentum.syntax.tree import (
     AnchorDefinition,
     ClaimStatement,
     ConfigStatement,
     Definition,
-    Expression,
-    Name,
     Option,
     Reference,
     ShapeWord,
