@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
-from movimentum.diagnostics import Fix, Label, insertion, real, replacement, the_first
+from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, real, replacement, the_first
 from movimentum.errors import ScriptError, script_error
 from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
@@ -82,16 +82,15 @@ def build(
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
     claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
+    start = times[0] if times else Fraction(0)
     if inference:
-        start = times[0] if times else Fraction(0)
         names = tuple(_variables(stated, inference))
         things = build_texts(things, expanded.definitions, inference, names, table, start, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
     if not expanded.steps:
         _report_no_step(script, expanded, findings)
-    findings.items.sort(key=lambda item: item.span.start if item.span else -1)
-    found = [real(item, expanded.source) for item in findings.items]
+    found = [real(item, expanded.source) for item in sorted(findings.items, key=_place)]
     if findings.errors:
         raise ScriptError(the_first(found))
     assert inference is not None
@@ -110,6 +109,10 @@ def build(
     )
     painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
     return _dressed(scene, "textbook" if is_silent(expanded.definitions, config, painted) else None)
+
+
+def _place(item: Diagnostic) -> int:
+    return item.span.start if item.span else -1
 
 
 def _steps(
