@@ -115,10 +115,10 @@ def build(
 
 def _dressed(scene: Scene, name: str | None) -> Scene:
     """The scene with its joints, and in a theme if it has one."""
-    from movimentum.scene.joints import fixed, joined  # most scripts of the first edition need none of it
+    from movimentum.scene.joints import attached, fixed, joined  # most scripts of the first edition need none of it
     from movimentum.scene.themes import THEMES, dressed, supports
 
-    scene = replace(scene, joints=joined(scene.steps))
+    scene = replace(scene, joints=joined(scene.steps) | attached(scene.things))
     if name is None:
         return scene
     theme, config = THEMES[name], scene.config
