@@ -136,10 +136,10 @@ def _dressed(scene: Scene, silent: str | None) -> Scene:
     name = scene.config.theme or silent
     if name is None and not any(thing.look.pins is not None or thing.look.fixed for thing in scene.things):
         return scene
-    from movimentum.scene.joints import fixed, joined  # most scripts of the first edition need none of it
+    from movimentum.scene.joints import attached, fixed, joined  # most scripts of the first edition need none of it
     from movimentum.scene.themes import THEMES, dressed, supports
 
-    scene = replace(scene, joints=joined(scene.steps))
+    scene = replace(scene, joints=joined(scene.steps) | attached(scene.things))
     if name is None:
         return scene
     theme, config = THEMES[name], scene.config
