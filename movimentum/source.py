@@ -177,7 +177,7 @@ class UnfoldedText(SourceText):
             return span
         shift = passage.begin - passage.start
         start, end = span.start + shift, min(span.end, passage.end) + shift
-        if passage.file.path == self.path and passage.file.text == self.text[: self.own]:
+        if passage.file.path == self.path:
             return Span(start, max(start, end))
         return FarSpan(start, max(start, end), passage.file)
 
@@ -222,3 +222,9 @@ class Unfolding:
             return self.source
         joined, source = "\n".join(self._texts), self.source
         return UnfoldedText(source.path, joined, len(source.text), tuple(self._passages), tuple(self.files))
+
+
+def drawing_file(path: str) -> str:
+    """The file of a picture's path: ``engine.svg`` of ``engine.svg#wheel``; any other path as it is."""
+    before, mark, _ = path.rpartition("#")
+    return before if mark and before.lower().endswith(".svg") else path

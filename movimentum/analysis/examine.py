@@ -123,7 +123,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examinat
         found.extend(film_loops(motion))
     fault = fault or (1 if misplaced else 0)
     if fault or any(item.code == "constraint/free-motion" and item.severity is Severity.WARNING for item in found):
-        found.extend(unstated_clocks(motion.timeline.scene, found))
+        found.extend(unstated_clocks(motion, found))
     if fault == 0 and any(stretch.plan.wishes for stretch in motion.stretches):
         from movimentum.analysis.diagnose.wishes import wish_diagnostics
 

@@ -11,7 +11,7 @@ import stat
 import warnings
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from PIL import Image, UnidentifiedImageError
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.options import MAX_SPRITE_BYTES, MAX_SPRITE_PIXELS
 from movimentum.errors import ScriptError
-from movimentum.source import Span
+from movimentum.source import Span, drawing_file
 
 FORMATS = ("PNG", "GIF", "JPEG", "WEBP", "BMP", "TIFF")
 """The formats that a picture may have, with Pillow's names; judged by its content, not by its file name."""
@@ -37,11 +37,22 @@ _TURNS = {
 }
 
 
+def is_drawing(path: str) -> bool:
+    """Whether a picture's path names an SVG, or with ``#id`` an element of one."""
+    return drawing_file(path).lower().endswith(".svg")
+
+
 def image_size(path: str, span: Span | None = None) -> tuple[int, int] | Diagnostic:
     """(width, height) of an image file from its header alone, as it will be drawn; or what is wrong with it.
 
-    The diagnostic is ``asset/missing``, ``asset/unreadable`` or ``limit/pixels``, at ``span``.
+    The diagnostic is ``asset/missing``, ``asset/unreadable`` or ``limit/pixels``, at ``span``. An SVG has others, too
+    (see `rendering.rasters`).
     """
+    if is_drawing(path):
+        from movimentum.rendering.rasters import drawing_size
+
+        found = drawing_size(path)
+        return replace(found, span=span) if isinstance(found, Diagnostic) else found
     try:
         with picture_file(path, span=span) as image:
             width, height = image.size

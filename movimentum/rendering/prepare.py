@@ -30,9 +30,9 @@ from movimentum.drawing.options import MAX_PREPARED_PIXELS, PictureOptions, Qual
 from movimentum.drawing.style import NOTE_HEIGHT
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
-from movimentum.rendering.images import load_premultiplied
-from movimentum.rendering.sprites import Sprite, prepare
+from movimentum.rendering.images import is_drawing, load_premultiplied
 from movimentum.rendering.smooth import smooth
+from movimentum.rendering.sprites import Sprite, framed, prepare
 from movimentum.rendering.stream import PoseSource, chunks
 from movimentum.scene.model import Scene, Shape
 from movimentum.solver.poses import Poses
@@ -280,6 +280,11 @@ def _sprite(
         return None if sprite is None else sprite.moved(*mark.start)
     key = (mark.path, mark.pixel)
     if key not in sprites:
+        if is_drawing(mark.path):
+            from movimentum.rendering.rasters import load_drawing  # only some scripts have drawings
+
+            sprites[key] = framed(*load_drawing(mark.path, mark.pixel * magnification), mark.pixel)
+            return sprites[key]
         loaded = load_premultiplied(mark.path, mark.pixel * magnification, mark.span)
         sprites[key] = prepare(loaded, mark.pixel, mark.pixel * magnification)
     sprite = sprites[key]

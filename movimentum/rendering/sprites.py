@@ -78,6 +78,12 @@ def prepare(loaded: Loaded, pixel: float, magnification: float) -> Sprite | None
     small = loaded.image
     if magnification < 1.0:
         small = _averaged(loaded, max(1, round(width * magnification)), max(1, round(height * magnification)))
+    return framed(small, loaded.size, pixel)
+
+
+def framed(small: Image.Image, size: tuple[int, int], pixel: float) -> Sprite | None:
+    """A sprite of a premultiplied picture that stands for one of ``size`` pixels, each of ``pixel`` local units."""
+    width, height = size
     shrink_x, shrink_y = width / small.width, height / small.height
     box = small.getchannel("a").getbbox()
     if box is None:

@@ -18,7 +18,7 @@ from movimentum.errors import ScriptError
 from movimentum.geometry import Affine
 from movimentum.rendering.faces import REPLACEMENT, Face, missing, normal, runs
 from movimentum.rendering.sprites import Sprite, outline_of
-from movimentum.scene.model import Thing
+from movimentum.scene.model import Shape, Thing
 from movimentum.solver.poses import Poses
 from movimentum.source import Span
 
@@ -117,10 +117,11 @@ def lettering(things: Iterable[Thing]) -> Iterator[Diagnostic]:
         if thing.hidden or not (lacking := missing(thing.text or "")):
             continue
         named = ", ".join(f"`{c}` (U+{ord(c):04X})" if c.isprintable() else f"U+{ord(c):04X}" for c in lacking[:8])
+        what = "label" if thing.shape is Shape.LABEL else "text of"
         yield Diagnostic(
             "asset/glyph",
             Severity.WARNING,
-            f"no font has {named}{' and more' if len(lacking) > 8 else ''} of the label `{thing.name}`;"
+            f"no font has {named}{' and more' if len(lacking) > 8 else ''} of the {what} `{thing.name}`;"
             f" `{REPLACEMENT}` is drawn instead",
             thing.span,
             helps=("install a font that has it (Noto Sans has nearly everything), or write it differently",),

@@ -16,17 +16,9 @@ from movimentum.repl.reading import Reading
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.scene.model import Claim as SceneClaim
 from movimentum.source import SourceText
+from movimentum.syntax.expression_tree import Blank, Call, Clock, Comparison, Expression, Name, postorder
 from movimentum.syntax.parser import parse
-from movimentum.syntax.tree import (
-    Blank,
-    Call,
-    Clock,
-    Comparison,
-    Expression,
-    Name,
-    Statement,
-    postorder,
-)
+from movimentum.syntax.tree import Statement
 from movimentum.workflow.stages import arranged, built, moved
 from movimentum.workflow.typed import NOT_A_READING, claimed, parsed_statement
 

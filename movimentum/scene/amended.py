@@ -25,6 +25,7 @@ class Amender:
             self._script = parse(source.script)
         more = [(step, item) for item in parse(SourceText("<help>", f"@0 {text}")).items if isinstance(item, Statement)]
         sizes = {thing.image: thing.image_size for thing in self.scene.things if thing.image is not None}
+        places = self.scene.elements
         files = {file.path: file for file in source.files} if isinstance(source, UnfoldedText) else {}
         return build(
             self._script,
@@ -33,4 +34,5 @@ class Amender:
             read_text=files.__getitem__,
             settings=dict(self.scene.settings),
             added=more,
+            element=lambda path, name: places.get((path, name), (0.0, 0.0)),
         )

@@ -15,8 +15,7 @@ from movimentum.scene.lower import Context, Value, lower, report_not_yet
 from movimentum.scene.model import Anchor
 from movimentum.scene.resolve import KnownPlace, Meanings
 from movimentum.source import Edit, Span
-from movimentum.syntax.tree import (
-    AnchorDefinition,
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
     Clock,
@@ -28,6 +27,7 @@ from movimentum.syntax.tree import (
     Vector,
     children,
 )
+from movimentum.syntax.tree import AnchorDefinition
 
 ElementPlace = Callable[[Element], tuple[float, float] | None]
 """Where an element of the thing's drawing is, in the coordinates in which anchors are written; None after an error."""
@@ -120,7 +120,7 @@ def _known(
             _report_unknown_base(node, item, earlier, later, findings)
         case Element():
             place = element(node)
-            return None if place is None else (const(place[0]), const(place[1]))
+            return (ZERO, ZERO) if place is None else (const(place[0]), const(place[1]))
         case Blank() | Member():
             _report_variable(node, findings)
         case Clock() if node.name != "pi":

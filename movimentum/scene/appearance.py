@@ -11,6 +11,9 @@ from movimentum.source import Span
 Color: TypeAlias = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""
 
+Elements: TypeAlias = dict[tuple[str, str], tuple[float, float]]
+"""(picture, id) -> the centre of that element of an SVG, in the drawing's pixels, y down."""
+
 PIN_RADIUS = 4.0
 """World pixels: of the circle at a joint."""
 

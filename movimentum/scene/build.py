@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
-from movimentum.diagnostics import Fix, Label, insertion, real, replacement, the_first
+from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, real, replacement, the_first
 from movimentum.errors import ScriptError, script_error
 from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
@@ -24,6 +24,7 @@ from movimentum.scene.labels import build_texts
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import (
     AnchorRef,
+    Claim,
     Constraint,
     Ending,
     GearPair,
@@ -43,17 +44,9 @@ from movimentum.scene.resolve import (
 from movimentum.scene.silence import is_silent
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
+from movimentum.syntax.expression_tree import Blank, Comparison, Name, Transition, postorder
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import (
-    Blank,
-    ClaimStatement,
-    Comparison,
-    Name,
-    ScriptTree,
-    Statement,
-    Transition,
-    postorder,
-)
+from movimentum.syntax.tree import ClaimStatement, ScriptTree, Statement
 
 
 def build(
@@ -89,53 +82,64 @@ def build(
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
     claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
+    start = times[0] if times else Fraction(0)
     if inference:
-        start = times[0] if times else Fraction(0)
         names = tuple(_variables(stated, inference))
         things = build_texts(things, expanded.definitions, inference, names, table, start, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
     if not expanded.steps:
         _report_no_step(script, expanded, findings)
-    findings.items.sort(key=lambda item: item.span.start if item.span else -1)
-    found = [real(item, expanded.source) for item in findings.items]
+    found = [real(item, expanded.source) for item in sorted(findings.items, key=_place)]
     if findings.errors:
         raise ScriptError(the_first(found))
     assert inference is not None
-    by_step: list[list[Constraint | Ending]] = [[] for _ in times]
-    for item in statements:
-        by_step[item.step].append(item)
-    steps = tuple(
-        Step(
-            number, step.time, step.span, tuple(by_step[number]), tuple(each for each in claims if each.step == number)
-        )
-        for number, step in enumerate(expanded.steps)
-    )
-    mentioned = _mentioned(stated)
-    pinned = any(thing.look.pins is not None or thing.look.fixed for thing in things)
     scene = Scene(
         source=expanded.source,
         config=config,
         things=things,
         variables=_variables(stated, inference),
-        steps=steps,
+        steps=_steps(expanded, statements, claims),
         diagnostics=tuple(found),
-        mentioned=mentioned,
+        mentioned=_mentioned(stated),
         constants=expanded.constants,
         settings=tuple((settings or {}).items()),
         loop=loop,
+        elements=assets.elements,
     )
     painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
-    theme = config.theme or ("textbook" if is_silent(expanded.definitions, config, painted) else None)
-    return _dressed(scene, theme) if pinned or theme else scene
+    return _dressed(scene, "textbook" if is_silent(expanded.definitions, config, painted) else None)
 
 
-def _dressed(scene: Scene, name: str | None) -> Scene:
-    """The scene with its joints, and in a theme if it has one."""
-    from movimentum.scene.joints import fixed, joined  # most scripts of the first edition need none of it
+def _place(item: Diagnostic) -> int:
+    return item.span.start if item.span else -1
+
+
+def _steps(
+    expanded: Expanded, statements: Sequence[Constraint | Ending], claims: Sequence[Claim | Ending]
+) -> tuple[Step, ...]:
+    """The steps with what they state and claim, in the order written."""
+    stated: list[list[Constraint | Ending]] = [[] for _ in expanded.steps]
+    claimed: list[list[Claim | Ending]] = [[] for _ in expanded.steps]
+    for item in statements:
+        stated[item.step].append(item)
+    for item in claims:
+        claimed[item.step].append(item)
+    return tuple(
+        Step(number, step.time, step.span, tuple(stated[number]), tuple(claimed[number]))
+        for number, step in enumerate(expanded.steps)
+    )
+
+
+def _dressed(scene: Scene, silent: str | None) -> Scene:
+    """The scene with its joints, and in its theme, if it needs them; ``silent``: the theme if the script names none."""
+    name = scene.config.theme or silent
+    if name is None and not any(thing.look.pins is not None or thing.look.fixed for thing in scene.things):
+        return scene
+    from movimentum.scene.joints import attached, fixed, joined  # most scripts of the first edition need none of it
     from movimentum.scene.themes import THEMES, dressed, supports
 
-    scene = replace(scene, joints=joined(scene.steps))
+    scene = replace(scene, joints=joined(scene.steps) | attached(scene.things))
     if name is None:
         return scene
     theme, config = THEMES[name], scene.config

@@ -19,7 +19,7 @@ from movimentum.scene.model import Anonymous, Claim, Ending
 from movimentum.scene.resolve import ThingTable, VariableUse
 from movimentum.scene.text_edits import removed
 from movimentum.source import Span
-from movimentum.syntax import tree
+from movimentum.syntax import expression_tree, tree
 from movimentum.syntax.printer import expression_text
 
 
@@ -136,5 +136,5 @@ def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findi
 def _variables(draft: Draft) -> Iterator[tuple[str, Span]]:
     for node in (*draft.left, *(draft.right or ())):
         meaning = draft.meanings.get(id(node))
-        if isinstance(node, tree.Name) and isinstance(meaning, VariableUse):
+        if isinstance(node, expression_tree.Name) and isinstance(meaning, VariableUse):
             yield meaning.name, node.span

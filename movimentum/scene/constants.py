@@ -13,7 +13,7 @@ from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.resolve import Meanings
 from movimentum.source import Span
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
     Clock,
@@ -27,9 +27,10 @@ from movimentum.syntax.tree import (
     Product,
     Rotate,
     Sum,
-    Text,
+    Vector,
     postorder,
 )
+from movimentum.syntax.tree import Text
 
 MAX_BITS = 1000
 """How many binary digits numerator and denominator of an exact number may have; a float then holds it."""
@@ -50,7 +51,7 @@ def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | 
         return None
     nodes = list(postorder(root))
     if not all(_is_exact(node) for node in nodes):
-        strange = next((node for node in nodes if _first_variable_part(node) is not None), None)
+        strange = next((node for node in nodes if isinstance(node, Vector) or _first_variable_part(node)), None)
         if strange is not None:
             findings.error(
                 "kind/not-constant", f"{what} must be a number (or numbers joined by `+ - * /`)", strange.span

@@ -7,7 +7,8 @@ from fractions import Fraction
 
 from movimentum.scene.model import Relation
 from movimentum.scene.resolve import Meanings
-from movimentum.syntax.tree import ClaimStatement, Comparison, Expression, Statement
+from movimentum.syntax.expression_tree import Comparison, Expression
+from movimentum.syntax.tree import ClaimStatement, Statement
 
 RELATIONS = {
     Comparison.EQUAL: Relation.EQUAL,

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PassedOn, ThingTable
-from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Expression,
     Member,
     Name,
@@ -15,6 +14,7 @@ from movimentum.syntax.tree import (
     postorder,
     rebuilt,
 )
+from movimentum.syntax.printer import expression_text
 
 _OPPOSITE = {Operator.PLUS: Operator.MINUS, Operator.MINUS: Operator.PLUS}
 

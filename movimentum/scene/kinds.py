@@ -12,7 +12,7 @@ from movimentum.scene.model import AnchorRef
 from movimentum.scene.pairs import PAIRED
 from movimentum.scene.resolve import ComponentUse, KnownPlace, Meanings, PassedOn, Swallowed, VariableUse
 from movimentum.source import Span
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Call,
     Clock,
     Constant,

@@ -57,8 +57,7 @@ from movimentum.scene.resolve import (
 )
 from movimentum.scene.values import Value, from_line, length_of, piecewise, ranged, transition
 from movimentum.source import Span
-from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
     Clock,
@@ -78,6 +77,7 @@ from movimentum.syntax.tree import (
     Vector,
     children,
 )
+from movimentum.syntax.printer import expression_text
 from movimentum.syntax.words import SYNONYMS
 
 MAX_DEPTH = 400

@@ -325,6 +325,10 @@ class Scene:
     """Anchors that equations join to anchors of other things, or that are fixed."""
     grounds: tuple[AnchorRef, ...] = ()
     """Fixed anchors that are drawn with a support although the script does not say so."""
+    elements: dict[tuple[str, str], tuple[float, float]] = field(
+        default_factory=dict[tuple[str, str], tuple[float, float]]
+    )
+    """The elements of drawings that anchors are named after."""
 
     def drawing_order(self) -> tuple[int, ...]:
         """Thing numbers from back to front: by layer, then by order of definition.

@@ -9,8 +9,9 @@ from movimentum.scene.findings import Findings
 from movimentum.scene.gears import pitch_radius
 from movimentum.scene.model import GearPair, Shape, Thing
 from movimentum.source import Span
+from movimentum.syntax.expression_tree import Call, Expression, Member, Name
 from movimentum.syntax.printer import float_text
-from movimentum.syntax.tree import Call, ClaimStatement, Expression, Member, Name, Statement
+from movimentum.syntax.tree import ClaimStatement, Statement
 
 PAIRED = frozenset({"mesh", "belt"})
 """The functions whose arguments are things."""

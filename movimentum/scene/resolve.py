@@ -11,7 +11,7 @@ from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef, GearPair, Thing
 from movimentum.scene.pairs import PAIRED, is_crossed, pair_of
 from movimentum.source import Span
-from movimentum.syntax.tree import Call, Expression, Member, Name, Number
+from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Number
 from movimentum.syntax.words import CLOCKS, THING_MEMBERS, VECTOR_MEMBERS
 
 

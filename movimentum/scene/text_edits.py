@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from movimentum.scene.model import Claim, Constraint, Relation, Scene, Thing
 from movimentum.source import Edit, SourceText, Span
+from movimentum.syntax.expression_tree import Name, postorder
 from movimentum.syntax.parser import parse
-from movimentum.syntax.tree import ClaimStatement, Name, Statement, postorder
+from movimentum.syntax.tree import ClaimStatement, Statement
 
 _REST_OF_LINE = re.compile(r"[ \t]*(//[^\r\n]*|/\*(?:[^*\r\n]|\*(?!/))*\*/[ \t]*)?(?=\r|\n|\Z)")
 _END = re.compile(r"(?:\s|//[^\r\n]*|/\*.*?\*/)*;", re.DOTALL)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
@@ -17,8 +17,10 @@ from movimentum.scene.findings import Findings
 from movimentum.scene.model import FOLLOWERS, Anchor, AnchorRef, Shape, Thing
 from movimentum.scene.options import CALLED, positive, read_options, whole
 from movimentum.scene.resolve import ThingTable, report_unknown_anchor, report_unknown_thing
+from movimentum.source import drawing_file
+from movimentum.syntax.expression_tree import Element, Name
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import AnchorDefinition, Definition, Element, Name, Option, Reference, Text
+from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text
 
 ImageSize = Callable[[str], tuple[int, int] | Diagnostic]
 """From an image's path to its (width, height) in pixels, or what is wrong with it (a `MovimentumError` will do)."""
@@ -43,6 +45,10 @@ class Assets:
     folder: str
     image_size: ImageSize
     element: ElementPlace | None = None
+    elements: dict[tuple[str, str], tuple[float, float]] = field(
+        default_factory=dict[tuple[str, str], tuple[float, float]]
+    )
+    """Places of elements that were asked for."""
 
 
 def build_things(
@@ -73,7 +79,8 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
     read = read_options([part for part in definition.parts if isinstance(part, Option)], shape, findings)
     made = _argued(shape, definition, assets, findings)
     written = [part for part in definition.parts if isinstance(part, AnchorDefinition)]
-    anchors = _anchors(definition, written, made.image, assets, findings)
+    height = None if "topleft" in read or made.image_size is None else made.image_size[1]
+    anchors = _anchors(definition, written, made, height, assets, findings)
     if len(anchors) < _LEAST_ANCHORS.get(shape, 1) and not _follows(definition, shape):
         _report_anchors(definition, shape, len(anchors), findings)
     if "topleft" in read and made.image_size is not None:
@@ -192,24 +199,34 @@ def _argued(shape: Shape, definition: Definition, assets: Assets, findings: Find
 
 
 def _anchors(
-    definition: Definition, written: list[AnchorDefinition], image: str | None, assets: Assets, findings: Findings
+    definition: Definition,
+    written: list[AnchorDefinition],
+    made: _Arguments,
+    height: int | None,
+    assets: Assets,
+    findings: Findings,
 ) -> list[Anchor]:
-    """The anchors of a thing; those named after elements of a drawing are where these elements are."""
+    """The anchors of a thing; those named after elements of a drawing are where these elements are. ``height``: that of
+    a picture whose anchors are measured from below.
+    """
 
     def element(node: Element) -> tuple[float, float] | None:
-        if image is None or assets.element is None:
+        if made.image is None or assets.element is None or not drawing_file(made.image).lower().endswith(".svg"):
             findings.error(
                 "kind/mismatch",
-                f"`#{node.id}` is an element of an SVG, and `{definition.name}` is no picture",
+                f"`#{node.id}` is an element of an SVG, and `{definition.name}` is not cut from one",
                 node.span,
                 helps=(f"write `{definition.name} : 'drawing.svg' …`, or a place such as `[0,0]`",),
             )
             return None
-        found = assets.element(image, node.id)
+        if made.image_size is None:
+            return None  # the drawing itself is at fault
+        found = assets.element(made.image, node.id)
         if isinstance(found, Diagnostic):
             findings.add(replace(found, span=node.span))
             return None
-        return found
+        assets.elements[made.image, node.id] = found
+        return found if height is None else (found[0], height - found[1])
 
     return build_anchors(written, element, findings)
 

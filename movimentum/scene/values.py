@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from movimentum.expressions import ONE, Expr, add, call, div, mul, power, sub
-from movimentum.syntax.tree import Comparison, Piecewise, Range
+from movimentum.syntax.expression_tree import Comparison, Piecewise, Range
 
 Value = tuple[Expr, ...]
 """One component for a scalar, two for a vector."""

@@ -22,24 +22,18 @@ from movimentum.syntax.building_values import (
     span_of,
     text_of,
 )
+from movimentum.syntax.expression_tree import Comparison, Element, Expression, Index, Member, Name, Operator, Sum
 from movimentum.syntax.tree import (
     AnchorDefinition,
     ClaimStatement,
-    Comparison,
     ConfigStatement,
     Copy,
     Definition,
-    Element,
-    Expression,
     FilmLoop,
     Include,
-    Index,
     Item,
     Let,
     Loop,
-    Member,
-    Name,
-    Operator,
     Option,
     Parameter,
     PartDefinition,
@@ -49,7 +43,6 @@ from movimentum.syntax.tree import (
     Statement,
     StepHeader,
     Suffix,
-    Sum,
 )
 from movimentum.syntax.words import BARE_OPTIONS
 

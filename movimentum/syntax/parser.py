@@ -11,13 +11,8 @@ from movimentum.errors import ScriptError
 from movimentum.source import SourceText, Span
 from movimentum.syntax.automaton import TooDeep, Unexpected, run
 from movimentum.syntax.building import Builder, Refusal
-from movimentum.syntax.tree import (
-    ScriptTree,
-    all_items,
-    children,
-    expressions_of,
-    postorder,
-)
+from movimentum.syntax.expression_tree import children, postorder
+from movimentum.syntax.tree import ScriptTree, all_items, expressions_of
 
 MAX_NESTING = 100
 """How deep brackets and operators may be nested, unless the caller says otherwise."""

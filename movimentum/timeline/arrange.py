@@ -65,9 +65,10 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
     segments: list[Segment] = []
     lowered: dict[int, Constraint] = {}
     trains = Trains(scene)
+    shares = _Shares()
     for number, moment in enumerate(moments):
         until = moments[number + 1].time if number + 1 < len(moments) else moment.time
-        active = tuple(_with_progress(_with_lifetime(item, lifetimes, lowered), moment.time) for item in moment.active)
+        active = tuple(shares.placed(_with_lifetime(item, lifetimes, lowered), moment.time) for item in moment.active)
         active = trains.placed(active, moment.time)
         segments.append(Segment(number, moment.step, moment.time, until, active, _visible(scene, moment.step)))
     return Timeline(scene, tuple(segments), rate, lifetimes, _claims(scene, segments, trains))
@@ -157,6 +158,27 @@ def _lasting(sides: tuple[Sides, Sides], lifetimes: Mapping[int, Fraction]) -> t
         return ratio(lifetimes[number] or Fraction(1))
 
     return _replaced(sides, constant)
+
+
+class _Shares:
+    """Replaces ``progress`` leaves; a constraint has one form during its step and one from then on."""
+
+    def __init__(self) -> None:
+        self._ends: dict[int, tuple[Fraction | None, ...]] = {}
+        self._done: dict[tuple[int, tuple[bool, ...]], Constraint] = {}
+
+    def placed(self, constraint: Constraint, start: Fraction) -> Constraint:
+        """``constraint`` in the segment that begins at ``start``."""
+        ends = self._ends.get(constraint.number)
+        if ends is None:
+            leaves = {node for node in walk(*constraint.left, *constraint.right) if node.op == "progress"}
+            ends = self._ends[constraint.number] = tuple({_step_of(node)[1] for node in leaves})
+        if not ends:
+            return constraint
+        key = constraint.number, tuple(end is not None and start >= end for end in ends)
+        if key not in self._done:
+            self._done[key] = _with_progress(constraint, start)
+        return self._done[key]
 
 
 def _with_progress(constraint: Constraint, start: Fraction) -> Constraint:

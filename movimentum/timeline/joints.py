@@ -151,7 +151,11 @@ class Joints:
             for x, y in self._stated.get(other, ()):
                 for one in at_first:
                     origin = _coordinates(one)
-                    found = _rotation(_terms(sub(x, origin[0])), _terms(sub(y, origin[1])))
+                    dx, dy = _terms(sub(x, origin[0])), _terms(sub(y, origin[1]))
+                    if {*dx, *dy} == {None}:  # B.C = A.C + [50, 0]
+                        value = add(_towards(const(dx.get(None, 0.0)), const(dy.get(None, 0.0))), const(more))
+                        return Direction(value, value.value or 0.0)
+                    found = _rotation(dx, dy)
                     if found is None:
                         continue
                     turn, (a, b) = found

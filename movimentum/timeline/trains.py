@@ -59,10 +59,11 @@ class Trains:
         self._scene = scene
         self._teeth: dict[tuple[int, GearPair], int] = {}
         self._offsets: dict[tuple[int, GearPair], float] = {}
+        self._paired = {item.number for item in scene.constraints() if _pairs(item)}
 
     def placed(self, active: Sequence[Constraint], start: Fraction) -> tuple[Constraint, ...]:
         """The constraints of a moment without such leaves."""
-        pairs = [(item.number, pair) for item in active for pair in _pairs(item)]
+        pairs = [(item.number, pair) for item in active if item.number in self._paired for pair in _pairs(item)]
         if not pairs:
             return tuple(active)
         joints = Joints(self._scene, active, start)

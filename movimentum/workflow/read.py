@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.errors import script_error, usage_error
-from movimentum.source import SourceText, UnfoldedText
+from movimentum.source import SourceText, UnfoldedText, drawing_file
 from movimentum.workflow.limits import MAX_SCRIPT_BYTES
 
 if TYPE_CHECKING:
@@ -47,7 +47,10 @@ def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
         return (source.path, *map(str, mentioned_files(source)))
     files = scene.source.files if isinstance(scene.source, UnfoldedText) else ()
     included = [file.path for file in files]
-    return (source.path, *dict.fromkeys(included + [each.image for each in scene.things if each.image is not None]))
+    return (
+        source.path,
+        *dict.fromkeys(included + [drawing_file(each.image) for each in scene.things if each.image is not None]),
+    )
 
 
 def mentioned_files(source: SourceText) -> tuple[Path, ...]:
@@ -58,4 +61,4 @@ def mentioned_files(source: SourceText) -> tuple[Path, ...]:
     import re
 
     folder = Path() if source.path.startswith("<") else Path(source.path).parent
-    return tuple(folder / name for name in re.findall(r"""['"]([^'"\n\0]{1,255})['"]""", source.text))
+    return tuple(folder / drawing_file(name) for name in re.findall(r"""['"]([^'"\n\0]{1,255})['"]""", source.text))

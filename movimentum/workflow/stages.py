@@ -49,8 +49,16 @@ def built(
     from movimentum.scene.build import build
     from movimentum.workflow.read import read
 
-    settings = dict(choices.settings)
-    return build(script, source, _image_size, max_pixels=max_pixels, read_text=read, settings=settings, added=added)
+    return build(
+        script,
+        source,
+        _image_size,
+        max_pixels=max_pixels,
+        element=_element_centre,
+        read_text=read,
+        settings=dict(choices.settings),
+        added=added,
+    )
 
 
 def _image_size(path: str) -> tuple[int, int] | Diagnostic:
@@ -66,6 +74,12 @@ def told_where(scene: Scene) -> Generator[None]:
         yield
     except ScriptError as error:
         raise ScriptError([real(item, scene.source) for item in error.diagnostics]) from error
+
+
+def _element_centre(path: str, name: str) -> tuple[float, float] | Diagnostic:
+    from movimentum.rendering.rasters import element_centre
+
+    return element_centre(path, name)
 
 
 def arranged(scene: Scene, choices: Choices) -> Timeline:

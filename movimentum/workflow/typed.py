@@ -12,7 +12,8 @@ from movimentum.workflow.stages import arranged, built
 
 if TYPE_CHECKING:
     from movimentum.scene.model import Claim, Scene
-    from movimentum.syntax.tree import Expression, Statement
+    from movimentum.syntax.expression_tree import Expression
+    from movimentum.syntax.tree import Statement
     from movimentum.timeline.model import Timeline
     from movimentum.workflow.choices import Choices
 
@@ -43,8 +44,9 @@ def claimed(source: SourceText, choices: Choices, step: int, expression: Express
     step number ``step`` to the end. None where it says nothing (a bare ``_``); `ScriptError` where it makes no sense.
     """
     from movimentum.scene.model import Claim
+    from movimentum.syntax.expression_tree import Comparison
     from movimentum.syntax.parser import parse
-    from movimentum.syntax.tree import ClaimStatement, Comparison
+    from movimentum.syntax.tree import ClaimStatement
 
     source = source.script
     script = parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)

@@ -133,7 +133,7 @@ def test_a_wish_for_one_of_two_freedoms_leaves_the_other_to_be_told() -> None:
     [
         ("Lower.H ~ [1,2] .speed(0)", "kind/mismatch"),
         ("Lower.H ~ [1,2] .speed(-3)", "kind/mismatch"),
-        ("Lower.H ~ [1,2] .speed([1,2])", "kind/mismatch"),
+        ("Lower.H ~ [1,2] .speed([1,2])", "kind/not-constant"),
         ("Lower.H ~ [1,2] .speed(.t)", "kind/not-constant"),
         ("Lower.H = [1,2] .speed(3)", "kind/mismatch"),
         ("Lower.H.x > 3 .speed(3)", "kind/mismatch"),

@@ -51,11 +51,16 @@ K  : .line P.A Q.B .dash(5,5) .color('purple');
 GE : .gear(11, 7) A = [420,270] B = A + [10,0] .opacity(0.5);
 GR : .gear(40, 2.5) .inner A = [420,110];
 R  : .rack(6, 5) A = [330,320] B = A + [10,0];
+V  : .vector L.C .velocity(0.8) .text('v');
+X  : .vector E.C .acceleration(0.1) .color('teal') .width(4);
+L1 : .label('θ = {L.angle:.1f}° {E.C.y:+.0f}') at = [280,140] .size(18) .align('center') .color('navy');
+L2 : .label('slanted') at = [470,10] .italic .align('right');
 T  : .trace L.B .whole;
 T2 : .trace L.C .color('green') .dash(8,4);
 T3 : .trace E.C .tail(0.6) .width(5) .color('red');
 @0  L.A = [60,200];   L.angle = 30*.t;   GE.A = [420,270];   GE.angle = 20*.t;   D.opacity = 1 - 0.3*.t;
     E.C = [330 + 30*.sin(180*.t), 200 + 10*.t];   P.A = [60,60];   P.angle = -5*.t;   P.red = 150 + 50*.t;
+    L1.at = [280,140];   L1.angle = 3*.t;
 @2
 """
 """The kinds of figures that are more than a line, moving, faded and dashed."""

@@ -150,5 +150,3 @@ def locomotive(t: Array) -> Columns:
         parts.append(points(f"{side}.Main", B=pins[1], H=head))
         parts.append(points(f"{side}.Piston", H=head))
     return merge(*parts)
-
-

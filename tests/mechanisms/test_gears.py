@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -293,3 +294,47 @@ def test_a_train_goes_on_over_a_step() -> None:
         "@0 A.C=[100,100]; B.C=[151,100]; A.angle=77*.T; .mesh(A, B)=0; D.C=[9,9]; @3.3 D.opacity = 0.5; @7"
     )
     assert np.abs(motion["B.angle"] - motion["B.angle"][0] + motion["A.angle"] * 20 / 31).max() < NEAR
+
+
+@pytest.mark.parametrize(
+    "place", ["B.C = A.C + [51,0];", "A.C = B.C - [51,0]; B.C = [151,100];", "B.C - A.C = [51,0];"]
+)
+def test_a_centre_beside_another(place: str) -> None:
+    fixed = "" if "B.C = [151" in place else "A.C=[100,100];"
+    motion = solved(
+        ".config(10); A : .gear(20, 2) C=[0,0] T=C+[1,1]; B : .gear(31, 2) C=[0,0];"
+        f"@0 {fixed} {place} A.angle=77*.T; .mesh(A, B)=0; @9"
+    )
+    assert np.abs(motion["B.angle"] - motion["B.angle"][0] + motion["A.angle"] * 20 / 31).max() < NEAR
+    assert misfit(motion, ("A", Wheel(20, 45.0)), ("B", Wheel(31))) < NEAR
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_trains_of_any_gears_on_an_arm_that_turns(seed: int) -> None:
+    """Willis' formula: about the arm, each gear turns as if the arm stood still."""
+    random = np.random.default_rng(seed)
+    count = int(random.integers(2, 7))
+    teeth = [int(n) for n in random.integers(9, 60, count)]
+    module = float(random.choice([0.5, 2.0, 3.25]))
+    centre, places, wheels, text = np.zeros(2), [np.zeros(2)], [], ""
+    for a, b in itertools.pairwise(teeth):
+        way = random.uniform(0, 2 * math.pi)
+        centre = centre + module * (a + b) / 2 * np.array([math.cos(way), math.sin(way)])
+        places.append(centre)
+    anchors = " ".join(f"A{k} = {place.tolist()}" for k, place in enumerate(places))
+    statements = ["Arm.A0 = [300, 200];", "Arm.angle = 15 - 25*.t;", "G0.angle = 70*.t;"]
+    for k, n in enumerate(teeth):
+        tooth = [float(x) for x in random.normal(size=2)]
+        wheels.append(Wheel(n, math.degrees(math.atan2(tooth[1], tooth[0]))))
+        text += f"G{k} : .gear({n}, {module}) C = [0,0] T = C + {tooth};"
+        statements.append(f"G{k}.C = Arm.A{k};")
+        if k:
+            statements.append(f".mesh(G{k - 1}, G{k}) = 0;" if random.random() < 0.5 else f".mesh(G{k}, G{k - 1}) = 0;")
+    random.shuffle(statements)
+    motion = solved(f".config(5); {text} Arm : .bar {anchors}; @0 {''.join(statements)} @30")
+    about = [motion[f"G{k}.angle"] - motion["Arm.angle"] for k in range(count)]
+    for k in range(1, count):
+        ratio = (-1) ** k * teeth[0] / teeth[k]
+        turned = about[k] - about[k][0] - ratio * (about[0] - about[0][0])
+        assert np.abs(turned).max() < NEAR
+        assert misfit(motion, (f"G{k - 1}", wheels[k - 1]), (f"G{k}", wheels[k])) < NEAR

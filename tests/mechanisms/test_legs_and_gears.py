@@ -49,7 +49,7 @@ def test_a_geneva_wheel_rests_for_three_quarters(solve_script: Solve) -> None:
     steps = np.diff(turned)
     assert abs(np.mean(steps > 1e-9) - 0.25) < 0.005
     fastest = steps.max() / np.abs(np.diff(table["Crank.angle"])).max()
-    assert abs(fastest - 1 / (np.sqrt(2) - 1)) < 1e-3
+    assert abs(fastest - 1 / (np.sqrt(2) - 1)) < 5e-3
     moving = np.flatnonzero(steps > 1e-9)
     assert steps[moving[0]] < 0.02  # it starts without a jerk
     assert np.abs(table["Pin.O.x"] - 275).min() > 43.9  # the pin stays clear of the wheel's axle

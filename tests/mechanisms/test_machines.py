@@ -34,7 +34,7 @@ def test_whitworth_cuts_for_two_thirds_of_the_turn(solve_script: Solve) -> None:
     assert np.argmin(x) == 0
     assert -v.min() > 2.5 * v.max()  # the return is the fast one
     numeric = (x[2:] - x[:-2]) * 150
-    np.testing.assert_allclose(v[1:-1], numeric, atol=0.02)
+    np.testing.assert_allclose(v[1:-1], numeric, atol=0.1)
     np.testing.assert_allclose(table["Dot.O.y"] - 75, 0.12 * v, atol=1e-9)
 
 

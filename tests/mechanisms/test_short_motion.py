@@ -233,7 +233,7 @@ def test_traces_close(tmp_path: Path) -> None:
     dark: list[int] = []
     for text in (FILM.format(8, 0, 4, ".loop;"), FILM.format(8, 0, "3.875", "")):
         target = tmp_path / f"film{len(dark)}.gif"
-        mv.loads(text).solve().render(target, trace="A.Q")
+        mv.loads(text.replace("[50,0];", "[50,0] .width(2) .color('black');")).solve().render(target, trace="A.Q")
         with Image.open(target) as film:
             assert film.n_frames == 32
             assert film.info["loop"] == 0
@@ -255,3 +255,24 @@ def test_traces_close_in_vector_films(tmp_path: Path) -> None:
 def test_an_angle_between_vectors_keeps_turning(speed: int) -> None:
     motion = solved(BAR + f"@0 A.P = [60,60]; .a([1,0], A.Q - A.P) = {speed}*.t; @12")
     assert np.abs(motion["A.angle"] - speed * motion.times).max() < NEAR
+
+
+@pytest.mark.parametrize("name", ["t", "T", "s", "iv", "pi"])
+def test_a_variable_named_like_a_clock_is_asked_about(name: str) -> None:
+    text = BAR + f"@0 A.P = [60,60]; A.angle = 90*{name}; @4"
+    (found,) = [item for item in mv.loads(text).diagnostics if item.code == "name/clock"]
+    (edit,) = found.fixes[0].edits
+    better = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    assert f"90*.{name};" in better
+    assert not [item for item in mv.loads(better).diagnostics if item.severity is mv.Severity.WARNING]
+
+
+def test_a_place_may_be_called_s() -> None:
+    """What the rest determines is not asked about, even if something else is free."""
+    text = (
+        "C : .bar O=[0,0] P=[40,0]; R : .bar A=[0,0] B=[120,0]; F : .bar A=[0,0] B=[30,0];"
+        "@0 C.O=[100,100]; C.angle=90*.t; R.A=C.P; R.B=[s,100]; s>100; F.A=[9,9]; @4"
+    )
+    found = {item.code for item in mv.loads(text).diagnostics}
+    assert "constraint/free-motion" in found
+    assert "name/clock" not in found

@@ -9,46 +9,48 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from movimentum.syntax.printer import expression_text, number_text, script_text
-from movimentum.syntax.tree import (
-    AnchorDefinition,
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
-    ClaimStatement,
     Clock,
     Comparison,
-    ConfigStatement,
-    Copy,
-    Definition,
     Element,
-    FilmLoop,
-    Include,
     Index,
-    Let,
-    Loop,
     Member,
     Name,
     Negate,
     Number,
     Operator,
-    Option,
-    Parameter,
-    PartDefinition,
     Piecewise,
     Power,
     Product,
     Range,
-    Reference,
     Rotate,
+    Sum,
+    Transition,
+    Vector,
+)
+from movimentum.syntax.printer import expression_text, number_text, script_text
+from movimentum.syntax.tree import (
+    AnchorDefinition,
+    ClaimStatement,
+    ConfigStatement,
+    Copy,
+    Definition,
+    FilmLoop,
+    Include,
+    Let,
+    Loop,
+    Option,
+    Parameter,
+    PartDefinition,
+    Reference,
     ScriptTree,
     ShapeWord,
     Statement,
     StepHeader,
     Suffix,
-    Sum,
     Text,
-    Transition,
-    Vector,
 )
 from movimentum.syntax.words import BARE_OPTIONS, CLOCKS, FOLLOWERS, FUNCTIONS, SYNONYMS
 from tests.understand import script_of, statement_of

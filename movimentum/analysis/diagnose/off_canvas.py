@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity
-from movimentum.scene.looks import DISC_RADIUS, LABEL_HEIGHT, width_of
+from movimentum.scene.gears import pitch_radius, tooth_direction
+from movimentum.scene.looks import DISC_RADIUS, size_of, width_of
 from movimentum.scene.model import Scene, Shape, Thing
 from movimentum.scene.text_edits import resized
 from movimentum.solver.motion import PathMotion
@@ -81,7 +82,7 @@ def _looked_at(motion: PathMotion, things: int) -> Iterator[Poses]:
 
 def _box(thing: Thing, poses: Poses, outline: Points) -> FloatArray:
     """(F, 4) left, bottom, right, top of a thing's local points and what lies around them."""
-    reach = (DISC_RADIUS if thing.radius is None else thing.radius) if thing.shape is Shape.DISC else 0.0
+    reach = _radius(thing)
     places = np.stack([poses.world(thing.number, point) for point in outline], axis=1)
     return np.concatenate([places.min(axis=1) - reach, places.max(axis=1) + reach], axis=1)
 
@@ -102,26 +103,52 @@ def _outlines(thing: Thing) -> tuple[Points, Points]:
             corners = ((0.0, 0.0), (width, 0.0), (0.0, height), (width, height))
             return inside, [thing.placement.affine.apply(*corner) for corner in corners]
         case Shape.LABEL:
-            size = LABEL_HEIGHT * thing.scale
+            size = size_of(thing)
             x, y = anchors[0]
             least, most = (letter * size * len(thing.text or "") for letter in LETTERS)
-            return [(x, y), (x + least, y + 0.5 * size)], [(x, y - 0.3 * size), (x + most, y + size)]
-        case Shape.DISC:
+            part = {"left": 0.0, "center": 0.5, "right": 1.0}[thing.look.align]
+            near, far = x - part * least, x - part * most
+            return [(near, y), (near + least, y + 0.5 * size)], [(far, y - 0.3 * size), (far + most, y + size)]
+        case Shape.DISC | Shape.GEAR:
             return anchors[:1], anchors[:1]
+        case Shape.RACK:
+            return _rack(thing)
         case _:
             return anchors, anchors
+
+
+def _radius(thing: Thing) -> float:
+    """How far a round thing reaches from its centre."""
+    if thing.shape is Shape.GEAR and thing.module is not None:
+        return pitch_radius(thing) + thing.module * (3.25 if thing.inner else 1.0)
+    return (DISC_RADIUS if thing.radius is None else thing.radius) if thing.shape is Shape.DISC else 0.0
+
+
+def _rack(thing: Thing) -> tuple[Points, Points]:
+    """A rack's pitch line, and a box around it."""
+    module, teeth = thing.module or 0.0, thing.teeth or 1
+    turn = np.radians(tooth_direction(thing))
+    x, y = thing.anchors[0].local
+    c, s = float(np.cos(turn)), float(np.sin(turn))
+    begin, end = -0.5 * np.pi * module, (teeth - 0.5) * np.pi * module
+
+    def placed(*places: tuple[float, float]) -> Points:
+        return [(x + c * u - s * v, y + s * u + c * v) for u, v in places]
+
+    high, low = module, -3.25 * module
+    return placed((begin, 0.0), (end, 0.0)), placed((begin, low), (end, low), (begin, high), (end, high))
 
 
 def _half_width(thing: Thing) -> float:
     """How far the line of a thing reaches around its points."""
     if thing.shape is Shape.ARROW:
         return 2.0 * width_of(thing)
-    return 0.5 * width_of(thing) if thing.shape is Shape.BAR else 0.5 * (thing.width or 0.0)
+    return 0.5 * width_of(thing) if thing.shape in (Shape.BAR, Shape.PLATE) else 0.5 * (thing.width or 0.0)
 
 
 def _opaque(thing: Thing, poses: Poses) -> NDArray[np.bool_]:
     opacity = poses.properties.get((thing.number, "opacity"))
-    return np.ones(len(poses.frames), dtype=np.bool_) if opacity is None else opacity > 0.0
+    return np.full(len(poses.frames), thing.look.opacity > 0.0) if opacity is None else opacity > 0.0
 
 
 def _told(

@@ -14,7 +14,7 @@ from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.resolve import ComponentUse, Meanings
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
     Clock,
@@ -23,11 +23,11 @@ from movimentum.syntax.tree import (
     Expression,
     Member,
     Name,
-    Text,
     Transition,
     Vector,
     postorder,
 )
+from movimentum.syntax.tree import Text
 from movimentum.syntax.words import VECTOR_MEMBERS
 
 

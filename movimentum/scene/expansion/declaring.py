@@ -22,12 +22,11 @@ from movimentum.scene.expansion.scopes import (
 )
 from movimentum.scene.findings import Findings
 from movimentum.source import Span, Unfolding
+from movimentum.syntax.expression_tree import Constant, Expression
 from movimentum.syntax.tree import (
     AnchorDefinition,
-    Constant,
     Copy,
     Definition,
-    Expression,
     Item,
     Let,
     Loop,

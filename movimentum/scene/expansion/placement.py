@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from movimentum.expressions import ONE, ZERO, Expr, add, call, const, mul, neg, ratio, sub
 from movimentum.geometry import Affine
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Call,
     Constant,
     Expression,
@@ -24,7 +24,6 @@ from movimentum.syntax.tree import (
     Operator,
     Product,
     Rotate,
-    Statement,
     Sum,
     Transition,
     Vector,
@@ -32,6 +31,7 @@ from movimentum.syntax.tree import (
     postorder,
     rebuilt,
 )
+from movimentum.syntax.tree import Statement
 
 _SYMMETRIC = frozenset({"across", "along"})
 """Functions of three points: they change at most their sign."""

@@ -7,7 +7,8 @@ from fractions import Fraction
 
 from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.source import SourceText, Span
-from movimentum.syntax.tree import ClaimStatement, ConfigStatement, Constant, Definition, FilmLoop, Statement
+from movimentum.syntax.expression_tree import Constant
+from movimentum.syntax.tree import ClaimStatement, ConfigStatement, Definition, FilmLoop, Statement
 
 
 @dataclass(frozen=True, slots=True)

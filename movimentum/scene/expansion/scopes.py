@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.source import SourceText, Span
-from movimentum.syntax.tree import Constant, Expression, Option, PartDefinition, Text
+from movimentum.syntax.expression_tree import Constant, Expression
+from movimentum.syntax.tree import Option, PartDefinition, Text
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,14 +13,13 @@ from movimentum.scene.expansion.includes import folder
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
 from movimentum.scene.findings import Findings
 from movimentum.source import Span
+from movimentum.syntax.expression_tree import Expression, Name
 from movimentum.syntax.templates import pieces_of
 from movimentum.syntax.tree import (
     AnchorDefinition,
     ClaimStatement,
     ConfigStatement,
     Definition,
-    Expression,
-    Name,
     Option,
     Reference,
     ShapeWord,
@@ -157,6 +156,8 @@ class ItemWriter:
                     return None
                 return Reference(thing, part.anchor, span=span, anchor_span=scope.place(part.anchor_span))
             case AnchorDefinition():
+                if scope.constant(part.name) is not None:
+                    own = own - {part.name}  # `O = O`: no anchor is where it is itself
                 base = self._place(part.base, scope, own)
                 offsets = [(sign, rewrite(value, scope, own)) for sign, value in part.offsets]
                 good = [(sign, value) for sign, value in offsets if value is not None]
