@@ -17,9 +17,13 @@ SCRIPTS = DOCS.parent / "scripts"
 LIGHTER: dict[str, tuple[str, ...]] = {
     "clockwork": ("--scale", "0.6"),
     "coupling-rods": ("--fps", "20", "--frames", ":-1"),
+    "excavator": ("--scale", "0.9"),
+    "geneva": ("--fps", "20", "--scale", "0.8"),
+    "jansen-walker": ("--fps", "20", "--scale", "0.85"),
     "planetary": ("--scale", "0.75"),
+    "scissor-lift": ("--fps", "20"),
     "stephenson": ("--fps", "10"),
-    "walschaerts": ("--fps", "10", "--scale", "0.75"),
+    "walschaerts": ("--fps", "10", "--scale", "0.7"),
 }
 """Fewer frames or pixels, for pages that load quickly; the scripts themselves run at full rate and size."""
 
