@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from movimentum.expressions import ZERO, Expr, div, neg, substitute, symbol, symbols, walk
+from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, sub, substitute, symbol, symbols, walk
 from movimentum.planning.blocks.kinds import (
     Assign,
     Block,
@@ -24,7 +24,7 @@ from movimentum.planning.blocks.roots import Roots, line_conic_roots, quadratic_
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.calculus import affine, with_respect_to
-from movimentum.planning.lowering.equations import Form, System
+from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.structure.decompose import Group
@@ -200,7 +200,17 @@ class _Rows:
 
 def _stated_rows(system: System, group: Group) -> _Rows:
     """The rows of a group as they are, nothing eliminated."""
-    return _Rows(group.unknowns, [system.equations[e].residual for e in group.equations], list(group.equations))
+    return _Rows(group.unknowns, [_row(system.equations[e]) for e in group.equations], list(group.equations))
+
+
+def _row(equation: Equation) -> Expr:
+    """The residual of an equation among others. A continuous angle is a direction but for whole turns: where the
+    direction passes 180 degrees, nothing jumps.
+    """
+    if equation.form is not Form.WINDING:
+        return equation.residual
+    half = const(180.0)
+    return sub(call("mod", add(equation.residual, half), const(360.0)), half)
 
 
 def _newton_fields(making: _Making, rows: _Rows, explicit: Sequence[tuple[int, Expr]]) -> dict[str, Any]:
