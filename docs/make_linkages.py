@@ -18,11 +18,13 @@ from movimentum.interop.linkages import linkage_script, read_linkage  # noqa: E4
 from movimentum.source import SourceText  # noqa: E402
 
 PEAUCELLIER = """
+Path : .trace R3_5.V5 .whole;
+
 // V5 is drawn round an ellipse. It follows as far as the linkage lets it: straight up and down.
 R3_5.V5 ~ [320 + 40*.sin(180*.t), 200 + 100*.sin(90*.t)];
 .claim R3_5.V5.x = 320 .within(1e-9);
 
-@4
+@4   .loop;
 """
 
 PARITY = ("#2b6cb0", "#c05621")
@@ -78,7 +80,7 @@ def penrose(order: int, edge: float, middle: float) -> str:
 {anchor(neighbour)} = [{middle:g}, {middle:g}] + [_, 0].r({ray!r});
 {anchor(first)} ~ [{middle:g}, {middle:g}] + [{edge / 2:g}, 0].r({ray!r} + 35*(1 - .cos(90*.t)));
 
-@4
+@4   .loop;
 """
     )
 

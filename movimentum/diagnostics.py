@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
-from movimentum.source import Edit, SourceText, Span
+from movimentum.source import Edit, FarSpan, SourceText, Span, UnfoldedText
 from movimentum.terminal import visible
 
 MAX_MESSAGES = 200
@@ -91,6 +91,30 @@ class Diagnostic:
         return replace(self, helps=tuple(helps), fixes=(*fixes, *self.fixes))
 
 
+def real(item: Diagnostic, source: SourceText) -> Diagnostic:
+    """A diagnostic with its places in the files, and for which copies and turns of loops it is.
+
+    ``source``: the text that its places are in. Edits of other files than the script are left out.
+    """
+    if not isinstance(source, UnfoldedText):
+        return item
+    labels = [replace(label, span=source.real(label.span)) for label in item.labels]
+    notes: list[str] = []
+    if item.span is not None:
+        for title, used in source.uses(item.span):
+            if isinstance(used, FarSpan):
+                notes.append(f"for {title}")
+            else:
+                labels.append(Label(used, f"for {title}"))
+    fixes: list[Fix] = []
+    for fix in item.fixes:
+        edits = tuple(replace(edit, span=source.real(edit.span)) for edit in fix.edits)
+        if not any(isinstance(edit.span, FarSpan) for edit in edits):
+            fixes.append(replace(fix, edits=edits))
+    span = None if item.span is None else source.real(item.span)
+    return replace(item, span=span, labels=tuple(labels), notes=(*notes, *item.notes), fixes=tuple(fixes))
+
+
 # --- as data ------------------------------------------------------------------------------------------
 
 
@@ -136,9 +160,12 @@ def to_json(diagnostics: Iterable[Diagnostic], source: SourceText) -> list[dict[
             "code": item.code,
             "severity": item.severity.value,
             "message": item.message,
-            "file": source.path,
+            "file": file_of(item.span, source).path,
             **_place(item.span, source),
-            "labels": [{**_place(label.span, source), "message": label.message} for label in _labels(item)],
+            "labels": [
+                {**_place(label.span, source), **_elsewhere(label.span), "message": label.message}
+                for label in _labels(item)
+            ],
             "notes": list(item.notes),
             "helps": list(item.helps),
             **_fixes(item, source),
@@ -163,8 +190,18 @@ def _labels(item: Diagnostic) -> tuple[Label, ...]:
 def _place(span: Span | None, source: SourceText) -> dict[str, int | None]:
     if span is None:
         return {"line": None, "column": None, "end_line": None, "end_column": None}
-    start, end = source.position(span.start), source.position(span.end)
+    file = file_of(span, source)
+    start, end = file.position(span.start), file.position(span.end)
     return {"line": start.line, "column": start.column, "end_line": end.line, "end_column": end.column}
+
+
+def file_of(span: Span | None, source: SourceText) -> SourceText:
+    """The file that a span is in."""
+    return span.file if isinstance(span, FarSpan) else source
+
+
+def _elsewhere(span: Span) -> dict[str, str]:
+    return {"file": span.file.path} if isinstance(span, FarSpan) else {}
 
 
 # --- as text --------------------------------------------------------------------------------------------
@@ -206,26 +243,28 @@ def _render(item: Diagnostic, source: SourceText, color: bool) -> str:
     spans = [(label.span, label.message, False) for label in item.labels]
     if item.span is not None:
         spans.insert(0, (item.span, item.label, True))
-    by_line: dict[int, list[tuple[Span, str, bool]]] = {}
+    files: dict[str, dict[int, list[tuple[Span, str, bool]]]] = {}
     for entry in spans:
-        by_line.setdefault(source.position(entry[0].start).line, []).append(entry)
-    width = len(str(max(by_line, default=1)))
+        file = file_of(entry[0], source)
+        files.setdefault(file.path, {}).setdefault(file.position(entry[0].start).line, []).append(entry)
+    width = len(str(max((line for lines in files.values() for line in lines), default=1)))
     empty = paint(" " * (width + 2) + "|", _BLUE)
 
     rows = [paint(f"{item.severity}[{item.code}]", strong) + paint(f": {_clipped(item.message)}", _BOLD)]
     if item.span is not None:
-        line, column = source.position(item.span.start)
-        rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {visible(source.path)}:{line}:{column}")
+        file = file_of(item.span, source)
+        line, column = file.position(item.span.start)
+        rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {visible(file.path)}:{line}:{column}")
     elif source.text:
         rows.append(paint(" " * (width + 1) + "-->", _BLUE) + f" {visible(source.path)}")
-    if by_line:
-        rows.append(empty)
-    for line, entries in sorted(by_line.items()):
-        shown, marks = _line_with_marks(source, line, entries)
-        rows.append(paint(f" {line:>{width}} |", _BLUE) + (f" {shown}" if shown else ""))
-        rows.extend(
-            f"{empty} {row}" for row in _mark_rows(marks, lambda text, mark: paint(text, strong if mark else _BLUE))
-        )
+    for number, (path, by_line) in enumerate(files.items()):
+        rows.append(empty if number == 0 else paint(" " * (width + 1) + ":::", _BLUE) + f" {visible(path)}")
+        for line, entries in sorted(by_line.items()):
+            shown, marks = _line_with_marks(file_of(entries[0][0], source), line, entries)
+            rows.append(paint(f" {line:>{width}} |", _BLUE) + (f" {shown}" if shown else ""))
+            rows.extend(
+                f"{empty} {row}" for row in _mark_rows(marks, lambda text, mark: paint(text, strong if mark else _BLUE))
+            )
     for word, texts in (("note", item.notes), ("help", item.helps)):
         head = paint(" " * (width + 2) + "=", _BLUE) + paint(f" {word}", _BOLD)
         rows.extend(f"{head}: {_clipped(text)}" for text in texts)

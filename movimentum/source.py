@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -28,6 +28,13 @@ class Span:
     def to(self, other: Span) -> Span:
         """The smallest span that covers both."""
         return Span(min(self.start, other.start), max(self.end, other.end))
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class FarSpan(Span):
+    """A span in another file than the script."""
+
+    file: SourceText = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +95,11 @@ class SourceText:
         return self.text[start:end].rstrip("\r\n")
 
     @property
+    def script(self) -> SourceText:
+        """The script as it is written."""
+        return self
+
+    @property
     def newline(self) -> str:
         """How its lines end."""
         return "\r\n" if "\r\n" in self.text else "\r" if "\r" in self.text and "\n" not in self.text else "\n"
@@ -95,6 +107,121 @@ class SourceText:
     def slice(self, span: Span) -> str:
         """The text that ``span`` covers."""
         return self.text[span.start : span.end]
+
+    def statement(self, span: Span) -> str:
+        """The text that ``span`` covers, on one line, and whose it is: ``A.P = B.Q (in S[2])``."""
+        return " ".join(self.slice(span).split())
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """A passage of text that stands at ``start`` of an `UnfoldedText`, and in a file from offset ``begin`` on.
+
+    ``title`` says whose it is ("the copy `S[2]`"), ``used`` where that is stated (None: in an included file as such).
+    """
+
+    start: int
+    end: int
+    file: SourceText
+    begin: int
+    title: str = ""
+    used: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class UnfoldedText(SourceText):
+    """A script, behind it the text of every copy of a part, every turn of a loop and every included file.
+
+    So each statement has a place of its own. `real` has its place in a file. The script itself is ``text[:own]``.
+    """
+
+    own: int = 0
+    passages: tuple[Passage, ...] = ()
+    files: tuple[SourceText, ...] = ()
+    """The files that the script includes, directly or not."""
+
+    @property
+    def script(self) -> SourceText:
+        """The script as it is written."""
+        return SourceText(self.path, self.text[: self.own])
+
+    def _passage(self, offset: int) -> Passage | None:
+        if offset <= self.own:
+            return None
+        return self.passages[max(bisect_right(self.passages, offset, key=lambda item: item.start) - 1, 0)]
+
+    def position(self, offset: int) -> Position:
+        """Line and column in the file that the text at ``offset`` stands in."""
+        place = self.real(Span(offset, offset))
+        file = place.file if isinstance(place, FarSpan) else self
+        return SourceText.position(file, place.start)
+
+    def statement(self, span: Span) -> str:
+        """The text that ``span`` covers, on one line, and whose it is: ``A.P = B.Q (in S[2])``."""
+        whose = ", ".join(title.removeprefix("the copy `").removesuffix("`") for title, _ in self.uses(span))
+        return " ".join(self.slice(span).split()) + (f" (in {whose})" if whose else "")
+
+    def times(self, span: Span) -> int:
+        """For how many copies and turns of loops the text in ``span`` is."""
+        place = self.real(span)
+        return sum(
+            item.file.path == (place.file.path if isinstance(place, FarSpan) else self.path)
+            and item.begin <= place.start < item.begin + item.end - item.start
+            for item in self.passages
+        )
+
+    def real(self, span: Span) -> Span:
+        """Where a span is in the script, or (`FarSpan`) in an included file."""
+        passage = self._passage(span.start)
+        if passage is None or isinstance(span, FarSpan):
+            return span
+        shift = passage.begin - passage.start
+        start, end = span.start + shift, min(span.end, passage.end) + shift
+        if passage.file.path == self.path:
+            return Span(start, max(start, end))
+        return FarSpan(start, max(start, end), passage.file)
+
+    def uses(self, span: Span) -> Iterator[tuple[str, Span]]:
+        """For which copies and turns of loops a span is, the innermost first: (title, where it is stated)."""
+        passage = self._passage(span.start)
+        while passage is not None:
+            if passage.used is None:
+                return
+            if passage.title:
+                yield passage.title, self.real(passage.used)
+            passage = self._passage(passage.used.start)
+
+
+class Unfolding:
+    """An `UnfoldedText` that grows."""
+
+    def __init__(self, source: SourceText) -> None:
+        self.source = source
+        self.files: list[SourceText] = []
+        self._texts = [source.text]
+        self._length = len(source.text)
+        self._passages: list[Passage] = []
+
+    @property
+    def length(self) -> int:
+        """How many characters there are so far."""
+        return self._length
+
+    def enter(self, file: SourceText, span: Span, title: str = "", used: Span | None = None) -> int:
+        """Append a passage of ``file``; what to add to offsets in that file to have those of the passage."""
+        start = self._length + 1
+        text = file.slice(span)
+        self._texts.append(text)
+        self._length = start + len(text)
+        self._passages.append(Passage(start, self._length, file, span.start, title, used))
+        return start - span.start
+
+    def text(self) -> SourceText:
+        """The text as it is now."""
+        if not self._passages:
+            return self.source
+        joined, source = "\n".join(self._texts), self.source
+        return UnfoldedText(source.path, joined, len(source.text), tuple(self._passages), tuple(self.files))
 
 
 def drawing_file(path: str) -> str:

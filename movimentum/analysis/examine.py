@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import overload
 
@@ -11,8 +11,10 @@ import numpy as np
 
 from movimentum.analysis.diagnose.ambiguity import ambiguities
 from movimentum.analysis.diagnose.claims import claim_diagnostics
+from movimentum.analysis.diagnose.film_loops import film_loops
 from movimentum.analysis.diagnose.forgotten import forgotten
 from movimentum.analysis.diagnose.jumps import jumps
+from movimentum.analysis.diagnose.meshing import misplaced_gears
 from movimentum.analysis.diagnose.off_canvas import leaving
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
@@ -21,7 +23,7 @@ from movimentum.analysis.diagnose.valueless import valueless
 from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.planning.blocks.kinds import Free
 from movimentum.settings import Advice
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
@@ -77,7 +79,9 @@ def examine(motion: PathMotion, *, every_frame: bool = True, advice: Advice = Ad
     claims; without ``every_frame`` these two are left out.
     """
     with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
-        return _examined(motion, every_frame, advice)
+        found = _examined(motion, every_frame, advice)
+    source = motion.timeline.scene.source
+    return replace(found, diagnostics=tuple(real(item, source) for item in found.diagnostics))
 
 
 def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examination:
@@ -113,8 +117,13 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examinat
     found.extend(forgotten(motion))
     found.extend(valueless(motion))
     found.extend(leaving(motion))
+    misplaced = list(misplaced_gears(motion))
+    found.extend(misplaced)
+    if fault == 0:
+        found.extend(film_loops(motion))
+    fault = fault or (1 if misplaced else 0)
     if fault or any(item.code == "constraint/free-motion" and item.severity is Severity.WARNING for item in found):
-        found.extend(unstated_clocks(motion.timeline.scene, found))
+        found.extend(unstated_clocks(motion, found))
     if fault == 0 and any(stretch.plan.wishes for stretch in motion.stretches):
         from movimentum.analysis.diagnose.wishes import wish_diagnostics
 

@@ -17,7 +17,7 @@ from movimentum.text import listed
 from movimentum.workflow.choices import Choices
 
 PROPERTIES = ("opacity", "red", "green", "blue")
-_DOTTED = re.compile(r"[A-Za-z]\w*(?:\.[A-Za-z]\w*)*", re.ASCII)
+_DOTTED = re.compile(r"[A-Za-z]\w*(?:\[\d+\]|\.[A-Za-z]\w*)*", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,9 +60,12 @@ class Names:
         """The expressions of a plain name; None for anything else."""
         if _DOTTED.fullmatch(name) is None:
             return None
-        first, *rest = name.split(".")
+        words = name.split(".")
+        splits = [(".".join(words[:count]), words[count:]) for count in range(len(words), 0, -1)]
+        first, rest = next((each for each in splits if each[0] in self.scene.variables), (words[0], words[1:]))
         payloads = self._of_variable(first, rest)
-        thing = next((item for item in self.scene.things if item.name == first), None)
+        known = {item.name: item for item in self.scene.things}
+        thing, rest = next(((known[each], more) for each, more in splits if each in known), (None, rest))
         if thing is not None and rest:
             anchor = next((i for i, item in enumerate(thing.anchors) if item.name == rest[0]), None)
             if anchor is not None:

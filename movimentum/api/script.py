@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 
@@ -16,8 +18,8 @@ from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, tol
 from movimentum.scene.model import Scene
 from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.source import SourceText
-from movimentum.syntax.suggest import nearest
-from movimentum.text import counted, listed
+from movimentum.syntax.printer import float_text
+from movimentum.text import counted
 from movimentum.timeline.model import Timeline
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import read
@@ -28,8 +30,8 @@ def load(path: str | os.PathLike[str], limits: Limits | None = None, /, **consta
     """The script in the file ``path`` (``"-"`` is standard input); its pictures are found from its folder.
 
     Every keyword sets the script's constant of that name, and nothing else: all other choices are made where they
-    matter, in `Script.solve` and `Motion.render`, so that a constant may be called ``fps``. (The language has no
-    constants yet; each keyword is refused.)
+    matter, in `Script.solve` and `Motion.render`, so that a constant may be called ``fps``. A value is a
+    number, a pair of numbers for a vector, or a text with a constant expression.
 
     Raises `UsageError` where the file cannot be read or a constant does not exist (``usage/constant``), and
     `ScriptError` with everything that is wrong with the script; printed, it looks as in a terminal.
@@ -64,27 +66,37 @@ def loads(text: str, limits: Limits | None = None, /, name: str = "<string>", **
 
 def _script(source: SourceText, limits: Limits | None, constants: Mapping[str, object]) -> Script:
     limits = limits or Limits()
+    settings = tuple((name, _constant(name, value)) for name, value in constants.items())
     with told_in(source):
-        scene = understand(source, _choices(limits), limits.pixels)
-        return Script(source, _with_constants(scene, constants), limits)
+        return Script(source, understand(source, _choices(limits, settings), limits.pixels), limits)
 
 
-def _with_constants(scene: Scene, constants: Mapping[str, object]) -> Scene:
-    """``scene`` with other values for its constants.
+def _constant(name: str, value: object) -> str:
+    """The value of a keyword as a constant expression: a number, a pair of numbers, or such an expression already."""
+    if isinstance(value, str):
+        return value
+    given: list[object] = list(value) if isinstance(value, Iterable) else [value]  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+    texts = [_number(part) for part in given]
+    good = [text for text in texts if text is not None]
+    if not good or len(good) < len(texts) or len(texts) > 2:
+        message = f"`{name}` is a constant: give it a number, or [x, y] for a vector"
+        raise usage_error("usage/constant", message, f"{name}=60")
+    return good[0] if len(good) == 1 else f"[{', '.join(good)}]"
 
-    The language has no constants yet. When it has, this is the place that sets them.
-    """
-    known: tuple[str, ...] = ()
-    for name in constants:
-        guess = nearest(name, known)
-        helps = f"did you mean `{guess}`?" if guess else f"its constants are {listed(known)}" if known else None
-        helps = helps or "the script has no constants, so `load` takes no keywords"
-        raise usage_error("usage/constant", f"there is no constant `{name}`", helps)
-    return scene
+
+def _number(value: object) -> str | None:
+    if isinstance(value, int | Fraction):
+        return f"({value.numerator}/{value.denominator})" if value.denominator != 1 else str(value.numerator)
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return None
+    return float_text(number) if math.isfinite(number) else None
 
 
-def _choices(limits: Limits) -> Choices:
+def _choices(limits: Limits, settings: tuple[tuple[str, str], ...] = ()) -> Choices:
     return Choices(
+        settings=settings,
         max_frames=limits.frames,
         max_nesting=limits.nesting,
         max_operations=limits.operations,

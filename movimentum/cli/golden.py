@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from movimentum.cli.options import EXIT_CODES, SPEECH
+from movimentum.cli.options import EXIT_CODES, LIMITS, SPEECH, with_choices
 from movimentum.cli.work import carried_out
 from movimentum.console import DONE, Console
-from movimentum.workflow.choices import Outcome
+from movimentum.workflow.choices import Choices, Outcome
 
 if TYPE_CHECKING:
     from movimentum.source import SourceText
@@ -34,9 +34,11 @@ _TO = click.option(
 @golden.command(epilog=EXIT_CODES)
 @_SCRIPTS
 @_TO
+@LIMITS
 @SPEECH
 @click.pass_obj
-def record(console: Console, *, scripts: tuple[str, ...], to: Path | None) -> int:
+@with_choices
+def record(console: Console, *, choices: Choices, scripts: tuple[str, ...], to: Path | None) -> int:
     """Record the results of each SCRIPT: its poses, and a few frames that cover every step.
 
     Look at the frames before you keep them: from now on they count as correct.
@@ -49,7 +51,7 @@ def record(console: Console, *, scripts: tuple[str, ...], to: Path | None) -> in
     for script in scripts:
 
         def work(_source: SourceText, script: str = script) -> Outcome:
-            place = golden_of(Path(script), to)
+            place = golden_of(Path(script), to, choices)
             made = write_golden(place)
             console.say(f"{place.folder}: {len(made.rows)} rows, {len(made.pictures)} frames")
             return Outcome(len(made.pictures), made.solution.fault, made.solution.diagnostics)
@@ -71,9 +73,11 @@ Examples:
 @_SCRIPTS
 @_TO
 @click.option("--update", is_flag=True, help="Replace the recordings of scripts that differ.")
+@LIMITS
 @SPEECH
 @click.pass_obj
-def golden_check(console: Console, *, scripts: tuple[str, ...], to: Path | None, update: bool) -> int:
+@with_choices
+def golden_check(console: Console, *, choices: Choices, scripts: tuple[str, ...], to: Path | None, update: bool) -> int:
     """Compare the results of each SCRIPT with the recording: first where things are, then how it looks.
 
     If they differ, NAME.golden-failed/index.html shows expected, actual and difference side by side.
@@ -88,7 +92,7 @@ def golden_check(console: Console, *, scripts: tuple[str, ...], to: Path | None,
     for script in scripts:
 
         def work(source: SourceText, script: str = script) -> Outcome:
-            outcome = compare(golden_of(Path(script), to))
+            outcome = compare(golden_of(Path(script), to, choices))
             if outcome.good:
                 console.say(f"{script}: as recorded")
                 return Outcome(0, DONE, ())

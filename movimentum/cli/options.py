@@ -114,7 +114,28 @@ ON_FAILURE = click.option(
     help="If the scene has no solution at some time: write nothing, hold the last good pose, or leave those frames out "
     "(the exit code is 3 in each case).",
 )
+
+
+def _settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> Any:
+    found: dict[str, str] = {}
+    for text in texts:
+        name, sign, value = (part.strip() for part in text.partition("="))
+        if not sign or not value or not (name.isascii() and name.isidentifier()):
+            raise click.BadParameter(f"{text!r} is not NAME=VALUE, such as R=60.")
+        found[name] = value
+    return tuple(found.items())
+
+
+SET = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="NAME=VALUE",
+    callback=_settings,
+    help="Give a constant of the script (`.let`) another value, a constant expression; may be repeated.",
+)
 LIMITS = together(
+    SET,
     click.option(
         "--max-frames",
         type=click.IntRange(min=1),

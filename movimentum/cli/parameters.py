@@ -21,6 +21,9 @@ else:  # older versions of click have no type arguments here
     _RationalBase = _RangeBase = _WordsBase = _TextBase = _PairBase = click.ParamType
 
 
+_ANCHOR = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?:\[\d+\]|\.[A-Za-z][A-Za-z0-9_]*)*\.[A-Za-z][A-Za-z0-9_]*")
+
+
 @dataclass(frozen=True, slots=True)
 class FrameRange:
     """``A:B``: frames A, A + 1, … B - 1, as Python slices count: half-open, either end may be left out or negative.
@@ -122,7 +125,7 @@ class TraceType(_TextBase):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """The name, without white space around it."""
         text = str(value).strip()
-        match = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*\.[A-Za-z][A-Za-z0-9_]*", text)
+        match = _ANCHOR.fullmatch(text)
         if match is None:
             self.fail(f"{value!r} does not name an anchor, as in --trace Rod.B.", param, ctx)
         return text

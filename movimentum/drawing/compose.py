@@ -82,7 +82,10 @@ def _mark(scene: Scene, thing: Thing) -> ThingMark | None:
     first = points[0] if points else (0.0, 0.0)
     match thing.shape:
         case Shape.SPRITE:
-            return None if thing.image is None else ImageMark(paint, thing.image, thing.scale, thing.span)
+            if thing.image is None:
+                return None
+            placed = None if thing.placement.is_here else thing.placement.affine
+            return ImageMark(paint, thing.image, thing.scale, thing.span, placed)
         case Shape.BAR if is_plain(thing):
             return PolylineMark(paint, points, width_of(thing)) if points else None
         case Shape.ARROW:

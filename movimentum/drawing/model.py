@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 from movimentum.drawing.parts import FigurePart, Point
 from movimentum.drawing.style import Color
+from movimentum.geometry import Affine
 from movimentum.scene.appearance import Figure, Piece
 from movimentum.scene.model import Shape
 from movimentum.source import Span
@@ -31,12 +32,16 @@ class Paint:
 
 @dataclass(frozen=True, slots=True)
 class ImageMark:
-    """The image file ``path``, its lower-left corner at the local origin; an image pixel is ``pixel`` world pixels."""
+    """The image file ``path``, its lower-left corner at the local origin; an image pixel is ``pixel`` world pixels.
+
+    ``placed``: where a placed copy has it instead, in the local frame.
+    """
 
     paint: Paint
     path: str
     pixel: float
     span: Span | None = None
+    placed: Affine | None = None
 
     @property
     def body(self) -> int:

@@ -9,6 +9,7 @@ from enum import StrEnum
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError
 from movimentum.scene.model import AnchorRef, Scene
+from movimentum.solver.poses import Poses
 
 MAX_CANVAS_PIXELS = 64_000_000
 MAX_SPRITE_PIXELS = 64_000_000
@@ -52,7 +53,8 @@ class FreeMark:
 class PictureOptions:
     """``scale``: output pixels per world pixel. ``background`` None: the script's, otherwise white.
 
-    ``traces``: anchors whose path up to now is drawn. ``free`` is drawn where ``show`` has ``free``. ``max_pixels``: a
+    ``traces``: anchors whose path up to now is drawn. ``closing``: the pose with which a film begins again; the traces
+    of its last frame, number ``last``, go on to there. ``free`` is drawn where ``show`` has ``free``. ``max_pixels``: a
     larger canvas is refused (``limit/pixels``).
     """
 
@@ -61,6 +63,8 @@ class PictureOptions:
     background: tuple[int, int, int] | None = None
     transparent: bool = False
     traces: tuple[AnchorRef, ...] = ()
+    closing: Poses | None = None
+    last: int = -1
     show: frozenset[Show] = frozenset()
     free: tuple[FreeMark, ...] = ()
     max_pixels: int = MAX_CANVAS_PIXELS

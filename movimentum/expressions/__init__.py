@@ -17,6 +17,7 @@ from movimentum.expressions.expr import (
     integral,
     mul,
     neg,
+    progress,
     ratio,
     sub,
     symbol,
@@ -27,6 +28,6 @@ from movimentum.expressions.walk import rebuild, substitute, symbols, walk
 
 __all__ = [
     "ONE", "OPERATIONS", "RADIANS", "ZERO", "Expr", "Operation", "add", "call", "clock", "const", "derivative",
-    "div", "evaluate_op", "integral", "mul", "neg", "power", "ratio", "rebuild", "sub", "substitute", "symbol",
-    "symbols", "walk",
+    "div", "evaluate_op", "integral", "mul", "neg", "power", "progress", "ratio", "rebuild", "sub", "substitute",
+    "symbol", "symbols", "walk",
 ]  # fmt: skip

@@ -23,6 +23,8 @@ atand atan2d   inverse tangent in degrees; atan2d(y, x) in (-180, 180]
 abs min max floor mod exp ln    as usual; mod takes the sign of its divisor
 ease           smooth 0 -> 1 for u in [0, 1] (3u^2 - 2u^3), constant outside
 le             le(e, b, v, w): v where e <= b, else w
+progress       how far through its step a moment is, ``.s`` [(begin, end)];
+               the timeline replaces it by a const or a function of a clock
 integral       of its argument over time from an instant to now [Fraction]
 derivative     of its argument with respect to time
 sign           the branch of a block, +1 or -1 (only in plans)
@@ -134,6 +136,11 @@ def symbol(name: Hashable) -> Expr:
 def clock(start: Fraction) -> Expr:
     """Time since ``start``."""
     return Expr("clock", (), start)
+
+
+def progress(begin: Fraction, end: Fraction | None) -> Expr:
+    """How far through the step from ``begin`` to ``end`` (None: the last step) a moment is: 0 to 1, 1 from then on."""
+    return Expr("progress", (), (begin, end))
 
 
 def add(a: Expr, b: Expr) -> Expr:

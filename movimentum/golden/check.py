@@ -49,7 +49,7 @@ class GoldenResult:
 def check(golden: Golden) -> GoldenResult:
     """Solve and draw a script again; raises what solving raises, and `ScriptError` if nothing was recorded."""
     recorded = _recorded(golden)
-    made = rendition(golden.script)
+    made = rendition(golden.script, golden.choices)
     found = list(_numbers(golden, made, recorded))
     differing: list[tuple[int, Image.Image | None, Image.Image]] = []
     same = recorded.manifest.renderer == renderer()

@@ -10,7 +10,7 @@ import json
 import os
 import platform
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -32,10 +32,11 @@ MOST_PICTURES = 12
 
 @dataclass(frozen=True, slots=True)
 class Golden:
-    """Where a script's golden frames are, or are to be."""
+    """Where a script's golden frames are, or are to be, and how it is read."""
 
     script: Path
     folder: Path
+    choices: Choices = field(default_factory=Choices)
 
     @property
     def exists(self) -> bool:
@@ -43,9 +44,9 @@ class Golden:
         return os.path.isfile(self.folder / "golden.json")
 
 
-def golden_of(script: Path, to: Path | None = None) -> Golden:
+def golden_of(script: Path, to: Path | None = None, choices: Choices | None = None) -> Golden:
     """The place of a script's golden frames: beside it, or in the folder ``to``."""
-    return Golden(script, (to or script.parent) / f"{script.stem}.golden")
+    return Golden(script, (to or script.parent) / f"{script.stem}.golden", choices or Choices())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,10 +79,9 @@ class Rendition:
             yield frame, painter.frame(with_numbers(motion, motion.poses(frame, frame + 1)), 0).convert("RGB")
 
 
-def rendition(script: Path) -> Rendition:
+def rendition(script: Path, choices: Choices) -> Rendition:
     """Solve a script; raises what `solved` does, broken claims included."""
-    choices = Choices()
-    scene = understand(read(str(script)))
+    scene = understand(read(str(script)), choices)
     timeline = arranged(scene, choices)
     solution = solved(timeline, choices)
     count = timeline.frame_count
@@ -119,7 +119,7 @@ def record(golden: Golden) -> Rendition:
     """Write a script's golden frames, in place of older ones; whole or not at all."""
     from movimentum.interop.tables import write_csv
 
-    made = rendition(golden.script)
+    made = rendition(golden.script, golden.choices)
     old = {picture_name(frame) for frame in _recorded_pictures(golden)}
     new = {picture_name(frame) for frame in made.pictures}
     inputs = reads(SourceText(str(golden.script), ""), made.scene)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -18,7 +19,8 @@ from movimentum.planning.lowering.system import build_system, with_rates, with_r
 from movimentum.planning.lowering.unknowns import Accumulated, Rate, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.decompose import Decomposition, Group, decompose, driven_angles
-from movimentum.scene.model import Anonymous, Scene
+from movimentum.planning.structure.turns import without_repetitions
+from movimentum.scene.model import Anonymous, Bearing, Scene
 from movimentum.timeline.model import Segment
 
 HIGHEST_RATE = 4
@@ -51,7 +53,25 @@ class Structure:
 
 def structure_of(scene: Scene, segment: Segment) -> Structure:
     """The equations of ``segment`` in groups; raises `CyclicRateError`."""
-    system = build_system(scene, segment)
+    found = _structured(build_system(scene, segment))
+    return _structured(build_system(scene, segment, rolling=True)) if _rolls(found) else found
+
+
+def _rolls(found: Structure) -> bool:
+    """Whether a direction between gears' centres is needed to find where they are."""
+    system = found.system
+    about = [e for e in system.equations if any(isinstance(system.unknowns[n].payload, Bearing) for n in e.unknowns)]
+    if not about:
+        return False
+    constraints = {equation.constraint for equation in about}
+    followed = {equation.number for equation in about if equation.form is Form.WINDING}
+    return any(system.equations[n].constraint in constraints for n in found.decomposition.checks) or any(
+        len(group.unknowns) > 1 and followed & set(group.equations) for group in found.decomposition.groups
+    )
+
+
+def _structured(system: System) -> Structure:
+    system = without_repetitions(system)
     driven = driven_angles(system, with_rigidity)
     return _structure(with_rigidity(system, driven), driven, frozenset())
 
@@ -89,12 +109,13 @@ def compile_structure(structure: Structure, size: float) -> Plan:
     for node in walk(*(equation.residual for equation in system.equations)):
         if node.op == "clock":  # also those that no block reads, for whoever looks at the equations as they were stated
             clocks.number(node.start)
+    turning = {item.number for item in system.segment.active if item.paired}
     return Plan(
         system=system,
         blocks=tuple(blocks),
         checks=decomposition.checks,
         check_values=tuple(
-            compiled([system.equations[n].residual, _size_of_terms(system.equations[n], size)], clocks)
+            compiled([system.equations[n].residual, _size_of_terms(system.equations[n], size, turning)], clocks)
             for n in decomposition.checks
         ),
         selectors=tuple(compiled([selector.value], clocks) for selector in system.selectors),
@@ -150,11 +171,14 @@ def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
     )
 
 
-def _size_of_terms(equation: Equation, size: float) -> Expr:
-    """The sum of the sizes of an equation's terms: what its residual is small or large against."""
+def _size_of_terms(equation: Equation, size: float, turning: Set[int]) -> Expr:
+    """The sum of the sizes of an equation's terms: what its residual is small or large against.
+
+    Equations of the constraints ``turning`` are about angles, whose zero says nothing: a turn counts too.
+    """
     if equation.polynomial is None:
         return const(size)
-    total = ZERO
+    total = const(360.0) if equation.constraint in turning else ZERO
     for monomial, coefficient in equation.polynomial.items():
         term = coefficient
         for n in monomial:

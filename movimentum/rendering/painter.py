@@ -104,6 +104,8 @@ class PaintSession:
         for i in range(count):
             for layer, points in zip(self._traces, news, strict=True):
                 layer.feed(points[i : i + 1], self._to_image)
+                if layer.trace.closing is not None and poses.frames[i] == layer.trace.last:
+                    layer.feed(layer.trace.closing, self._to_image)
             if i == 0 and still:
                 self._draw(base, layers[:still], poses, 0)
             if i == 0 or not same[i - 1]:

@@ -61,10 +61,14 @@ class PreparedMark:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A path, with the points, as `points` gives them, of frames before the first one that is drawn."""
+    """A path, with the points, as `points` gives them, of frames before the first one that is drawn (``past``), and the
+    one with which a film begins again (``closing``): frame number ``last`` shows the path up to there.
+    """
 
     mark: TraceMark
     past: Floats | None = None
+    closing: Floats | None = None
+    last: int = -1
 
     def points(self, poses: Poses) -> Floats:
         """(F, 3): world x, y, and 1 where the thing is visible, else 0; (F, 4) with the times for one with a tail."""
@@ -122,11 +126,24 @@ def prepare_drawing(
     if traces:
         earlier = [[trace.points(chunk) for trace in traces] for chunk in chunks(before)]
         paths = [np.concatenate(parts) for parts in zip(*earlier, strict=True)] or [None] * len(traces)
-        traces = tuple(Trace(trace.mark, path) for trace, path in zip(traces, paths, strict=True))
+        traces = tuple(replace(trace, past=path) for trace, path in zip(traces, paths, strict=True))
+    if options.closing is not None:
+        closing, last = options.closing, options.last
+        traces = tuple(
+            trace if trace.mark.tail is not None else replace(trace, closing=trace.points(closing), last=last)
+            for trace in traces
+        )
+        whole = tuple(_closed(trace, closing) for trace in whole)
     overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
     arrows = [overlay for overlay in overlays if isinstance(overlay.mark, FreeArrow)]
     view = _view(scene, options, fineness, box or _fitted([*things, *arrows], (*whole, *traces), source))
     return PreparedDrawing(drawing, view, fineness, tuple(things), traces, tuple(overlays), whole)
+
+
+def _closed(trace: Trace, closing: Poses) -> Trace:
+    """A whole path up to where the film begins again."""
+    points = trace.points(closing)
+    return replace(trace, past=points if trace.past is None else np.concatenate([trace.past, points]))
 
 
 def needs_film(scene: Scene) -> bool:
@@ -268,7 +285,10 @@ def _sprite(
             return sprites[key]
         loaded = load_premultiplied(mark.path, mark.pixel * magnification, mark.span)
         sprites[key] = prepare(loaded, mark.pixel, mark.pixel * magnification)
-    return sprites[key]
+    sprite = sprites[key]
+    if sprite is None or mark.placed is None:
+        return sprite
+    return replace(sprite, to_local=mark.placed @ sprite.to_local)
 
 
 def _overlay(mark: OverMark, magnification: float) -> PreparedMark | None:

@@ -9,14 +9,15 @@ from dataclasses import replace
 from typing import NoReturn
 
 from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text
-from movimentum.errors import ScriptError
+from movimentum.errors import MovimentumError, ScriptError
 from movimentum.output.files import whole_file
 from movimentum.repl.command import Answer, Command, plain
 from movimentum.repl.session import Refused, Session, refused
-from movimentum.repl.text_edits import stated, statement_of, without
+from movimentum.repl.text_edits import stated, statement_of, typed_item, without
 from movimentum.scene.model import Constraint
 from movimentum.source import SourceText, edited
 from movimentum.syntax.suggest import nearest
+from movimentum.text import time_text
 
 
 def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
@@ -59,12 +60,28 @@ def conflicts(session: Session, argument: str) -> Answer:
 def _changed(session: Session, text: str) -> Answer:
     """The session with another text, and the effect of the change."""
     after = session.edited(text)
+    if session.tell is not None and (said := _at_first_sight(after)):
+        session.tell(said)
     serious = [d for d in after.work.advice if d.severity is not Severity.NOTE]
     said = f"now {_summary(after)}"
     if not serious:
         return after, said
     after, listed = told(after, serious)
     return after, f"{listed}\n\n{said}"
+
+
+def _at_first_sight(session: Session) -> str:
+    """What can be said about the moment on show before the path is known; nothing where the path has to be awaited."""
+    work = session.work
+    if not work.moves:
+        return ""
+    timeline = work.timeline
+    time = min(max(session.time, timeline.start), timeline.end)
+    try:
+        poses = work.revision.glimpse(time)
+    except MovimentumError:
+        return ""
+    return "" if poses is None else f"it can hold at t = {time_text(float(time))}; the whole film is being solved …"
 
 
 def _summary(session: Session) -> str:
@@ -111,7 +128,7 @@ def _stated(session: Session, text: str) -> Answer:
     if not after.work.moves:
         _refuse_typed(after, text, trial)
     new_scene = after.work.scene
-    typed = new_scene.steps[step].statements[-1]
+    typed = typed_item(scene, new_scene, step, text)
     own = tuple(
         item for item in scene.steps[step].statements if (item.key, item.relation) == (typed.key, typed.relation)
     )
@@ -153,17 +170,15 @@ def drop(session: Session, argument: str) -> Answer:
             *dict.fromkeys(f"drop {c.key} {c.relation}" for c in found),
         )
     own = [c for c in found if c.step == session.step]
-    text = session.text
     if not own or _stated_before(session, found[0]):  # otherwise an earlier step's would be in force again
         text = stated(work.scene, session.step, f"{found[0].key} {found[0].relation} _", own)
     else:
-        for item in sorted(own, key=lambda c: -c.span.start):
-            text = without(text, item)
+        text = without(work.scene, own)
     return _changed(session, text)
 
 
 def _left(session: Session, item: Constraint) -> str:
-    return " ".join(session.text[item.left_span.start : item.left_span.end].split())
+    return " ".join(session.work.scene.source.slice(item.left_span).split())
 
 
 def _stated_before(session: Session, item: Constraint) -> bool:

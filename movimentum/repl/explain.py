@@ -41,11 +41,11 @@ def why(session: Session, argument: str) -> Answer:
         if reason.constraint is None:
             assert reason.thing is not None
             body = scene.things[reason.thing]
-            line, what = work.source.position(body.span.start).line, f"`{body.name}` is rigid"
+            line, what = work.scene.source.position(body.span.start).line, f"`{body.name}` is rigid"
         else:
             item = numbers[reason.constraint]
-            line = work.source.position(item.span.start).line
-            what = f"`{' '.join(work.source.text[item.span.start : item.span.end].split())}`"
+            line = work.scene.source.position(item.span.start).line
+            what = f"`{work.scene.source.statement(item.span)}`"
         lines.append(f"{place:3}. line {line}: {what}")
     names = [unknown.name for unknown in session.stretch.plan.system.unknowns]
     for block in found.free:

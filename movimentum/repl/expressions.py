@@ -16,19 +16,9 @@ from movimentum.repl.reading import Reading
 from movimentum.repl.session import Refused, Session, refused
 from movimentum.scene.model import Claim as SceneClaim
 from movimentum.source import SourceText
+from movimentum.syntax.expression_tree import Blank, Call, Clock, Comparison, Expression, Name, postorder
 from movimentum.syntax.parser import parse
-from movimentum.syntax.tree import (
-    Blank,
-    Call,
-    Clock,
-    Comparison,
-    Expression,
-    Name,
-    ScriptTree,
-    Statement,
-    StepHeader,
-    postorder,
-)
+from movimentum.syntax.tree import Statement
 from movimentum.workflow.stages import arranged, built, moved
 from movimentum.workflow.typed import NOT_A_READING, claimed, parsed_statement
 
@@ -85,13 +75,12 @@ def _solved_for(session: Session, text: str) -> Reading:
         for node in postorder(statement.left)
     )
     step = session.step if timed else 0
-    items = list(parse(session.work.source).items)
-    headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
     variable = Name(name, span=statement.left.span)
-    items.insert(headers[step] + 1, Statement(variable, Comparison.EQUAL, statement.left, span=statement.left.span))
+    more = Statement(variable, Comparison.EQUAL, statement.left, span=statement.left.span)
+    source, choices = session.work.source, session.work.choices
     try:
-        changed = built(ScriptTree(tuple(items)), session.work.source)
-        motion = moved(arranged(changed, session.work.choices))
+        changed = built(parse(source), source, choices, added=((step, more),))
+        motion = moved(arranged(changed, choices))
     except MovimentumError as error:
         raise Refused(error.diagnostics[:1], SourceText("<prompt>", text.strip())) from error
     used = {node.name for node in postorder(statement.left) if isinstance(node, Name)}

@@ -106,7 +106,7 @@ def _constraint_rows(session: Session, key: str) -> list[list[str]]:
     wanted = key.strip().removesuffix(";").strip()
     rows: list[list[str]] = []
     for item in segment.active:
-        text = " ".join(work.source.text[item.span.start : item.span.end].split())
+        text = work.scene.source.statement(item.span)
         if wanted and wanted not in (item.key, f"{item.key} {item.relation}") and not text.startswith(wanted):
             continue
         begin = work.scene.steps[item.step].time
@@ -130,7 +130,7 @@ def _constraint_rows(session: Session, key: str) -> list[list[str]]:
                     amount = min(amount % 360.0, -amount % 360.0)
                 off = number(amount, 2)
         until = "the end" if end >= work.timeline.end else f"@{time_text(float(end))}"
-        line = str(work.source.position(item.span.start).line)
+        line = str(work.scene.source.position(item.span.start).line)
         rows.append([text, line, f"@{time_text(float(begin))}", until, off, repr(amount)])
     if not rows:
         raise refused(
@@ -168,7 +168,7 @@ def _line(session: Session, equation: int) -> str:
     if row.constraint is None:
         return f"{system.scene.things[row.thing].name} is rigid" if row.thing is not None else "the language"
     span = next(c.span for c in system.scene.constraints() if c.number == row.constraint)
-    return f"line {session.work.source.position(span.start).line}"
+    return f"line {session.work.scene.source.position(span.start).line}"
 
 
 def plot(session: Session, argument: str) -> Answer:

@@ -70,7 +70,8 @@ def _panels(names: Sequence[str], columns: Sequence[str], values: FloatArray) ->
 
 
 def _row_name(session: Session, row: RowName) -> str:
-    scene, source = session.work.scene, session.work.source
+    scene = session.work.scene
+    source = scene.source
     if row.constraint is None:
         if row.thing is None:
             return "the language"
@@ -81,7 +82,7 @@ def _row_name(session: Session, row: RowName) -> str:
             else (f"{name} is rigid")
         )
     span = next(item.span for item in scene.constraints() if item.number == row.constraint)
-    text = " ".join(source.text[span.start : span.end].split())
+    text = source.statement(span)
     axis = f" .{row.part}" if row.part else ""
     line = f"line {source.position(span.start).line}: "
     room = NAME - len(line) - len(axis)

@@ -21,7 +21,7 @@ def where(session: Session) -> str:
     exact = timeline.frame_time(session.frame) == session.time
     frame = f"frame {session.frame}" if exact else f"between frames {session.frame} and {session.frame + 1}"
     step = session.work.scene.steps[session.step]
-    line = session.work.source.position(step.span.start).line
+    line = session.work.scene.source.position(step.span.start).line
     lines = [f"t = {time_text(float(session.time))} ({frame}), in step @{time_text(float(step.time))} (line {line})"]
     if not session.poses().solved[0]:
         lines.append("there is no solution here; the last good pose is shown (`conflicts` says why)")
@@ -91,7 +91,7 @@ def steps(session: Session, argument: str) -> Answer:
             [
                 "->" if segment.step == session.step else "",
                 f"@{time_text(float(segment.start))}",
-                f"line {work.source.position(step.span.start).line}",
+                f"line {work.scene.source.position(step.span.start).line}",
                 counted(len(step.statements), "statement"),
                 f"{len(segment.active)} in force",
             ]

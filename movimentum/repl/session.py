@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -135,6 +135,8 @@ class Session:
     future: tuple[str, ...] = ()
     suggestions: tuple[str | Fix, ...] = ()
     ended: bool = field(default=False)
+    tell: Callable[[str], None] | None = None
+    """In a terminal: shows a part of an answer before the whole of it is known."""
 
     @property
     def text(self) -> str:

@@ -177,7 +177,7 @@ def _typed(session: Session) -> int:
 
     from movimentum.repl.prompt import make_prompt
 
-    current = [session]
+    current = [replace(session, tell=say)]
     prompt: PromptSession[Any] = make_prompt(lambda: current[0], [*COMMANDS, "help", "quit"])
     message = prompt.message
 

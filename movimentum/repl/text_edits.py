@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from movimentum.repl.session import refused
+from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.scene.model import Constraint, Ending, Scene
 from movimentum.scene.text_edits import added, removed, statement_end
-from movimentum.source import Edit, SourceText, Span, edited
+from movimentum.source import Edit, FarSpan, SourceText, Span, UnfoldedText, edited
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import Statement
 
@@ -24,20 +26,69 @@ def statement_of(text: str) -> Statement | None:
     return item if isinstance(item, Statement) else None
 
 
+def typed_item(before: Scene, after: Scene, step: int, statement: str) -> Constraint | Ending:
+    """What ``statement``, put at the end of step ``step`` of ``before``, has become in ``after``."""
+    place = added(before, step, statement).span.start
+    own = len(after.source.script.text)
+    items = (item for each in after.steps for item in each.statements)
+    return min((item for item in items if place <= item.span.start <= own), key=lambda item: item.span.start)
+
+
 def stated(scene: Scene, step: int, statement: str, replaced: Sequence[Constraint | Ending] = ()) -> str:
     """The script of ``scene`` with ``statement`` at the end of step ``step``, or in the place of what the step states
-    in ``replaced``.
+    in ``replaced``. Raises `Refused` where that is in a part or loop that makes several of it.
     """
-    text = scene.source.text
+    text = scene.source.script.text
     if not replaced:
         return edited(text, [added(scene, step, statement)])
-    first, *others = sorted((item.span for item in replaced), key=lambda span: span.start)
-    for span in reversed(others):
+    found = sorted(((_place(scene, item), item) for item in replaced), key=lambda each: each[0].start)
+    (first, item), *others = found
+    for span, _ in reversed(others):
         text = edited(text, [removed(text, span)])
-    line = statement.strip().removesuffix(";").rstrip() + ";"
+    line = _unprefixed(scene, item, statement).strip().removesuffix(";").rstrip() + ";"
     return edited(text, [Edit(Span(first.start, statement_end(text, first)), line)])
 
 
-def without(text: str, item: Constraint | Ending) -> str:
-    """``text`` without a statement, and without its line if nothing else is there."""
-    return edited(text, [removed(text, item.span)])
+def without(scene: Scene, items: Sequence[Constraint | Ending]) -> str:
+    """The script without some statements, and without their lines if nothing else is there. Raises as `stated` does."""
+    text = scene.source.script.text
+    for span in sorted((_place(scene, item) for item in items), key=lambda span: -span.start):
+        text = edited(text, [removed(text, span)])
+    return text
+
+
+def _place(scene: Scene, item: Constraint | Ending) -> Span:
+    """Where a statement is in the script."""
+    source = scene.source
+    if not isinstance(source, UnfoldedText) or item.span.end <= source.own:
+        return item.span
+    real, times = source.real(item.span), source.times(item.span)
+    line = source.position(item.span.start).line
+    if isinstance(real, FarSpan):
+        message = f"`{item.key}` is stated in another file, {real.file.path}, line {line}"
+        raise refused("elsewhere", message, "state it differently in a later step")
+    copy = _copy_of(scene, item)
+    if times > 1 or (copy is not None and not copy.is_here):
+        counted = f", which is for {times} copies or turns" if times > 1 else ""
+        message = f"`{item.key}` is stated in line {line}{counted}: a change there would mean something else"
+        raise refused("elsewhere", message, "state it differently in a later step, or edit the script")
+    return real
+
+
+def _copy_of(scene: Scene, item: Constraint | Ending) -> CopyFrame | None:
+    """How the copy is placed that a statement belongs to; None if there is none."""
+    name = item.key.partition("[")[0].partition(".")[0]
+    things = (thing for thing in scene.things if thing.name.partition("[")[0].partition(".")[0] == name)
+    return next((thing.placement for thing in things), None)
+
+
+def _unprefixed(scene: Scene, item: Constraint | Ending, statement: str) -> str:
+    """A statement about a copy as its part says it."""
+    source = scene.source
+    if not isinstance(source, UnfoldedText) or item.span.end <= source.own:
+        return statement
+    titles = [title for title, _ in source.uses(item.span) if title.startswith("the copy `")]
+    for title in titles[:1]:
+        prefix = title.removeprefix("the copy `").removesuffix("`")
+        statement = re.sub(rf"(?<![\w.]){re.escape(prefix)}\s*\.\s*(?=[A-Za-z])", "", statement)
+    return statement

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from movimentum.scene.build import build
 from movimentum.scene.model import Scene
-from movimentum.source import SourceText
+from movimentum.source import SourceText, UnfoldedText
 from movimentum.syntax.parser import parse
-from movimentum.syntax.tree import Item, ScriptTree, Statement, StepHeader
+from movimentum.syntax.tree import ScriptTree, Statement
 
 
 class Amender:
@@ -14,24 +14,25 @@ class Amender:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self._items: tuple[Item, ...] | None = None
+        self._script: ScriptTree | None = None
 
     def amended(self, step: int, text: str) -> Scene:
         """The scene with the statements ``text`` at the end of step number ``step``; `ScriptError` if they are wrong.
         Their spans do not refer to the script.
         """
-        if self._items is None:
-            self._items = parse(self.scene.source).items
-        items = self._items
-        more = [item for item in parse(SourceText("<help>", f"@0 {text}")).items if isinstance(item, Statement)]
-        headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
-        end = headers[step + 1] if step + 1 < len(headers) else len(items)
+        source = self.scene.source
+        if self._script is None:
+            self._script = parse(source.script)
+        more = [(step, item) for item in parse(SourceText("<help>", f"@0 {text}")).items if isinstance(item, Statement)]
         sizes = {thing.image: thing.image_size for thing in self.scene.things if thing.image is not None}
-        script = ScriptTree((*items[:end], *more, *items[end:]))
         places = self.scene.elements
+        files = {file.path: file for file in source.files} if isinstance(source, UnfoldedText) else {}
         return build(
-            script,
-            self.scene.source,
+            self._script,
+            source.script,
             lambda path: sizes.get(path) or (1, 1),
+            read_text=files.__getitem__,
+            settings=dict(self.scene.settings),
+            added=more,
             element=lambda path, name: places.get((path, name), (0.0, 0.0)),
         )

@@ -15,8 +15,7 @@ from movimentum.scene.lower import Context, Value, lower, report_not_yet
 from movimentum.scene.model import Anchor
 from movimentum.scene.resolve import KnownPlace, Meanings
 from movimentum.source import Edit, Span
-from movimentum.syntax.tree import (
-    AnchorDefinition,
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
     Clock,
@@ -28,6 +27,7 @@ from movimentum.syntax.tree import (
     Vector,
     children,
 )
+from movimentum.syntax.tree import AnchorDefinition
 
 ElementPlace = Callable[[Element], tuple[float, float] | None]
 """Where an element of the thing's drawing is, in the coordinates in which anchors are written; None after an error."""

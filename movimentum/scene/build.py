@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
-from movimentum.diagnostics import Fix, Label, insertion, replacement, the_first
-from movimentum.errors import ScriptError
+from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, real, replacement, the_first
+from movimentum.errors import ScriptError, script_error
 from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
 from movimentum.scene.constants import exact
 from movimentum.scene.drafts import Draft
+from movimentum.scene.expansion.expand import expand
+from movimentum.scene.expansion.includes import ReadText, folder
+from movimentum.scene.expansion.product import Expanded
+from movimentum.scene.film_loops import build_loop
 from movimentum.scene.findings import Findings
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
@@ -21,13 +24,16 @@ from movimentum.scene.labels import build_texts
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import (
     AnchorRef,
+    Claim,
     Constraint,
     Ending,
+    GearPair,
     Relation,
     Scene,
     Step,
     Variable,
 )
+from movimentum.scene.pairs import uncrossed
 from movimentum.scene.resolve import (
     AngleUse,
     PropertyUse,
@@ -38,18 +44,9 @@ from movimentum.scene.resolve import (
 from movimentum.scene.silence import is_silent
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
-from movimentum.syntax.tree import (
-    Blank,
-    ClaimStatement,
-    Comparison,
-    ConfigStatement,
-    Definition,
-    Name,
-    ScriptTree,
-    Statement,
-    StepHeader,
-    postorder,
-)
+from movimentum.syntax.expression_tree import Blank, Comparison, Name, Transition, postorder
+from movimentum.syntax.printer import expression_text
+from movimentum.syntax.tree import ClaimStatement, ScriptTree, Statement
 
 
 def build(
@@ -58,63 +55,87 @@ def build(
     image_size: ImageSize,
     *,
     max_pixels: int = MAX_PIXELS,
+    read_text: ReadText | None = None,
+    settings: Mapping[str, str] | None = None,
+    added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
     element: ElementPlace | None = None,
 ) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
     ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
-    folder. ``element`` gives the centre of an element of an SVG in the same way.
+    folder; ``read_text`` likewise the text of an included file, ``element`` the centre of an element of an SVG.
+    ``settings``: constant expressions by name, which take the place of the script's own constants. ``added``: more
+    statements for steps, by number, at places of their own.
 
-    Raises ScriptError with all errors of the script (and its warnings) at once.
+    Raises ScriptError with all errors of the script (and its warnings) at once, and UsageError for a wrong setting.
     """
     findings = Findings(source)
-    config = build_config([item for item in script.items if isinstance(item, ConfigStatement)], max_pixels, findings)
-    definitions = [item for item in script.items if isinstance(item, Definition)]
-    assets = Assets(_folder(source), image_size, element)
-    things, table = build_things(definitions, assets, findings)
-    times, spans, drafts = _steps(script, table, findings)
+    expanded = expand(script, source, findings, read_text or _no_files, settings or {}, added)
+    findings.source = expanded.source
+    config = build_config(list(expanded.configs), max_pixels, findings)
+    assets = Assets(folder(source), image_size, element)
+    things, table = build_things(expanded.definitions, expanded.placements, assets, findings)
+    drafts = list(_drafts(expanded, table, findings))
+    times = [step.time for step in expanded.steps]
+    loop = build_loop(expanded, findings)
     inference, sound = _kinds(drafts, findings)
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
     claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
+    start = times[0] if times else Fraction(0)
     if inference:
-        start = times[0] if times else Fraction(0)
         names = tuple(_variables(stated, inference))
-        things = build_texts(things, definitions, inference, names, table, start, findings)
+        things = build_texts(things, expanded.definitions, inference, names, table, start, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
-    if not spans:
-        _report_no_step(script, findings)
-    findings.items.sort(key=lambda item: item.span.start if item.span else -1)
+    if not expanded.steps:
+        _report_no_step(script, expanded, findings)
+    found = [real(item, expanded.source) for item in sorted(findings.items, key=_place)]
     if findings.errors:
-        raise ScriptError(the_first(findings.items))
+        raise ScriptError(the_first(found))
     assert inference is not None
-    by_step: list[list[Constraint | Ending]] = [[] for _ in times]
-    for item in statements:
-        by_step[item.step].append(item)
-    steps = tuple(
-        Step(number, time, span, tuple(by_step[number]), tuple(claim for claim in claims if claim.step == number))
-        for number, (time, span) in enumerate(zip(times, spans, strict=True))
-    )
-    mentioned = _mentioned(stated)
-    pinned = any(thing.look.pins is not None or thing.look.fixed for thing in things)
     scene = Scene(
-        source=source,
+        source=expanded.source,
         config=config,
         things=things,
         variables=_variables(stated, inference),
-        steps=steps,
-        diagnostics=tuple(findings.items),
-        mentioned=mentioned,
+        steps=_steps(expanded, statements, claims),
+        diagnostics=tuple(found),
+        mentioned=_mentioned(stated),
+        constants=expanded.constants,
+        settings=tuple((settings or {}).items()),
+        loop=loop,
         elements=assets.elements,
     )
     painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
-    theme = config.theme or ("textbook" if is_silent(definitions, config, painted) else None)
-    return _dressed(scene, theme) if pinned or theme else scene
+    return _dressed(scene, "textbook" if is_silent(expanded.definitions, config, painted) else None)
 
 
-def _dressed(scene: Scene, name: str | None) -> Scene:
-    """The scene with its joints, and in a theme if it has one."""
+def _place(item: Diagnostic) -> int:
+    return item.span.start if item.span else -1
+
+
+def _steps(
+    expanded: Expanded, statements: Sequence[Constraint | Ending], claims: Sequence[Claim | Ending]
+) -> tuple[Step, ...]:
+    """The steps with what they state and claim, in the order written."""
+    stated: list[list[Constraint | Ending]] = [[] for _ in expanded.steps]
+    claimed: list[list[Claim | Ending]] = [[] for _ in expanded.steps]
+    for item in statements:
+        stated[item.step].append(item)
+    for item in claims:
+        claimed[item.step].append(item)
+    return tuple(
+        Step(number, step.time, step.span, tuple(stated[number]), tuple(claimed[number]))
+        for number, step in enumerate(expanded.steps)
+    )
+
+
+def _dressed(scene: Scene, silent: str | None) -> Scene:
+    """The scene with its joints, and in its theme, if it needs them; ``silent``: the theme if the script names none."""
+    name = scene.config.theme or silent
+    if name is None and not any(thing.look.pins is not None or thing.look.fixed for thing in scene.things):
+        return scene
     from movimentum.scene.joints import attached, fixed, joined  # most scripts of the first edition need none of it
     from movimentum.scene.themes import THEMES, dressed, supports
 
@@ -131,63 +152,32 @@ def _dressed(scene: Scene, name: str | None) -> Scene:
     )
 
 
-def _folder(source: SourceText) -> str:
-    return "" if source.path.startswith("<") else os.path.dirname(source.path)
+def _no_files(path: str) -> SourceText:
+    raise script_error("asset/missing", f"files cannot be included here: {path}")
 
 
 # --- steps ----------------------------------------------------------------------------------------
 
 
-def _steps(script: ScriptTree, table: ThingTable, findings: Findings) -> tuple[list[Fraction], list[Span], list[Draft]]:
-    """Step times and spans, and the statements whose names are all known."""
-    times: list[Fraction] = []
-    spans: list[Span] = []
-    drafts: list[Draft] = []
-    early: Statement | ClaimStatement | None = None
-    for item in script.items:
-        if isinstance(item, StepHeader):
-            times.append(_time(item, times, spans, findings))
-            spans.append(item.span)
-        elif isinstance(item, Statement | ClaimStatement):
-            if not spans and early is None:
-                early = item
-            draft = _draft(item, max(len(spans) - 1, 0), table, findings)
-            if draft is not None:
-                drafts.append(draft)
-    if early is not None and spans:
+def _drafts(expanded: Expanded, table: ThingTable, findings: Findings) -> Iterator[Draft]:
+    """The statements whose names are all known."""
+    if expanded.early is not None and expanded.steps:
+        first = expanded.early.span
         findings.error(
             "timeline/before-first-step",
             "this statement comes before the first step",
-            early.span,
-            labels=(Label(spans[0], "the first step begins here"),),
-            helps=(insertion("write `@0` before it", early.span.start, "@0 "),),
+            first,
+            labels=(Label(expanded.steps[0].span, "the first step begins here"),),
+            helps=(insertion("write `@0` before it", first.start, "@0 "),),
         )
-    return times, spans, drafts
+    for item in expanded.statements:
+        draft = _draft(item.statement, item.step, table, findings)
+        if draft is not None:
+            yield replace(draft, step_end=item.until)
 
 
-def _time(header: StepHeader, times: list[Fraction], spans: list[Span], findings: Findings) -> Fraction:
-    before = times[-1] if times else None
-    value = exact(header.time, "a step's time", findings)
-    if value is None:
-        return before or Fraction(0)
-    time = (before or Fraction(0)) + value if header.relative else value
-    if before is not None and time < before:
-        findings.error(
-            "timeline/order",
-            f"this step is at {_shown(time)}, earlier than the previous step",
-            header.span,
-            labels=(Label(spans[-1], f"at {_shown(before)}"),),
-            helps=("write the steps in the order of their times",),
-        )
-    return time
-
-
-def _shown(time: Fraction) -> str:
-    return str(time) if time.denominator == 1 and abs(time) < 10**9 else f"{float(time):.6g}"
-
-
-def _report_no_step(script: ScriptTree, findings: Findings) -> None:
-    first = next((item for item in script.items if isinstance(item, Statement)), None)
+def _report_no_step(script: ScriptTree, expanded: Expanded, findings: Findings) -> None:
+    first = next((item.statement for item in expanded.statements if isinstance(item.statement, Statement)), None)
     findings.error(
         "timeline/no-step",
         "the script has no step, so there is no moment to show",
@@ -210,10 +200,12 @@ def _at_the_end(script: ScriptTree, source: SourceText) -> tuple[int, str]:
 
 
 def _draft(statement: Statement | ClaimStatement, step: int, table: ThingTable, findings: Findings) -> Draft | None:
+    first, second, crossed = uncrossed(statement)
+    statement = replace(statement, left=first, right=second)
     left = tuple(postorder(statement.left))
     ends = isinstance(statement.right, Blank)
     right = None if ends else tuple(postorder(statement.right))
-    meanings = resolve(left if right is None else (*left, *right), table, findings)
+    meanings = resolve(left if right is None else (*left, *right), table, findings, crossed=crossed)
     return None if meanings is None else Draft(step, statement, left, right, meanings)
 
 
@@ -236,10 +228,42 @@ def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, l
             message = f"`{statement.comparison}` compares scalars, not vectors"
             inference.require(statement.left, Kind.SCALAR, message)
         if findings.errors == errors:
+            _judge_transition(draft, findings)
+        if findings.errors == errors:
             sound.append(draft)
     errors = findings.errors
     inference.finish()
     return (inference if findings.errors == errors else None), sound
+
+
+def _judge_transition(draft: Draft, findings: Findings) -> None:
+    """Report ``x < 0 -> 90`` (an inequality moves nothing) and ``x = _ -> 90`` (which would begin anywhere)."""
+    statement, way = draft.statement, draft.statement.right
+    if not isinstance(way, Transition):
+        return
+    for side in (way.start, way.end):
+        if isinstance(side, Blank):
+            message = "`->` goes from one value to another, and `_` is any value"
+            findings.error("kind/mismatch", message, side.span, helps=("state where it begins and where it ends",))
+            return
+    if statement.comparison in (Comparison.EQUAL, Comparison.WISH):
+        return
+    start, end = (expression_text(side) for side in (way.start, way.end))
+    findings.error(
+        "kind/mismatch",
+        f"`->` moves something from one value to another, and `{statement.comparison}` only selects",
+        way.span,
+        helps=(
+            replacement(
+                f"write `=`: `{expression_text(statement.left)} = {start} -> {end};`",
+                Span(statement.left.span.end, way.span.start),
+                " = ",
+            ),
+            replacement(
+                "a bound that moves is written with `.s`", way.span, f"{start} + ({end} - ({start}))*.ease(.s)"
+            ),
+        ),
+    )
 
 
 def _statements(
@@ -260,7 +284,7 @@ def _statements(
             continue
         speed = _speed(statement, findings)
         time = times[draft.step] if times else Fraction(0)
-        lowered = _constraint(draft, time, key, next(numbers), inference, blanks, findings)
+        lowered = _constraint(draft, time, key, next(numbers), inference, table, blanks, findings)
         made.extend(replace(constraint, speed=speed) for constraint in lowered)
         stated.add((key, relation))
     return made
@@ -287,12 +311,13 @@ def _constraint(
     key: str,
     number: int,
     inference: Inference,
+    table: ThingTable,
     blanks: Iterator[int],
     findings: Findings,
 ) -> Iterator[Constraint]:
     """The constraint, or nothing after an error."""
     statement = draft.statement
-    context = Context(inference, findings, blanks, time, number)
+    context = Context(inference, findings, blanks, time, number, draft.step_end, table.things)
     left = lower(draft.left, draft.meanings, context)
     right = lower(draft.right or (), draft.meanings, context)
     if left is None or right is None:
@@ -358,4 +383,7 @@ def _mentioned(drafts: list[Draft]) -> dict[int, int]:
             for meaning in draft.meanings.values():
                 if isinstance(meaning, AnchorRef | AngleUse | PropertyUse):
                     found.setdefault(meaning.thing, draft.step)
+                elif isinstance(meaning, GearPair):
+                    found.setdefault(meaning.first, draft.step)
+                    found.setdefault(meaning.second, draft.step)
     return found

@@ -19,7 +19,7 @@ from movimentum.scene.model import Anonymous, Claim, Ending
 from movimentum.scene.resolve import ThingTable, VariableUse
 from movimentum.scene.text_edits import removed
 from movimentum.source import Span
-from movimentum.syntax import tree
+from movimentum.syntax import expression_tree, tree
 from movimentum.syntax.printer import expression_text
 
 
@@ -35,7 +35,7 @@ def build_claims(
             made.append(Ending(draft.step, draft.relation, key, draft.statement.span))
             continue
         time = times[draft.step] if times else Fraction(0)
-        made.extend(_claim(draft, time, key, next(numbers), inference, blanks, findings))
+        made.extend(_claim(draft, time, key, next(numbers), inference, table, blanks, findings))
     return made
 
 
@@ -45,13 +45,14 @@ def _claim(
     key: str,
     number: int,
     inference: Inference,
+    table: ThingTable,
     blanks: Iterator[int],
     findings: Findings,
 ) -> Iterator[Claim]:
     """The claim, or nothing after an error."""
     claim = draft.statement
     assert isinstance(claim, tree.ClaimStatement)
-    context = Context(inference, findings, blanks, time, number)
+    context = Context(inference, findings, blanks, time, number, draft.step_end, table.things)
     left = lower(draft.left, draft.meanings, context)
     right = lower(draft.right or (), draft.meanings, context)
     tolerance = _tolerance(claim, findings)
@@ -135,5 +136,5 @@ def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findi
 def _variables(draft: Draft) -> Iterator[tuple[str, Span]]:
     for node in (*draft.left, *(draft.right or ())):
         meaning = draft.meanings.get(id(node))
-        if isinstance(node, tree.Name) and isinstance(meaning, VariableUse):
+        if isinstance(node, expression_tree.Name) and isinstance(meaning, VariableUse):
             yield meaning.name, node.span

@@ -10,8 +10,9 @@ from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
 from movimentum.scene.options import choice, read_color, report_count, report_twice
 from movimentum.source import Span
+from movimentum.syntax.expression_tree import Expression
 from movimentum.syntax.suggest import nearest
-from movimentum.syntax.tree import ConfigStatement, Expression, Option, Text
+from movimentum.syntax.tree import ConfigStatement, Option, Text
 
 MAX_PIXELS = 64_000_000
 """How many pixels a canvas may have, unless the caller says otherwise."""

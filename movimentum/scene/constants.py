@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import repeat
 
+from movimentum.diagnostics import replacement
 from movimentum.expressions import Expr
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.resolve import Meanings
 from movimentum.source import Span
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
     Clock,
@@ -26,25 +27,62 @@ from movimentum.syntax.tree import (
     Product,
     Rotate,
     Sum,
-    Text,
+    Vector,
     postorder,
 )
+from movimentum.syntax.tree import Text
 
 MAX_BITS = 1000
 """How many binary digits numerator and denominator of an exact number may have; a float then holds it."""
 
 
 def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | None:
-    """The exact value of numbers joined by ``+ - * /``; None after an error, whose message calls it ``what``."""
+    """The exact value of numbers joined by ``+ - * /``, or that of the float of any other constant expression; None
+    after an error, whose message calls it ``what``.
+    """
     if isinstance(root, Text):
         findings.error("kind/mismatch", f"{what} must be a number, not a text", root.span)
         return None
+    value = _exact(root)
+    if isinstance(value, Fraction):
+        return value
+    if isinstance(value, Span):
+        findings.error("kind/not-finite", "division by zero", value)
+        return None
+    nodes = list(postorder(root))
+    if not all(_is_exact(node) for node in nodes):
+        strange = next((node for node in nodes if isinstance(node, Vector) or _first_variable_part(node)), None)
+        if strange is not None:
+            findings.error(
+                "kind/not-constant", f"{what} must be a number (or numbers joined by `+ - * /`)", strange.span
+            )
+            return None
+        computed = constant(root, what, findings)
+        return None if computed is None else Fraction(computed)
+    findings.error("kind/not-finite", f"{what} is out of range", root.span)
+    return None
+
+
+def _is_exact(node: Expression) -> bool:
+    return isinstance(node, Number | Negate | Sum | Product) or (
+        isinstance(node, Constant) and isinstance(node.value, Fraction)
+    )
+
+
+def exact_value(root: Expression) -> Fraction | None:
+    """The exact value of numbers joined by ``+ - * /``; None of everything else, and where there is none."""
+    value = _exact(root)
+    return value if isinstance(value, Fraction) else None
+
+
+def _exact(root: Expression) -> Fraction | Span | None:
+    """The exact value, or the place of a division by zero; None if there is none or it has too many digits."""
     values: dict[int, Fraction] = {}
     for node in postorder(root):
         match node:
             case Number():
                 value = Fraction(node.value)
-            case Constant():
+            case Constant(value=Fraction()):
                 value = Fraction(node.value)
             case Negate():
                 value = -values[id(node.operand)]
@@ -52,18 +90,11 @@ def exact(root: Expression | Text, what: str, findings: Findings) -> Fraction | 
                 first = values[id(node.operands[0])]
                 joined = _joined(first, node.operators, [values[id(item)] for item in node.operands[1:]])
                 if joined is None:
-                    findings.error("kind/not-finite", "division by zero", node.span)
-                    return None
+                    return node.span
                 value = joined
             case _:
-                findings.error(
-                    "kind/not-constant",
-                    f"{what} must be a number (or numbers joined by `+ - * /`)",
-                    node.span,
-                )
                 return None
         if value.numerator.bit_length() > MAX_BITS or value.denominator.bit_length() > MAX_BITS:
-            findings.error("kind/not-finite", f"{what} is out of range", node.span)
             return None
         values[id(node)] = value
     return values[id(root)]
@@ -102,11 +133,17 @@ def constant_expression(root: Expression | Text, what: str, findings: Findings) 
     for node in nodes:
         place = _first_variable_part(node)
         if place is not None:
+            name = node.name if isinstance(node, Name) else ""
+            guess = findings.nearest(name, findings.constants) if name else None
             findings.error(
                 "kind/not-constant",
                 f"{what} must be a constant",
                 place,
-                helps=("a thing is drawn only once; steps state what changes",),
+                helps=(
+                    replacement(f"did you mean `{guess}`?", place, guess)
+                    if guess
+                    else "a thing is drawn only once; steps state what changes",
+                ),
             )
             return None
     errors = findings.errors

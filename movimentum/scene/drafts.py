@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 from movimentum.scene.model import Relation
 from movimentum.scene.resolve import Meanings
-from movimentum.syntax.tree import ClaimStatement, Comparison, Expression, Statement
+from movimentum.syntax.expression_tree import Comparison, Expression
+from movimentum.syntax.tree import ClaimStatement, Statement
 
 RELATIONS = {
     Comparison.EQUAL: Relation.EQUAL,
@@ -20,13 +22,17 @@ RELATIONS = {
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A statement or a claim whose names are resolved; ``right`` is None where it only ends a key."""
+    """A statement or a claim whose names are resolved; ``right`` is None where it only ends a key.
+
+    ``step_end`` is when the step that states it ends: at the next step's time; None in the last step.
+    """
 
     step: int
     statement: Statement | ClaimStatement
     left: tuple[Expression, ...]
     right: tuple[Expression, ...] | None
     meanings: Meanings
+    step_end: Fraction | None = None
 
     @property
     def relation(self) -> Relation:

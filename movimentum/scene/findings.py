@@ -17,6 +17,8 @@ class Findings:
         self.items: list[Diagnostic] = []
         self.errors = 0
         """How many errors there are so far."""
+        self.constants: tuple[str, ...] = ()
+        """The script's constants, for "did you mean"."""
 
     def add(self, item: Diagnostic) -> None:
         """Add a diagnostic."""

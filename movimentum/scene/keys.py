@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, ThingTable
-from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import (
-    Call,
+from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PassedOn, ThingTable
+from movimentum.syntax.expression_tree import (
     Expression,
     Member,
     Name,
-    Negate,
     Operator,
-    Power,
     Product,
-    Range,
-    Rotate,
     Sum,
-    Vector,
+    children,
     postorder,
+    rebuilt,
 )
+from movimentum.syntax.printer import expression_text
 
 _OPPOSITE = {Operator.PLUS: Operator.MINUS, Operator.MINUS: Operator.PLUS}
 
@@ -36,24 +32,10 @@ def key_text(root: Expression, meanings: Meanings, table: ThingTable) -> str:
 
     for node in postorder(root):
         match node:
+            case Member() if isinstance(meanings.get(id(node)), PassedOn):
+                made: Expression = of(node.operand)  # a belt has one key, however it runs
             case Member():
-                made: Expression = Member(of(node.operand), _member_name(node, meanings, table))
-            case Vector():
-                made = Vector(tuple(of(item) for item in node.components))
-            case Rotate():
-                made = Rotate(of(node.operand), of(node.angle))
-            case Call():
-                made = Call(node.function, tuple(of(item) for item in node.arguments))
-            case Negate():
-                made = Negate(of(node.operand))
-            case Power():
-                made = Power(of(node.base), of(node.exponent))
-            case Range():
-                made = Range(
-                    of(node.subject),
-                    tuple(of(item) for item in node.values),
-                    tuple(of(item) for item in node.bounds),
-                )
+                made = Member(of(node.operand), _member_name(node, meanings, table))
             case Sum():
                 operands, operators = _flat_sum([of(item) for item in node.operands], node.operators)
                 made = Sum(tuple(operands), tuple(operators))
@@ -61,7 +43,7 @@ def key_text(root: Expression, meanings: Meanings, table: ThingTable) -> str:
                 operands, operators = _flat_product([of(item) for item in node.operands], node.operators)
                 made = Product(tuple(operands), tuple(operators))
             case _:
-                made = node
+                made = rebuilt(node, [of(item) for item in children(node)], node.span)
         new[id(node)] = made
     return expression_text(new[id(root)])
 

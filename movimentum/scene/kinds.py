@@ -9,9 +9,10 @@ from enum import StrEnum
 from movimentum.diagnostics import Label, insertion
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef
-from movimentum.scene.resolve import ComponentUse, KnownPlace, Meanings, Swallowed, VariableUse
+from movimentum.scene.pairs import PAIRED
+from movimentum.scene.resolve import ComponentUse, KnownPlace, Meanings, PassedOn, Swallowed, VariableUse
 from movimentum.source import Span
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Call,
     Clock,
     Constant,
@@ -21,11 +22,13 @@ from movimentum.syntax.tree import (
     Negate,
     Number,
     Operator,
+    Piecewise,
     Power,
     Product,
     Range,
     Rotate,
     Sum,
+    Transition,
     Vector,
 )
 
@@ -59,6 +62,14 @@ class Cell:
 
 Multiplication = tuple[Cell, Cell, Cell, Product, int]
 """Kinds of left, right and result of one ``*``, and which of a product's it is."""
+
+
+_OF_VECTORS = {
+    "a": "`.a` is the angle from one vector to another",
+    "across": "`.across` measures from a point to the line through two others",
+    "along": "`.along` measures along the line through two points",
+}
+"""Functions of vectors, and what is said where something else is given to them."""
 
 
 class Inference:
@@ -156,7 +167,7 @@ class Inference:
         if isinstance(meanings.get(id(node)), KnownPlace):
             return Cell(Kind.VECTOR, node.span)
         match node:
-            case Number() | Constant() | Clock():
+            case Number() | Clock() | Constant():
                 return scalar
             case Name():
                 meaning = meanings[id(node)]
@@ -168,6 +179,8 @@ class Inference:
                 return Cell(Kind.VECTOR, node.span)
             case Member():
                 meaning = meanings[id(node)]
+                if isinstance(meaning, PassedOn):
+                    return self._cells[id(node.operand)]
                 if isinstance(meaning, ComponentUse):
                     self.require(node.operand, Kind.VECTOR, f"only a vector has `.{node.name}`")
                 return Cell(Kind.VECTOR, node.span) if isinstance(meaning, AnchorRef) else scalar
@@ -194,16 +207,27 @@ class Inference:
                 for part in (node.subject, *node.values, *node.bounds):
                     self.require(part, Kind.SCALAR, "a range must consist of scalars")
                 return scalar
+            case Piecewise():
+                for part in (*node.lefts, *node.rights):
+                    self.require(part, Kind.SCALAR, "only scalars can be compared")
+                for value in node.values[1:]:
+                    self.equate(node.values[0], value, "the values of a piecewise expression must be of one kind")
+                return self._cells[id(node.values[0])]
+            case Transition():
+                self.equate(node.start, node.end, "`->` leads from a scalar to a scalar or from a vector to a vector")
+                return self._cells[id(node.start)]
             case _:
                 return Cell()
 
     def _call(self, node: Call) -> Cell:
         if node.function in ("i", "d"):
             return self._cells[id(node.arguments[0])]
-        vectors = node.function == "a"
+        if node.function in PAIRED:
+            return Cell(Kind.SCALAR, node.span)
+        vectors = _OF_VECTORS.get(node.function)
         for argument in node.arguments:
             if vectors:
-                self.require(argument, Kind.VECTOR, "`.a` is the angle from one vector to another")
+                self.require(argument, Kind.VECTOR, vectors)
             else:
                 self.require(argument, Kind.SCALAR, f"`.{node.function}` takes scalars")
         return Cell(Kind.SCALAR, node.span)

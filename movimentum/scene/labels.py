@@ -16,8 +16,9 @@ from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import Anonymous, Thing
 from movimentum.scene.resolve import ThingTable, VariableUse, resolve
+from movimentum.syntax.expression_tree import Expression, Name, postorder
 from movimentum.syntax.templates import pieces_of
-from movimentum.syntax.tree import Definition, Expression, Name, Option, Text, TextField, postorder
+from movimentum.syntax.tree import Definition, Option, Text, TextField
 
 LONGEST = 200
 """Characters that one number may have."""

@@ -1,7 +1,7 @@
 """Expressions of the language to scalar `Expr`s: one for a scalar, two (x and y) for a vector.
 
 Degrees stay degrees. ``.t`` becomes a clock that starts with the step, ``.T`` one that starts at 0, ``.iv`` a
-``lifetime`` leaf; a vector's z is 0 until there are bodies in space.
+``lifetime`` leaf, ``.s`` a ``progress`` leaf; a vector's z is 0 until there are bodies in space.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from movimentum.expressions import (
     mul,
     neg,
     power,
+    progress,
     ratio,
     sub,
     symbol,
@@ -38,13 +39,25 @@ from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
     Anonymous,
+    GearPair,
+    Thing,
     ThingAngle,
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.resolve import AngleUse, ComponentUse, KnownPlace, Meanings, PropertyUse, Swallowed, VariableUse
-from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import (
+from movimentum.scene.resolve import (
+    AngleUse,
+    ComponentUse,
+    KnownPlace,
+    Meanings,
+    PassedOn,
+    PropertyUse,
+    Swallowed,
+    VariableUse,
+)
+from movimentum.scene.values import Value, from_line, length_of, piecewise, ranged, transition
+from movimentum.source import Span
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
     Clock,
@@ -54,14 +67,17 @@ from movimentum.syntax.tree import (
     Negate,
     Number,
     Operator,
+    Piecewise,
     Power,
     Product,
     Range,
     Rotate,
     Sum,
+    Transition,
     Vector,
     children,
 )
+from movimentum.syntax.printer import expression_text
 from movimentum.syntax.words import SYNONYMS
 
 MAX_DEPTH = 400
@@ -75,14 +91,12 @@ OPERATION_OF = {SYNONYMS.get(some.word, some.word): some.name for some in OPERAT
 
 T = TypeVar("T")
 
-Value = tuple[Expr, ...]
-"""One component for a scalar, two for a vector."""
-
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """The context for lowering an expression: ``step_time`` and the number of its ``constraint``; ``blanks`` counts the
-    ``_`` of the whole script; diagnostics go to ``findings``.
+    """The context for lowering an expression: ``step_time``, ``step_end`` (None: the last step, which has no length)
+    and the number of its ``constraint``; ``blanks`` counts the ``_`` of the whole script; ``things`` are the scene's;
+    diagnostics go to ``findings``.
     """
 
     inference: Inference
@@ -90,6 +104,8 @@ class Context:
     blanks: Iterator[int]
     step_time: Fraction = field(default_factory=Fraction)
     constraint: int = -1
+    step_end: Fraction | None = None
+    things: Sequence[Thing] = ()
 
 
 def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> Value | None:
@@ -136,6 +152,8 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
         )
     if isinstance(meaning, AngleUse):
         return (symbol(ThingAngle(meaning.thing)),)
+    if isinstance(meaning, GearPair):
+        return (symbol(meaning),)
     if isinstance(meaning, PropertyUse):
         return (symbol(ThingProperty(meaning.thing, meaning.name)),)
     if isinstance(meaning, KnownPlace):
@@ -170,6 +188,8 @@ def _clock(name: str, context: Context) -> Expr:
             return clock(Fraction(0))
         case "iv":
             return Expr("lifetime", (), context.constraint)
+        case "s":
+            return progress(context.step_time, context.step_end)
         case _:
             return const(math.pi)
 
@@ -188,6 +208,8 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
             return of(node.components[0])[0], of(node.components[1])[0]
         case Member():
             meaning = meanings[id(node)]
+            if isinstance(meaning, PassedOn):
+                return of(node.operand)
             assert isinstance(meaning, ComponentUse)
             return (_component(of(node.operand), meaning.name),)
         case Rotate():
@@ -198,22 +220,7 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
         case Negate():
             return tuple(neg(part) for part in of(node.operand))
         case Power():
-            exponent = of(node.exponent)[0].value
-            if exponent is None:
-                context.findings.error(
-                    "kind/not-constant",
-                    "an exponent must be a constant",
-                    node.exponent.span,
-                    helps=(
-                        replacement(
-                            "write `.exp(n * .ln(s))` for a power that changes",
-                            node.span,
-                            f".exp(({expression_text(node.exponent)}) * .ln({expression_text(node.base)}))",
-                        ),
-                    ),
-                )
-                return (ONE,)
-            return (power(of(node.base)[0], exponent),)
+            return _power(node, of(node.base)[0], of(node.exponent)[0].value, context)
         case Sum():
             signs = (Operator.PLUS, *node.operators)
             terms = [
@@ -226,15 +233,44 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
         case Product():
             return _product(node, values, context)
         case Call():
+            if node.function in ("across", "along"):
+                return _from_line(node, [of(argument) for argument in node.arguments], meanings, context)
             return _call(node, [of(argument) for argument in node.arguments], context)
         case Range():
-            result = of(node.values[-1])[0]
-            subject = of(node.subject)[0]
-            for bound, value in zip(reversed(node.bounds), reversed(node.values[:-1]), strict=True):
-                result = call("le", subject, of(bound)[0], of(value)[0], result)
-            return (result,)
+            return ranged(node, values)
+        case Piecewise():
+            return piecewise(node, values)
+        case Transition():
+            return transition(of(node.start), of(node.end), progress(context.step_time, context.step_end))
         case _:
             raise AssertionError(f"{type(node).__name__} is a leaf")
+
+
+def _power(node: Power, base: Expr, exponent: float | None, context: Context) -> Value:
+    if exponent is None:
+        power_help = f".exp(({expression_text(node.exponent)}) * .ln({expression_text(node.base)}))"
+        context.findings.error(
+            "kind/not-constant",
+            "an exponent must be a constant",
+            node.exponent.span,
+            helps=(replacement("write `.exp(n * .ln(s))` for a power that changes", node.span, power_help),),
+        )
+        return (ONE,)
+    return (power(base, exponent),)
+
+
+def _from_line(node: Call, arguments: list[Value], meanings: Meanings, context: Context) -> Value:
+    """``.across(P, A, B)``, ``.along(P, A, B)``; two anchors of one thing keep their distance."""
+    first, second = (meanings.get(id(argument)) for argument in node.arguments[1:])
+    drawn: tuple[Value, Value] | None = None
+    if isinstance(first, AnchorRef) and isinstance(second, AnchorRef) and first.thing == second.thing:
+        anchors = context.things[first.thing].anchors
+        drawn = anchors[first.anchor].coordinates, anchors[second.anchor].coordinates
+    found = from_line(arguments[0], arguments[1], arguments[2], drawn, across=node.function == "across")
+    if found is None:
+        span = Span(node.arguments[1].span.start, node.arguments[2].span.end)
+        context.findings.error("kind/not-finite", "these two points are one: they give no line", span)
+    return (ONE if found is None else found,)
 
 
 def report_not_yet(node: Expression, findings: Findings) -> None:
@@ -256,7 +292,7 @@ def _component(vector: Value, name: str) -> Expr:
         case "z":
             return ZERO
         case _:
-            return call("sqrt", add(power(vector[0], 2.0), power(vector[1], 2.0)))
+            return length_of(vector)
 
 
 def _call(node: Call, arguments: list[Value], context: Context) -> Value:
@@ -327,7 +363,8 @@ def _paired(join: Callable[[T, T], T], items: Sequence[T]) -> T:
 def _checked(node: Expression, value: Value, values: dict[int, Value], context: Context) -> Value:
     """``value``, or ones if constants have led out of the real numbers (which is reported once, where it happens)."""
     good = all(part.value is None or math.isfinite(part.value) for part in value)
-    grows = isinstance(node, Call) and node.function == "i"  # of a constant, and no constant itself
+    # of constants, and no constant itself
+    grows = (isinstance(node, Call) and node.function == "i") or isinstance(node, Transition)
     if good and not grows and any(part.value is None for part in value):
         below = [values[id(child)] for child in children(node) if id(child) in values]
         constant = bool(below) and all(part.value is not None for parts in below for part in parts)

@@ -15,6 +15,8 @@ from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr, const
 from movimentum.scene.appearance import Figure, Look, Piece
 from movimentum.scene.colors import INK, NOTED, PALE
+from movimentum.scene.expansion.placement import HERE, CopyFrame
+from movimentum.scene.expansion.product import NamedConstant
 from movimentum.source import SourceText, Span
 
 # --- what a symbol of an expression can stand for (payloads of Expr "symbol") ---------------------
@@ -59,6 +61,27 @@ class Anonymous:
     number: int
     axis: int | None
     span: Span = field(compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class GearPair:
+    """How many degrees thing ``second`` is turned beyond where it runs with thing ``first``: by their teeth, or by a
+    ``belt`` (``crossed``: which turns them against each other). The timeline replaces it by an expression of angles.
+    """
+
+    first: int
+    second: int
+    belt: bool
+    crossed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Bearing:
+    """The direction from one anchor to another, in degrees, continuous over time; ``drawn``: as they are drawn."""
+
+    start: AnchorRef
+    end: AnchorRef
+    drawn: float
 
 
 # --- things ---------------------------------------------------------------------------------------
@@ -145,7 +168,8 @@ class Thing:
     ``image`` is the sprite's path as found from the script's folder; ``image_size`` its (width, height) in
     image pixels; one image pixel is ``scale`` world pixels, and the image's lower-left corner is at the
     local origin. ``through`` are the anchors a follower is drawn at. ``color`` is (red, green, blue),
-    0 to 255. ``layer`` None means "by order of definition" (see `Scene.drawing_order`).
+    0 to 255. ``placement``: that of the copy which a thing belongs to (its anchors are placed already).
+    ``layer`` None means "by order of definition" (see `Scene.drawing_order`).
 
     ``text`` is a label's, or what is written at a dimension, an arc or a vector; where numbers in it change, ``pieces``
     are its parts, and ``text`` is how it looks where all of them are 0. ``teeth`` and ``module`` (world pixels) are a
@@ -168,6 +192,7 @@ class Thing:
     layer: float | None = None
     scale: float = 1.0
     hidden: bool = False
+    placement: CopyFrame = HERE
     pieces: tuple[Piece, ...] = ()
     teeth: int | None = None
     module: float | None = None
@@ -213,7 +238,8 @@ class Constraint:
     ``key`` is the canonical text of the left-hand side (meaning, not white space); together with the relation it is
     what a later step can restate or end. ``anchor`` is set where the left-hand side is just one anchor. ``.t`` is
     already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number. ``strict`` distinguishes
-    ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit.
+    ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit. ``paired``: about
+    gears or a belt, whose leaves the timeline has replaced.
     """
 
     number: int
@@ -227,6 +253,7 @@ class Constraint:
     anchor: AnchorRef | None = None
     strict: bool = False
     speed: float | None = None
+    paired: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,6 +321,11 @@ class Scene:
     diagnostics: tuple[Diagnostic, ...] = ()
     mentioned: dict[int, int] = field(default_factory=dict[int, int])
     """thing number -> number of the first step that mentions it (absent: no step does)."""
+    constants: tuple[NamedConstant, ...] = ()
+    settings: tuple[tuple[str, str], ...] = ()
+    """Constants that were set from outside: (name, expression)."""
+    loop: Span | None = None
+    """Where the script says that the film begins again at its end (``.loop;``)."""
     joints: frozenset[AnchorRef] = frozenset()
     """Anchors that equations join to anchors of other things, or that are fixed."""
     grounds: tuple[AnchorRef, ...] = ()

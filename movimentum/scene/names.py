@@ -12,6 +12,8 @@ from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
     Anonymous,
+    Bearing,
+    GearPair,
     Scene,
     ThingAngle,
     ThingProperty,
@@ -43,6 +45,11 @@ def symbol_name(scene: Scene, payload: Hashable) -> str:
             return f"{thing.name}.{'a' if taken else 'angle'}"
         case ThingProperty():
             return f"{scene.things[payload.thing].name}.{payload.name}"
+        case GearPair():
+            pair = f"({scene.things[payload.first].name}, {scene.things[payload.second].name})"
+            return (f".belt{pair}" + ".crossed" * payload.crossed) if payload.belt else f".mesh{pair}"
+        case Bearing():
+            return f".a([1, 0], {anchor_name(scene, payload.end)} - {anchor_name(scene, payload.start)})"
         case VariableComponent():
             return payload.name if payload.axis is None else f"{payload.name}.{_AXES[payload.axis]}"
         case Anonymous():
@@ -99,6 +106,8 @@ def _written(scene: Scene, node: Expr, tight: Callable[[Expr, int], str]) -> tup
             return f".T {'-' if start > 0 else '+'} {_fraction_text(abs(start))}", _SUM
         case "lifetime":
             return ".iv", _ATOM
+        case "progress":
+            return ".s", _ATOM
         case "add":
             if args[1].op == "neg":
                 return f"{tight(args[0], _SUM)} - {tight(args[1].args[0], _PRODUCT)}", _SUM

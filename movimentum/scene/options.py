@@ -12,7 +12,8 @@ from movimentum.scene.constants import constant
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import FOLLOWERS, Shape
 from movimentum.source import Span
-from movimentum.syntax.tree import Expression, Name, Option, Text
+from movimentum.syntax.expression_tree import Expression, Name
+from movimentum.syntax.tree import Option, Text
 
 Argument: TypeAlias = Expression | Text
 Reader: TypeAlias = Callable[[Option, Findings], Any]

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from movimentum.diagnostics import Fix, Label, insertion, replacement
 from movimentum.expressions import Expr
 from movimentum.scene.findings import Findings
-from movimentum.scene.model import AnchorRef, Thing
+from movimentum.scene.model import AnchorRef, GearPair, Thing
+from movimentum.scene.pairs import PAIRED, is_crossed, pair_of
 from movimentum.source import Span
-from movimentum.syntax.tree import Expression, Member, Name, Number
+from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Number
 from movimentum.syntax.words import CLOCKS, THING_MEMBERS, VECTOR_MEMBERS
 
 
@@ -44,6 +45,11 @@ class ComponentUse:
 
 
 @dataclass(frozen=True, slots=True)
+class PassedOn:
+    """The value of what is below: ``.crossed`` behind a belt, which has been heard."""
+
+
+@dataclass(frozen=True, slots=True)
 class Swallowed:
     """The name of a thing before a member; it has no value of its own."""
 
@@ -55,9 +61,9 @@ class KnownPlace:
     value: tuple[Expr, Expr]
 
 
-Meaning = VariableUse | AnchorRef | AngleUse | PropertyUse | ComponentUse | Swallowed | KnownPlace
+Meaning = VariableUse | AnchorRef | AngleUse | PropertyUse | ComponentUse | Swallowed | KnownPlace | PassedOn | GearPair
 Meanings = dict[int, Meaning]
-"""``id`` of a `Name` or `Member` node -> what it stands for."""
+"""``id`` of a `Name`, a `Member` or a call with things for arguments -> what it stands for."""
 
 
 class ThingTable:
@@ -83,15 +89,34 @@ class ThingTable:
         return tuple(self._anchors[thing])
 
 
-def resolve(nodes: Sequence[Expression], table: ThingTable, findings: Findings) -> Meanings | None:
+def resolve(
+    nodes: Sequence[Expression], table: ThingTable, findings: Findings, *, crossed: bool = False
+) -> Meanings | None:
     """The meanings of all names among ``nodes`` (an expression's, all of them); None after an error.
 
     What follows a thing is its anchor of that name, if it has one; otherwise one of the language's own words.
+    ``crossed``: the last call of ``.belt`` is that of a crossed belt.
     """
     meanings: Meanings = {}
     errors = findings.errors
     for node in nodes:
-        if isinstance(node, Member):
+        if isinstance(node, Call) and node.function in PAIRED:
+            pair = pair_of(node, {thing.name: thing for thing in table.things}, findings)
+            if pair is not None:
+                meanings[id(node)] = replace(pair, crossed=crossed and pair.belt)
+            for argument in node.arguments:
+                meanings[id(argument)] = Swallowed()
+                if isinstance(argument, Member):
+                    meanings[id(argument.operand)] = Swallowed()
+    for node in nodes:
+        if id(node) in meanings:
+            continue
+        if isinstance(node, Member) and is_crossed(node):
+            pair = meanings.get(id(node.operand))
+            if isinstance(pair, GearPair):
+                meanings[id(node.operand)] = replace(pair, crossed=True)
+            meanings[id(node)] = PassedOn()
+        elif isinstance(node, Member):
             meaning = _member(node, table, findings)
             if meaning is not None:
                 meanings[id(node)] = meaning

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from movimentum.scene.model import Claim, Constraint, Relation, Scene, Thing
 from movimentum.source import Edit, SourceText, Span
+from movimentum.syntax.expression_tree import Name, postorder
 from movimentum.syntax.parser import parse
-from movimentum.syntax.tree import ClaimStatement, Name, Statement, postorder
+from movimentum.syntax.tree import ClaimStatement, Statement
 
 _REST_OF_LINE = re.compile(r"[ \t]*(//[^\r\n]*|/\*(?:[^*\r\n]|\*(?!/))*\*/[ \t]*)?(?=\r|\n|\Z)")
 _END = re.compile(r"(?:\s|//[^\r\n]*|/\*.*?\*/)*;", re.DOTALL)
@@ -25,7 +26,10 @@ def added(scene: Scene, step: int, statements: str) -> Edit:
     """``statements``, without the last ``;``, behind the last statement of step number ``step``: on a line of their
     own if that statement ends its line.
     """
-    text = scene.source.text
+    text, own = scene.source.text, len(scene.source.script.text)
+    if scene.steps[step].span.end > own:  # a step that only parts have: the script gets one too
+        statements = f"@{_plain(float(scene.steps[step].time))}  {statements}"
+        step = max((each.number for each in scene.steps[:step] if each.span.end <= own), default=0)
     place, indent = _end_of_step(scene, step)
     statements = statements.strip().removesuffix(";").rstrip() + ";"
     rest = _REST_OF_LINE.match(text, place)
@@ -55,7 +59,7 @@ def removed(text: str, span: Span) -> Edit:
 
 def renamed(scene: Scene, variable: str, text: str) -> tuple[Edit, ...]:
     """``text`` in the place of every use of a variable."""
-    items = [item for item in parse(scene.source).items if isinstance(item, Statement | ClaimStatement)]
+    items = [item for item in parse(scene.source.script).items if isinstance(item, Statement | ClaimStatement)]
     nodes = (node for item in items for side in (item.left, item.right) for node in postorder(side))
     return tuple(Edit(node.span, text) for node in nodes if isinstance(node, Name) and node.name == variable)
 
@@ -118,7 +122,8 @@ def _line_start(text: str, place: int) -> int:
 def _end_of_step(scene: Scene, step: int) -> tuple[int, str]:
     """The offset behind the last statement of a step, and the indentation of its lines."""
     text, header = scene.source.text, scene.steps[step].span
-    last = max(_stated(scene, step), default=header)
+    own = len(scene.source.script.text)
+    last = max((span for span in _stated(scene, step) if span.end <= own), default=header)
     line = text[_line_start(text, last.start) : last.start]
     indented = last is not header and not line.lstrip().startswith("@")
     indent = line[: len(line) - len(line.lstrip())] if indented else " " * _BEGIN

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -12,13 +12,15 @@ from movimentum.errors import MovimentumError
 from movimentum.expressions import const, mul, sub
 from movimentum.scene.anchors import build_anchors, moved
 from movimentum.scene.appearance import PIN_RADIUS, Figure, Look
+from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import FOLLOWERS, Anchor, AnchorRef, Shape, Thing
 from movimentum.scene.options import CALLED, positive, read_options, whole
 from movimentum.scene.resolve import ThingTable, report_unknown_anchor, report_unknown_thing
 from movimentum.source import drawing_file
+from movimentum.syntax.expression_tree import Element, Name
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import AnchorDefinition, Definition, Element, Name, Option, Reference, Text
+from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text
 
 ImageSize = Callable[[str], tuple[int, int] | Diagnostic]
 """From an image's path to its (width, height) in pixels, or what is wrong with it (a `MovimentumError` will do)."""
@@ -50,7 +52,7 @@ class Assets:
 
 
 def build_things(
-    definitions: list[Definition], assets: Assets, findings: Findings
+    definitions: Sequence[Definition], placements: Mapping[str, CopyFrame], assets: Assets, findings: Findings
 ) -> tuple[tuple[Thing, ...], ThingTable]:
     """All things in order of definition, and their names. If two have the same name, the first is kept."""
     kept: dict[str, Definition] = {}
@@ -64,6 +66,7 @@ def build_things(
                 labels=(Label(first.name_span, "the first one"),),
             )
     things = [_thing(number, item, assets, findings) for number, item in enumerate(kept.values())]
+    things = [_placed(thing, placements[thing.name]) if thing.name in placements else thing for thing in things]
     table = ThingTable(things)
     for number, definition in enumerate(kept.values()):
         if _follows(definition, things[number].shape):
@@ -237,6 +240,12 @@ def _report_anchors(definition: Definition, shape: Shape, count: int, findings: 
         definition.name_span,
         helps=(_another_anchor(definition, shape),),
     )
+
+
+def _placed(thing: Thing, placement: CopyFrame) -> Thing:
+    """A thing of a placed copy."""
+    anchors = tuple(moved(item, *placement.placed(*item.coordinates)) for item in thing.anchors)
+    return replace(thing, anchors=anchors, placement=placement)
 
 
 def _another_anchor(definition: Definition, shape: Shape) -> Fix:

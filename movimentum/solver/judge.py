@@ -8,6 +8,7 @@ from copy import copy
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.expressions import Expr
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.equations import Equation, Form
 from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
@@ -42,7 +43,7 @@ class Judge:
         clocks = Clocks(plan.clocks)
         self._function = Alike([e.original or e.residual for e in self.rows], clocks)
         # angles agree modulo a turn
-        self._turns = np.array([e.original is not None and e.original.op in ("add", "atan2d") for e in self.rows])
+        self._turns = np.array([e.original is not None and _is_of_angles(e.original) for e in self.rows])
         self._sizes = np.array([1.0 if e.constraint is None else size for e in self.rows])[:, None]
         # clocks that only the constraints as they are stated read
         self._more = tuple(clocks.starts[len(plan.clocks) :])
@@ -83,9 +84,16 @@ class Judge:
         for part, off in self._function.values(state, (*instants.clocks, *more), len(instants)):
             np.abs(off, out=off)
             if self._turns.any():
-                off[self._turns] = np.minimum(off[self._turns], np.abs(off[self._turns] - 360.0))
+                off[self._turns] -= 360.0 * np.rint(off[self._turns] / 360.0)
+                np.abs(off, out=off)
             yield part, off
 
     def _beyond(self, state: State, instants: Instants) -> list[FloatArray]:
         slacks = (selector(state, instants.clocks)[0] for selector in self.plan.selectors)
         return [np.maximum(-np.broadcast_to(slack, len(instants)), 0.0) for slack in slacks]
+
+
+def _is_of_angles(residual: Expr) -> bool:
+    """Whether a residual compares an angle between vectors with something."""
+    sides = residual.args if residual.op == "add" else (residual,)
+    return any("atan2d" in (side.op, side.args[0].op if side.op == "neg" else "") for side in sides)

@@ -22,34 +22,27 @@ from movimentum.syntax.building_values import (
     span_of,
     text_of,
 )
+from movimentum.syntax.expression_tree import Comparison, Element, Expression, Index, Member, Name, Operator, Sum
 from movimentum.syntax.tree import (
     AnchorDefinition,
     ClaimStatement,
-    Comparison,
     ConfigStatement,
     Copy,
     Definition,
-    Element,
-    Expression,
     FilmLoop,
     Include,
-    Index,
     Item,
     Let,
     Loop,
-    Member,
-    Name,
-    Operator,
     Option,
     Parameter,
-    Part,
+    PartDefinition,
     Reference,
     ScriptTree,
     ShapeWord,
     Statement,
     StepHeader,
     Suffix,
-    Sum,
 )
 from movimentum.syntax.words import BARE_OPTIONS
 
@@ -100,11 +93,11 @@ class Builder(ValueBuilder):
         """``.loop;``."""
         return FilmLoop(span=span_of(pieces[:-1]))
 
-    def part(self, pieces: Sequence[Piece]) -> Part:
+    def part(self, pieces: Sequence[Piece]) -> PartDefinition:
         """``.part name(parameters) { items }``."""
         parameters = tuple(piece for piece in pieces if isinstance(piece, Parameter))
         items = tuple(piece for piece in pieces if not isinstance(piece, Parameter | Token))
-        return Part(str(pieces[1]), parameters, items, span=span_of(pieces), name_span=pieces[1].span)
+        return PartDefinition(str(pieces[1]), parameters, items, span=span_of(pieces), name_span=pieces[1].span)
 
     def parameter(self, pieces: Sequence[Piece]) -> Parameter:
         """``name = default``."""

@@ -10,7 +10,7 @@ from typing import Any
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.source import Span
 from movimentum.syntax.automaton import Token
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
     Clock,
@@ -22,17 +22,16 @@ from movimentum.syntax.tree import (
     Negate,
     Number,
     Operator,
-    Option,
     Piecewise,
     Power,
     Product,
     Range,
     Rotate,
     Sum,
-    Text,
     Transition,
     Vector,
 )
+from movimentum.syntax.tree import Option, Text
 from movimentum.syntax.words import FUNCTIONS, SYNONYMS
 
 LARGEST_EXPONENT = 400

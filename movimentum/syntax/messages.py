@@ -8,6 +8,7 @@ from dataclasses import replace
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity, insertion, replacement
 from movimentum.source import Edit, Span
 from movimentum.syntax.automaton import Unexpected
+from movimentum.syntax.building_blocks import WORDS, copied, meant, other_word
 from movimentum.syntax.older import SIGNS, called, sign_fixes, written
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS
@@ -58,8 +59,9 @@ _PIECE = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|'(?:[^'\r\n]|'')*'|[A-Za-z0-9_.]+
 _DOTTED = re.compile(r"\.[A-Za-z][A-Za-z0-9_]*")
 _ANOTHER = re.compile(r"[A-Za-z][A-Za-z0-9_.]*\s*(?:[=<>~:]|\.r|[-+*/(\[])[^;@]*;")
 """What looks like the next statement or definition, on the same line."""
+_LET = re.compile(r"\.let\s+[A-Za-z][A-Za-z0-9_]*\s*\Z")
 _SHAPELESS = re.compile(r":\s*([A-Za-z][A-Za-z0-9_]*)\Z")
-_FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|.", re.DOTALL)
+_FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|->|.", re.DOTALL)
 
 
 def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, int, bool]:
@@ -69,7 +71,12 @@ def explain(unexpected: Unexpected, text: str, start: int) -> tuple[Diagnostic, 
     """
     place, accepted = unexpected.place, unexpected.accepted
     before = _end_before(text, start, place)
-    if text.startswith(":", place) and (ahead := _definition_after(text, start, before, accepted)) is not None:
+    is_let = _LET.search(text[max(start, before - 200) : before]) is not None
+    if (
+        text.startswith(":", place)
+        and not is_let
+        and (ahead := _definition_after(text, start, before, accepted)) is not None
+    ):
         return ahead
     if accepted == frozenset({"LPAR"}) and (word := _SHAPELESS.search(text, start, before)) is not None:
         # what was read as a part's name
@@ -139,6 +146,9 @@ def expected_words(accepted: frozenset[str]) -> str:
     if names >= _RELATIONS:
         words.append("`=`, `<`, `>` or `~`")
         names -= _RELATIONS
+    elif names >= {"ATMOST", "BELOW", "ATLEAST"}:
+        words.append("a comparison")
+        names -= _RELATIONS - {"ABOVE"} if "COLON" not in names and "RBRACE" in names else _RELATIONS
     elif names >= _RELATIONS - {"TILDE"}:
         words.append("`=`, `<` or `>`")
         names -= _RELATIONS
@@ -262,10 +272,10 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
     if "BAR" in accepted:
         known += SHAPES
     if "CONFIG" in accepted:
-        known.append("config")
+        known += WORDS
     if not known or word in known:
         return None
-    guess = nearest(word, known)
+    guess = nearest(word, known) or (other_word(word) if "CONFIG" in accepted else None)
     other = called(text, place, match.end(), word) if text.startswith("(", match.end()) else None
     kind = "shape" if "BAR" in accepted else "word"
     here = Span(*match.span())
@@ -282,14 +292,27 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
     ).advised(*helps)
 
 
+def _transition_helps(text: str, place: int) -> tuple[str | Fix, ...]:
+    """Where `->` can stand, which is not here."""
+    claim = re.search(r"\.claim\s+(?=[^;]*\Z)", text[:place])
+    if claim is not None:
+        title = "a claim is about a result; without `.claim` this statement causes it"
+        return (replacement(title, Span(*claim.span()), ""),)
+    return ("`->` joins the two values that are the whole right side of a statement: `x = 0 -> 90;`",)
+
+
 def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[str]) -> tuple[str | Fix, ...]:
     """What was probably meant."""
     previous_match = re.search(r"\.?[A-Za-z0-9_.]+$|<=|>=|.$", text[max(0, before - 60) : before])
     previous = previous_match[0] if previous_match else ""
     begin, here = before - len(previous), Span(place, place + len(found))
-    other = written(text, before, place, found)
+    other = meant(text, before, place, found, accepted) or written(text, before, place, found)
     if other is not None:
         return (other,)
+    if "BAR" in accepted and (copy := copied(text, place, here.end)) is not None:
+        return (copy,)
+    if found == "->":
+        return _transition_helps(text, place)
     number = re.fullmatch(r"(\d+)\.([a-z]+)", previous)
     if found == "(" and number and number[2] in {*FUNCTIONS, *SYNONYMS}:
         title = f"to multiply, write `{number[1]}*.{number[2]}(…)`"

@@ -11,13 +11,8 @@ from movimentum.errors import ScriptError
 from movimentum.source import SourceText, Span
 from movimentum.syntax.automaton import TooDeep, Unexpected, run
 from movimentum.syntax.building import Builder, Refusal
-from movimentum.syntax.tree import (
-    ScriptTree,
-    all_items,
-    children,
-    expressions_of,
-    postorder,
-)
+from movimentum.syntax.expression_tree import children, postorder
+from movimentum.syntax.tree import ScriptTree, all_items, expressions_of
 
 MAX_NESTING = 100
 """How deep brackets and operators may be nested, unless the caller says otherwise."""
@@ -62,13 +57,23 @@ def parse(
         if isinstance(found, ScriptTree):
             break
         error, start = found
-        errors.append(error)
+        if not (errors and error.span is not None and _is_left_over(text, error)):
+            errors.append(error)
         if start >= len(text) or len(errors) >= MAX_ERRORS:
             raise ScriptError(errors)
     if errors:
         raise ScriptError(errors)
     _check_depth(found, max_nesting)
     return found
+
+
+def _is_left_over(text: str, error: Diagnostic) -> bool:
+    """Whether an error is only the end of a part or loop in which there was another error."""
+    return (
+        error.span is not None
+        and text.startswith("}", error.span.start)
+        and error.message.startswith("expected a thing, a step or a statement")
+    )
 
 
 PER_LEVEL = 16

@@ -2,50 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
 
-from movimentum.syntax.tree import (
-    AnchorDefinition,
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
-    ClaimStatement,
     Clock,
-    ConfigStatement,
     Constant,
-    Copy,
-    Definition,
     Element,
     Expression,
-    FilmLoop,
-    Include,
     Index,
-    Item,
-    Let,
-    Loop,
     Member,
     Name,
     Negate,
     Number,
-    Option,
-    Part,
     Piecewise,
     Power,
     Product,
     Range,
-    Reference,
     Rotate,
+    Sum,
+    Transition,
+    Vector,
+    postorder,
+)
+from movimentum.syntax.tree import (
+    AnchorDefinition,
+    ClaimStatement,
+    ConfigStatement,
+    Copy,
+    Definition,
+    FilmLoop,
+    Include,
+    Item,
+    Let,
+    Loop,
+    Option,
+    PartDefinition,
+    Reference,
     ScriptTree,
     ShapeWord,
     Statement,
     StepHeader,
     Suffix,
-    Sum,
     Text,
-    Transition,
-    Vector,
-    postorder,
 )
 
 _IN_TIMES = (Number, Constant, Name, Clock, Call, Negate, Sum, Product)
@@ -63,7 +65,7 @@ def script_text(script: ScriptTree) -> str:
 def _lines(items: Iterable[Item]) -> Iterator[str]:
     after_time = False
     for item in items:
-        if isinstance(item, Part | Loop):
+        if isinstance(item, PartDefinition | Loop):
             yield _head_text(item) + " {"
             yield from ("  " + line for line in _lines(item.items))
             yield "}"
@@ -76,11 +78,11 @@ def _lines(items: Iterable[Item]) -> Iterator[str]:
         after_time = isinstance(item, StepHeader)
 
 
-def _head_text(item: Part | Loop) -> str:
+def _head_text(item: PartDefinition | Loop) -> str:
     if isinstance(item, Loop):
         return f".for {item.name} = {_range_text(item.first, item.last)}"
     parameters = ", ".join(
-        each.name if each.default is None else f"{each.name} = {expression_text(each.default)}"
+        each.name if each.default is None else f"{each.name} = {_arguments((each.default,))}"
         for each in item.parameters
     )
     return f".part {item.name}({parameters})"
@@ -102,7 +104,7 @@ def item_text(item: Item) -> str:
             parts = [".include", text_literal(item.path.text)]
         case FilmLoop():
             parts = [".loop"]
-        case Part() | Loop():
+        case PartDefinition() | Loop():
             return _head_text(item) + " { " + " ".join(map(item_text, item.items)) + " }"
         case Copy():
             head = f"{item.name}{_suffixes_text(item.suffixes)} :"
@@ -125,10 +127,10 @@ def item_text(item: Item) -> str:
     return " ".join(parts) + ";"
 
 
-def _value_text(value: Expression, before_option: bool) -> str:
+def _value_text(value: Expression | Text, before_option: bool) -> str:
     """A constant's value; behind a number a word would be read as its member."""
-    text = expression_text(value)
-    return f"({text})" if before_option and not isinstance(value, Number) else text
+    text = _arguments((value,))
+    return f"({text})" if before_option and not isinstance(value, Number | Text) else text
 
 
 def _suffixes_text(suffixes: tuple[Suffix, ...]) -> str:
@@ -158,22 +160,12 @@ def expression_text(root: Expression) -> str:
 
     for node in postorder(root):
         match node:
-            case Number():
-                made = number_text(node.value), _UNARY  # not an atom: `2.x` could be misread
-            case Name():
-                made = node.name, _ATOM
-            case Blank():
-                made = "_", _ATOM
-            case Constant():
-                made = _constant_text(node.value)
-            case Element():
-                made = f"#{node.id}", _ATOM
+            case Number() | Name() | Blank() | Constant() | Element() | Clock():
+                made = _leaf_text(node)
             case Index():
                 made = f"{tight(node.operand, _POSTFIX)}[{done[id(node.index)][0]}]", _POSTFIX
             case Transition():
                 made = f"{done[id(node.start)][0]} -> {done[id(node.end)][0]}", _SUM
-            case Clock():
-                made = f".{node.name}", _ATOM
             case Vector():
                 made = f"[{listed(node.components)}]", _ATOM
             case Member():
@@ -200,19 +192,44 @@ def expression_text(root: Expression) -> str:
                     pieces.append(f" {operator} {unturned(operand)}")
                 made = "".join(pieces), _PRODUCT
             case Range():
-                pieces = [f"{{ {done[id(node.subject)][0]} : {done[id(node.values[0])][0]}"]
-                for bound, value in zip(node.bounds, node.values[1:], strict=True):
-                    pieces.append(f" > {done[id(bound)][0]} : {done[id(value)][0]}")
-                made = "".join(pieces) + " }", _ATOM
+                made = _range_value_text(node, done), _ATOM
             case Piecewise():
-                cases = zip(node.lefts, node.comparisons, node.rights, node.values, strict=False)
-                pieces = [
-                    f"{done[id(left)][0]} {sign} {done[id(right)][0]} : {done[id(value)][0]}; "
-                    for left, sign, right, value in cases
-                ]
-                made = "{ " + "".join(pieces) + done[id(node.values[-1])][0] + " }", _ATOM
+                made = _piecewise_text(node, done), _ATOM
         done[id(node)] = made
     return done[id(root)][0]
+
+
+def _range_value_text(node: Range, done: Mapping[int, tuple[str, int]]) -> str:
+    pieces = [f"{{ {done[id(node.subject)][0]} : {done[id(node.values[0])][0]}"]
+    for bound, value in zip(node.bounds, node.values[1:], strict=True):
+        pieces.append(f" > {done[id(bound)][0]} : {done[id(value)][0]}")
+    return "".join(pieces) + " }"
+
+
+def _piecewise_text(node: Piecewise, done: Mapping[int, tuple[str, int]]) -> str:
+    cases = zip(node.lefts, node.comparisons, node.rights, node.values, strict=False)
+    pieces = [
+        f"{done[id(left)][0]} {sign} {done[id(right)][0]} : {done[id(value)][0]}; "
+        for left, sign, right, value in cases
+    ]
+    return "{ " + "".join(pieces) + done[id(node.values[-1])][0] + " }"
+
+
+def _leaf_text(node: Number | Name | Blank | Constant | Element | Clock) -> tuple[str, int]:
+    """A node with nothing below it, and how tightly it binds."""
+    match node:
+        case Number():
+            return number_text(node.value), _UNARY  # not an atom: `2.x` could be misread
+        case Name():
+            return node.name, _ATOM
+        case Blank():
+            return "_", _ATOM
+        case Constant():
+            return _constant_text(node.value)
+        case Element():
+            return f"#{node.id}", _ATOM
+        case Clock():
+            return f".{node.name}", _ATOM
 
 
 def _constant_text(value: Fraction | float) -> tuple[str, int]:

@@ -10,8 +10,9 @@ from dataclasses import replace
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText, Span
+from movimentum.syntax.expression_tree import Expression
 from movimentum.syntax.parser import parse
-from movimentum.syntax.tree import ClaimStatement, Expression, Text, TextField
+from movimentum.syntax.tree import ClaimStatement, Text, TextField
 
 _BEFORE = ".claim "
 """What makes an expression a script, so that it can be parsed: it fits before any field."""

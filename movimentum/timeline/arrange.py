@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import cast
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
-from movimentum.expressions import Expr, ratio, substitute, walk
+from movimentum.expressions import ONE, ZERO, Expr, call, clock, div, ratio, substitute, walk
 from movimentum.scene.model import Claim, Constraint, Relation, Scene
 from movimentum.timeline.model import HeldClaim, Segment, Timeline
+from movimentum.timeline.trains import Trains
 
 Sides = tuple[Expr, ...]
 
@@ -62,11 +64,14 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
     lifetimes = _lifetimes(scene, moments)
     segments: list[Segment] = []
     lowered: dict[int, Constraint] = {}
+    trains = Trains(scene)
+    shares = _Shares()
     for number, moment in enumerate(moments):
         until = moments[number + 1].time if number + 1 < len(moments) else moment.time
-        active = tuple(_with_lifetime(item, lifetimes, lowered) for item in moment.active)
+        active = tuple(shares.placed(_with_lifetime(item, lifetimes, lowered), moment.time) for item in moment.active)
+        active = trains.placed(active, moment.time)
         segments.append(Segment(number, moment.step, moment.time, until, active, _visible(scene, moment.step)))
-    return Timeline(scene, tuple(segments), rate, lifetimes, _claims(scene))
+    return Timeline(scene, tuple(segments), rate, lifetimes, _claims(scene, segments, trains))
 
 
 def _moments(scene: Scene) -> list[_StepState]:
@@ -105,7 +110,7 @@ def _lifetimes(scene: Scene, moments: list[_StepState]) -> dict[int, Fraction]:
     return {number: ended[number] - start for number, start in began.items()}
 
 
-def _claims(scene: Scene) -> tuple[HeldClaim, ...]:
+def _claims(scene: Scene, segments: Sequence[Segment], trains: Trains) -> tuple[HeldClaim, ...]:
     """How long each claim holds: until a later step restates or ends its key, as with constraints."""
     end = scene.steps[-1].time
     over: dict[int, Fraction] = {}
@@ -122,6 +127,9 @@ def _claims(scene: Scene) -> tuple[HeldClaim, ...]:
     for claim in made:
         start, until = scene.steps[claim.step].time, over.get(claim.number, end)
         left, right = _lasting((claim.left, claim.right), {claim.number: until - start})
+        left, right = _replaced((left, right), lambda node: _whole(node) if node.op == "progress" else None)
+        active = next((s.active for s in segments if s.start >= start), ())
+        left, right = (trains.read(side, active, start) for side in (left, right))
         lasting = replace(claim, left=left, right=right)
         result.append(HeldClaim(lasting, start, until, claim.number not in over))
     return tuple(result)
@@ -141,9 +149,6 @@ def _substituted(constraint: Constraint, lifetimes: dict[int, Fraction]) -> Cons
 
 def _lasting(sides: tuple[Sides, Sides], lifetimes: Mapping[int, Fraction]) -> tuple[Sides, Sides]:
     """Both sides with every ``lifetime`` leaf replaced by its constant; unchanged if there is none."""
-    if not any(node.op == "lifetime" for node in walk(*sides[0], *sides[1])):
-        return sides
-    memo: dict[Expr, Expr] = {}
 
     def constant(node: Expr) -> Expr | None:
         if node.op != "lifetime":
@@ -152,7 +157,71 @@ def _lasting(sides: tuple[Sides, Sides], lifetimes: Mapping[int, Fraction]) -> t
         assert isinstance(number, int)
         return ratio(lifetimes[number] or Fraction(1))
 
-    left, right = (tuple(substitute(part, constant, memo) for part in side) for side in sides)
+    return _replaced(sides, constant)
+
+
+class _Shares:
+    """Replaces ``progress`` leaves; a constraint has one form during its step and one from then on."""
+
+    def __init__(self) -> None:
+        self._ends: dict[int, tuple[Fraction | None, ...]] = {}
+        self._done: dict[tuple[int, tuple[bool, ...]], Constraint] = {}
+
+    def placed(self, constraint: Constraint, start: Fraction) -> Constraint:
+        """``constraint`` in the segment that begins at ``start``."""
+        ends = self._ends.get(constraint.number)
+        if ends is None:
+            leaves = {node for node in walk(*constraint.left, *constraint.right) if node.op == "progress"}
+            ends = self._ends[constraint.number] = tuple({_step_of(node)[1] for node in leaves})
+        if not ends:
+            return constraint
+        key = constraint.number, tuple(end is not None and start >= end for end in ends)
+        if key not in self._done:
+            self._done[key] = _with_progress(constraint, start)
+        return self._done[key]
+
+
+def _with_progress(constraint: Constraint, start: Fraction) -> Constraint:
+    """``constraint`` in the segment that begins at ``start``: how far through its step it is, is a constant or linear
+    in a clock. An integral remembers earlier segments, so what it integrates stays one function for all of them.
+    """
+
+    def value(node: Expr) -> Expr | None:
+        if node.op == "integral":
+            return substitute(node, lambda leaf: _whole(leaf) if leaf.op == "progress" else None)
+        if node.op != "progress":
+            return None
+        begin, end = _step_of(node)
+        if end is None:
+            return ZERO
+        return ONE if start >= end else _part(begin, end)
+
+    left, right = _replaced((constraint.left, constraint.right), value)
+    return constraint if left is constraint.left else replace(constraint, left=left, right=right)
+
+
+def _whole(node: Expr) -> Expr:
+    """A ``progress`` leaf as one function of time, from its step's time on."""
+    begin, end = _step_of(node)
+    if end is None:
+        return ZERO
+    return ONE if end <= begin else call("min", _part(begin, end), ONE)
+
+
+def _part(begin: Fraction, end: Fraction) -> Expr:
+    return div(clock(begin), ratio(end - begin))
+
+
+def _step_of(node: Expr) -> tuple[Fraction, Fraction | None]:
+    return cast(tuple[Fraction, Fraction | None], node.payload)
+
+
+def _replaced(sides: tuple[Sides, Sides], value: Callable[[Expr], Expr | None]) -> tuple[Sides, Sides]:
+    """Both sides with the leaves replaced for which there is a ``value``; unchanged if there is no such leaf."""
+    if not any(node.op in ("lifetime", "progress") for node in walk(*sides[0], *sides[1])):
+        return sides
+    memo: dict[Expr, Expr] = {}
+    left, right = (tuple(substitute(part, value, memo) for part in side) for side in sides)
     return left, right
 
 

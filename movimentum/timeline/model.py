@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -68,8 +69,16 @@ class Timeline:
 
     @property
     def frame_count(self) -> int:
-        """How many frames there are: those at start + k/fps, k = 0, 1, …, not after the end."""
-        return int((self.end - self.start) * self.fps) + 1
+        """How many frames there are: those at start + k/fps, k = 0, 1, …, not after the end. If the film begins again
+        at its end, the frame there is the first one.
+        """
+        last = (self.end - self.start) * self.fps
+        return max(1, math.ceil(last)) if self.loops else int(last) + 1
+
+    @property
+    def loops(self) -> bool:
+        """Whether the film begins again at its end."""
+        return self.scene.loop is not None
 
     def frame_time(self, frame: int) -> Fraction:
         """The exact time of frame number ``frame`` (from 0)."""

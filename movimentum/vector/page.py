@@ -139,6 +139,12 @@ class _Data:
             "poses": base64.b64encode(data.astype("<f4").tobytes()).decode("ascii"),
         }
 
+    def _closing(self, trace: Trace) -> dict[str, Any]:
+        """The point at which a film begins again, if its last frame is shown."""
+        if trace.closing is None or self.film.poses.frames[-1] != trace.last:
+            return {}
+        return {"closing": [_short(x) for x in trace.closing[0].tolist()]}
+
     def _seen(self, item: PreparedMark) -> bool:
         return bool(self.film.paint(item)[0].any())
 
@@ -250,6 +256,7 @@ class _Data:
             "cap": mark.cap,
             "tail": mark.tail,
             "past": [] if trace.past is None else [[_short(x) for x in row] for row in trace.past.tolist()],
+            **self._closing(trace),
         }
 
     def _letters(self, text: str, height: float, start: Point) -> dict[str, Any]:

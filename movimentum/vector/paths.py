@@ -77,11 +77,14 @@ class PathWriter:
         """A path for each interval in which the body is visible: a dash that becomes longer."""
         news = trace.points(self.film.poses)
         past = np.zeros((0, 3)) if trace.past is None else trace.past
+        now = np.arange(len(past), len(past) + len(news))  # the places of the frames drawn
+        if trace.closing is not None and self.film.poses.frames[-1] == trace.last:
+            news = np.concatenate([news, trace.closing])
+            now[-1] += 1
         points = self._rounded(np.concatenate([past, news]))
         for first, end in _runs(points[:, 2] > 0.0):
             where = points[first:end, :2]
             far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(where, axis=0).T))])
-            now = np.arange(len(past), len(points))  # the frames drawn
             path = self._path(trace.mark, _without_repetition(where))
             if far[-1] > 0.0:
                 long = far[np.clip(now - first, 0, end - first - 1)]

@@ -476,6 +476,7 @@ class MovimentumPlayer {
       const shown = this.value(body.visible, frame) > 0;
       points.push([...(shown ? this.world(trace.body, ...trace.point, frame) : [0, 0]), shown, this.time(frame)]);
     }
+    if (trace.closing && this.frame === this.film.frames - 1) points.push(trace.closing);
     if (trace.tail) this.drawTail(trace, points); else this.drawPath(trace, points);
   }
 

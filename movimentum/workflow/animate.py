@@ -55,8 +55,7 @@ def animate(
     scene = timeline.scene
     numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
     refuse_overwriting(target, reads(source, scene), numbers)
-    options = _options(scene, picture, background)
-    frames = _frames(timeline, picture)
+    options, frames = _options(scene, picture, background), _frames(timeline, picture)
     shown = (picture.at,) if picture.at is not None else frames[:1] if kind in STILL_KINDS else frames
     if kind in VECTOR_KINDS:
         from movimentum.vector.write import refuse_too_long
@@ -67,6 +66,7 @@ def animate(
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
     poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).held()
+    options = _closed(options, solution)
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
         options = replace(options, free=_free_marks(motion.path, times))
@@ -117,6 +117,14 @@ def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | 
         show=frozenset(Show(word) for word in picture.show),
         max_pixels=picture.max_pixels,
     )
+
+
+def _closed(options: PictureOptions, solution: Solution) -> PictureOptions:
+    """``options`` with the pose that closes traces, if the film begins again."""
+    timeline = solution.motion.timeline
+    if not timeline.loops:
+        return options
+    return replace(options, closing=solution.motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
 
 
 def _frames(timeline: Timeline, picture: Picture) -> range:

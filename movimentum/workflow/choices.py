@@ -31,6 +31,8 @@ class Choices:
     max_nesting: int = MAX_NESTING
     max_digits: int = MAX_DIGITS
     max_operations: int = MAX_OPERATIONS
+    settings: tuple[tuple[str, str], ...] = ()
+    """Constants of the script that get other values: (name, constant expression)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -102,9 +102,9 @@ class Engine:
         """
         from movimentum.analysis.examine import examine
 
-        items = items_of(motion.timeline.scene.source.text)
+        items = items_of(motion.timeline.scene.source)
         last = self._examined
-        if last is not None and last[0].texts == items.texts:
+        if last is not None and last[0].same_as(items):
             return shifted(last[1], last[0], items)
         found = shifted(examine(motion), items, items)
         self._examined = items, found
@@ -154,7 +154,7 @@ class Revision:
         if isinstance(tree, MovimentumError):
             return None, None, tree
         try:
-            scene = built(tree, self.source)
+            scene = built(tree, self.source, self.engine.choices)
             timeline = arranged(scene, self.engine.choices)
         except MovimentumError as error:
             return scene, None, error

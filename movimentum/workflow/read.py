@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.errors import script_error, usage_error
-from movimentum.source import SourceText, drawing_file
+from movimentum.source import SourceText, UnfoldedText, drawing_file
 from movimentum.workflow.limits import MAX_SCRIPT_BYTES
 
 if TYPE_CHECKING:
@@ -40,12 +40,17 @@ def read(path: str) -> SourceText:
 
 
 def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
-    """Every file that a command reads for a script: the script and its pictures (without a scene, the files that it may
-    mean).
+    """Every file that a command reads for a script: the script, what it includes and its pictures (without a scene, the
+    files that it may mean).
     """
     if scene is None:
         return (source.path, *map(str, mentioned_files(source)))
-    return (source.path, *dict.fromkeys(drawing_file(thing.image) for thing in scene.things if thing.image is not None))
+    files = scene.source.files if isinstance(scene.source, UnfoldedText) else ()
+    included = [file.path for file in files]
+    return (
+        source.path,
+        *dict.fromkeys(included + [drawing_file(each.image) for each in scene.things if each.image is not None]),
+    )
 
 
 def mentioned_files(source: SourceText) -> tuple[Path, ...]:

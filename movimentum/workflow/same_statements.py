@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Label
-from movimentum.source import Span
+from movimentum.source import FarSpan, SourceText, Span, UnfoldedText
 
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
@@ -25,9 +25,17 @@ class Items:
 
     texts: tuple[str, ...]
     starts: tuple[int, ...]
+    elsewhere: tuple[str, ...] = ()
+    """The texts of included files."""
+
+    def same_as(self, other: Items) -> bool:
+        """Whether the texts state the same."""
+        return self.texts == other.texts and self.elsewhere == other.elsewhere
 
     def place_in(self, other: Items, span: Span) -> Span:
         """A span of this text in the ``other``, which states the same."""
+        if isinstance(span, FarSpan):
+            return span
         item = max(bisect_right(self.starts, span.start) - 1, 0)
         last = max(bisect_right(self.starts, max(span.end - 1, span.start)) - 1, 0)
         return Span(
@@ -35,10 +43,14 @@ class Items:
         )
 
 
-def items_of(text: str) -> Items:
-    """The statements of a text. (After its last ``;``, whatever else there is counts as one.)"""
+def items_of(source: SourceText) -> Items:
+    """The statements of a script. (After its last ``;``, whatever else there is counts as one.)"""
+    text = source.script.text
+    files = source.files if isinstance(source, UnfoldedText) else ()
     found = [match for match in _PART.finditer(text) if not match[0].isspace() and match[0][:2] not in ("//", "/*")]
-    return Items(tuple(match[0] for match in found), tuple(match.start() for match in found))
+    return Items(
+        tuple(match[0] for match in found), tuple(match.start() for match in found), tuple(file.text for file in files)
+    )
 
 
 def shifted(examination: Examination, old: Items, new: Items) -> Examination:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import NoSolutionError, ScriptError
 from movimentum.settings import Accuracy, Advice, FailurePolicy
 from movimentum.workflow.choices import Choices
@@ -18,13 +19,14 @@ if TYPE_CHECKING:
     from movimentum.solver.motion import AnyMotion, PathMotion
     from movimentum.solver.reuse import Known
     from movimentum.source import SourceText
-    from movimentum.syntax.tree import ScriptTree
+    from movimentum.syntax.tree import ClaimStatement, ScriptTree, Statement
     from movimentum.timeline.model import Timeline
 
 
 def understand(source: SourceText, choices: Choices | None = None, max_pixels: int = MAX_PIXELS) -> Scene:
     """Parse and resolve a script; raises `ScriptError` with all its errors."""
-    return built(parsed(source, choices or Choices()), source, max_pixels)
+    choices = choices or Choices()
+    return built(parsed(source, choices), source, choices, max_pixels)
 
 
 def parsed(source: SourceText, choices: Choices) -> ScriptTree:
@@ -34,17 +36,44 @@ def parsed(source: SourceText, choices: Choices) -> ScriptTree:
     return parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
 
 
-def built(script: ScriptTree, source: SourceText, max_pixels: int = MAX_PIXELS) -> Scene:
-    """Resolve a parsed script; raises `ScriptError` with all its errors."""
+def built(
+    script: ScriptTree,
+    source: SourceText,
+    choices: Choices,
+    max_pixels: int = MAX_PIXELS,
+    added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
+) -> Scene:
+    """Resolve a parsed script, with ``added`` statements (see `scene.build`); raises `ScriptError` with all its errors,
+    and `UsageError` for a constant that ``choices`` set and that there is not.
+    """
     from movimentum.scene.build import build
+    from movimentum.workflow.read import read
 
-    return build(script, source, _image_size, max_pixels=max_pixels, element=_element_centre)
+    return build(
+        script,
+        source,
+        _image_size,
+        max_pixels=max_pixels,
+        element=_element_centre,
+        read_text=read,
+        settings=dict(choices.settings),
+        added=added,
+    )
 
 
 def _image_size(path: str) -> tuple[int, int] | Diagnostic:
     from movimentum.rendering.images import image_size
 
     return image_size(path)
+
+
+@contextmanager
+def told_where(scene: Scene) -> Generator[None]:
+    """Errors are at places in the script's files."""
+    try:
+        yield
+    except ScriptError as error:
+        raise ScriptError([real(item, scene.source) for item in error.diagnostics]) from error
 
 
 def _element_centre(path: str, name: str) -> tuple[float, float] | Diagnostic:
@@ -57,7 +86,8 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
     """The scene in time; raises `ScriptError` if that makes more frames than ``choices`` allow."""
     from movimentum.timeline.arrange import arrange
 
-    return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
+    with told_where(scene):
+        return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
 
 
 def moved(timeline: Timeline, known: Known | None = None) -> PathMotion:
@@ -72,7 +102,8 @@ def moved(timeline: Timeline, known: Known | None = None) -> PathMotion:
     except CyclicRateError as error:
         from movimentum.analysis.diagnose.failure import cyclic_rate
 
-        raise ScriptError([*timeline.scene.diagnostics, cyclic_rate(timeline.scene, error.constraint)]) from error
+        found = real(cyclic_rate(timeline.scene, error.constraint), timeline.scene.source)
+        raise ScriptError([*timeline.scene.diagnostics, found]) from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +156,7 @@ def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
         return ()
     from movimentum.rendering.text import lettering
 
-    return tuple(lettering(labels))
+    return tuple(real(item, scene.source) for item in lettering(labels))
 
 
 def solved(timeline: Timeline, choices: Choices, known: Known | None = None) -> Solution:
@@ -145,7 +176,8 @@ def afterwards(solution: Solution, choices: Choices) -> tuple[tuple[Diagnostic, 
     ``strict``.
     """
     said = solution.motion.notes
-    warnings = [item for item in said if item.severity is not Severity.NOTE]
+    source = solution.motion.timeline.scene.source
+    warnings = [real(item, source) for item in said if item.severity is not Severity.NOTE]
     diagnostics, warned = judged((*solution.diagnostics, *warnings), choices)
     if warned:
         raise ScriptError(diagnostics)

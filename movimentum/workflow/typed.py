@@ -12,7 +12,8 @@ from movimentum.workflow.stages import arranged, built
 
 if TYPE_CHECKING:
     from movimentum.scene.model import Claim, Scene
-    from movimentum.syntax.tree import Expression, ScriptTree, Statement
+    from movimentum.syntax.expression_tree import Expression
+    from movimentum.syntax.tree import Statement
     from movimentum.timeline.model import Timeline
     from movimentum.workflow.choices import Choices
 
@@ -43,16 +44,16 @@ def claimed(source: SourceText, choices: Choices, step: int, expression: Express
     step number ``step`` to the end. None where it says nothing (a bare ``_``); `ScriptError` where it makes no sense.
     """
     from movimentum.scene.model import Claim
+    from movimentum.syntax.expression_tree import Comparison
     from movimentum.syntax.parser import parse
-    from movimentum.syntax.tree import ClaimStatement, Comparison, ScriptTree, StepHeader
+    from movimentum.syntax.tree import ClaimStatement
 
-    script: ScriptTree = parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
-    items = list(script.items)
-    headers = [place for place, item in enumerate(items) if isinstance(item, StepHeader)]
-    items.insert(headers[step] + 1, ClaimStatement(expression, Comparison.EQUAL, expression, span=expression.span))
-    scene: Scene = built(ScriptTree(tuple(items)), source)
+    source = source.script
+    script = parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
+    claim = ClaimStatement(expression, Comparison.EQUAL, expression, span=expression.span)
+    scene: Scene = built(script, source, choices, added=((step, claim),))
     timeline: Timeline = arranged(scene, choices)
-    place = scene.steps[step].claims[0]
+    place = scene.steps[step].claims[-1]
     if not isinstance(place, Claim):
         return None
     return next(held.claim for held in timeline.claims if held.claim.number == place.number)

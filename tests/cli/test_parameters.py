@@ -74,7 +74,7 @@ def test_words_come_in_any_order_and_once() -> None:
 
 def test_a_trace_names_a_thing_and_an_anchor() -> None:
     assert TraceType().convert(" Rod.B", None, None) == "Rod.B"
-    for text in ("Rod", "Rod.", ".B", "Rod.B.x", "1.B"):
+    for text in ("Rod", "Rod.", ".B", "Rod.B[1]", "1.B"):
         with pytest.raises(click.BadParameter):
             TraceType().convert(text, None, None)
 

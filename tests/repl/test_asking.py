@@ -7,11 +7,13 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from movimentum.analysis.interactive.deadline import within
+from movimentum.repl.edit import try_statement
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import COMMANDS, answer
 from movimentum.workflow.choices import Choices
@@ -218,3 +220,25 @@ def test_in_a_terminal_quit_asks_and_ctrl_c_ends_a_command_only(tmp_path):
         if child:
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
+
+
+@pytest.mark.parametrize("name", ["four-bar", "walschaerts", "stephenson"])
+def test_in_a_terminal_the_moment_on_show_comes_first(name):
+    said: list[tuple[str, bool]] = []
+    session = opened(f"scripts/{name}.mov", Choices())
+    assert session.work.moves
+    assert session.work.motion
+    asked = replace(session, tell=lambda text: said.append((text, "_solved" in vars(begun[-1].revision))))
+    begun = []
+    edited = type(asked).edited
+
+    def remembered(self, text):
+        after = edited(self, text)
+        begun.append(after.work)
+        return after
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(asked), "edited", remembered)
+        _, whole = try_statement(asked, "extra = 3*.t + 2")
+    assert said == [("it can hold at t = 0; the whole film is being solved …", False)]
+    assert whole.startswith("now everything")

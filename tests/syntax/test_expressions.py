@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from movimentum.syntax.tree import (
+from movimentum.syntax.expression_tree import (
     Call,
     Clock,
-    Definition,
     Member,
     Name,
     Negate,
     Number,
-    Option,
     Power,
     Product,
     Rotate,
-    StepHeader,
     Sum,
     Vector,
 )
+from movimentum.syntax.tree import Definition, Option, StepHeader
 from tests.understand import script_of, statement_of
 
 ALIKE = [

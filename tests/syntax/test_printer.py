@@ -9,36 +9,50 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from movimentum.syntax.printer import expression_text, number_text, script_text
-from movimentum.syntax.tree import (
-    AnchorDefinition,
+from movimentum.syntax.expression_tree import (
     Blank,
     Call,
-    ClaimStatement,
     Clock,
     Comparison,
-    ConfigStatement,
-    Definition,
+    Element,
+    Index,
     Member,
     Name,
     Negate,
     Number,
     Operator,
-    Option,
+    Piecewise,
     Power,
     Product,
     Range,
-    Reference,
     Rotate,
+    Sum,
+    Transition,
+    Vector,
+)
+from movimentum.syntax.printer import expression_text, number_text, script_text
+from movimentum.syntax.tree import (
+    AnchorDefinition,
+    ClaimStatement,
+    ConfigStatement,
+    Copy,
+    Definition,
+    FilmLoop,
+    Include,
+    Let,
+    Loop,
+    Option,
+    Parameter,
+    PartDefinition,
+    Reference,
     ScriptTree,
     ShapeWord,
     Statement,
     StepHeader,
-    Sum,
+    Suffix,
     Text,
-    Vector,
 )
-from movimentum.syntax.words import FUNCTIONS
+from movimentum.syntax.words import BARE_OPTIONS, CLOCKS, FOLLOWERS, FUNCTIONS, SYNONYMS
 from tests.understand import script_of, statement_of
 
 names = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,5}", fullmatch=True)
@@ -51,8 +65,9 @@ leaves = st.one_of(
     st.builds(Number, numbers),
     st.builds(Name, names),
     st.just(Blank()),
-    st.sampled_from([Clock("t"), Clock("iv"), Clock("T"), Clock("pi")]),
+    st.sampled_from([Clock(name) for name in CLOCKS]),
 )
+inequalities = [Comparison.BELOW, Comparison.AT_MOST, Comparison.ABOVE, Comparison.AT_LEAST]
 
 
 def chain(kind, operators, operand):
@@ -94,6 +109,15 @@ def above(inner):
         calls(inner),
         st.integers(1, 3).flatmap(
             lambda n: st.builds(
+                lambda sides, signs, values: Piecewise(tuple(sides[:n]), tuple(signs), tuple(sides[n:]), tuple(values)),
+                st.lists(inner, min_size=2 * n, max_size=2 * n),
+                st.lists(st.sampled_from(inequalities), min_size=n, max_size=n),
+                st.lists(inner, min_size=n + 1, max_size=n + 1),
+            )
+        ),
+        st.builds(Index, st.one_of(st.builds(Name, names), st.builds(Member, inner, names)), inner),
+        st.integers(1, 3).flatmap(
+            lambda n: st.builds(
                 lambda e, values, bounds: Range(e, tuple(values), tuple(bounds)),
                 inner,
                 st.lists(inner, min_size=n + 1, max_size=n + 1),
@@ -106,53 +130,113 @@ def above(inner):
 expressions = st.recursive(leaves, above, max_leaves=12)
 vectors = st.lists(expressions, min_size=2, max_size=3).map(lambda items: Vector(tuple(items)))
 texts = st.text(st.characters(exclude_categories=["C", "Zl", "Zp"]), max_size=8).map(Text)
-options = st.builds(
-    Option,
-    names.filter(lambda name: name not in ("r", "rotate")),
-    st.lists(st.one_of(expressions, texts), max_size=2).map(tuple),
+small = st.recursive(leaves, above, max_leaves=3)
+arguments = st.lists(st.one_of(small, texts), max_size=2).map(tuple)
+# no option is called like a function or a clock
+option_names = names.filter(lambda name: name not in {"r", "rotate", *FUNCTIONS, *SYNONYMS, *CLOCKS})
+options = st.builds(Option, option_names, arguments)
+# behind a point, a word without arguments is the option of that name, or else a part of a path
+options_behind_points = st.one_of(
+    st.builds(Option, option_names, st.tuples(st.one_of(small, texts))),
+    st.builds(Option, st.sampled_from(sorted(BARE_OPTIONS))),
 )
 times = st.recursive(
-    st.builds(Number, numbers),
+    st.one_of(st.builds(Number, numbers), st.builds(Name, names), st.sampled_from([Clock("pi")])),
     lambda inner: st.one_of(
         st.builds(Negate, inner),
         chain(Sum, [Operator.PLUS, Operator.MINUS], inner),
         chain(Product, [Operator.TIMES, Operator.OVER], inner),
+        calls(inner),
     ),
     max_leaves=5,
+)
+places = st.one_of(
+    st.builds(Name, names),
+    vectors,
+    st.builds(Element, st.from_regex(r"[a-z][a-z0-9-]{0,4}", fullmatch=True)),
+    st.builds(Rotate, vectors, small),
 )
 anchors = st.builds(
     AnchorDefinition,
     names,
-    st.one_of(st.builds(Name, names), vectors),
-    st.lists(st.tuples(st.sampled_from([Operator.PLUS, Operator.MINUS]), vectors), max_size=2).map(tuple),
+    places,
+    st.lists(st.tuples(st.sampled_from([Operator.PLUS, Operator.MINUS]), places), max_size=2).map(tuple),
 )
 shapes = st.one_of(
     st.builds(ShapeWord, st.just("sprite"), st.tuples(texts)),
-    st.sampled_from([ShapeWord("bar"), ShapeWord("arrow")]),
-    st.builds(ShapeWord, st.just("disc"), st.tuples(expressions)),
+    st.sampled_from([ShapeWord(word) for word in ("bar", "arrow", "plate", "polygon")]),
+    st.builds(ShapeWord, st.just("disc"), st.tuples(small)),
     st.builds(ShapeWord, st.just("label"), st.tuples(texts)),
+    st.builds(ShapeWord, st.sampled_from(["gear", "rack"]), st.tuples(small, small)),
 )
-items = st.one_of(
-    st.builds(
-        ConfigStatement,
-        st.lists(st.one_of(expressions, texts), min_size=1, max_size=3).map(tuple),
-        st.lists(options, max_size=2).map(tuple),
-    ),
-    st.builds(Definition, names, shapes, st.lists(st.one_of(anchors, options), max_size=4).map(tuple)),
+indices = st.builds(Suffix, small)
+ranges = st.builds(Suffix, small, small, st.none() | names)
+# a range may be followed by anything, an index in front of one only by nothing else
+suffixes = st.one_of(
+    st.just(()),
+    st.lists(indices, min_size=1, max_size=2).map(tuple),
+    st.builds(lambda first, rest: (first, *rest), ranges, st.lists(st.one_of(indices, ranges), max_size=2)),
+)
+points = st.builds(Reference, st.one_of(st.builds(Name, names), st.builds(Index, st.builds(Name, names), small)), names)
+plain_items = st.one_of(
+    st.builds(Definition, names, shapes, st.lists(st.one_of(anchors, options), max_size=2).map(tuple), suffixes),
     st.builds(
         Definition,
         names,
-        st.just(ShapeWord("line")),
-        st.lists(st.one_of(st.builds(Reference, st.builds(Name, names), names), options), max_size=4).map(tuple),
+        st.sampled_from([ShapeWord(word) for word in FOLLOWERS]),
+        st.lists(st.one_of(points, options_behind_points), max_size=2).map(tuple),
+        suffixes,
     ),
     st.builds(StepHeader, times, st.booleans()),
-    st.builds(Statement, expressions, st.sampled_from(Comparison), expressions),
+    st.builds(Statement, small, st.sampled_from(Comparison), small),
+    st.builds(
+        Statement,
+        small,
+        st.sampled_from(Comparison),
+        st.builds(Transition, small, small),
+        st.none() | small,
+    ),
     st.builds(
         ClaimStatement,
-        expressions,
+        small,
         st.sampled_from([comparison for comparison in Comparison if comparison is not Comparison.WISH]),
-        expressions,
-        st.none() | expressions,
+        small,
+        st.none() | small,
+    ),
+    st.builds(Copy, names, names, arguments, st.lists(options, max_size=2).map(tuple), suffixes),
+)
+lets = st.builds(
+    Let,
+    names,
+    small,
+    st.lists(
+        st.one_of(
+            st.builds(Option, st.just("range"), st.tuples(small, small)),
+            st.builds(Option, st.just("unit"), st.tuples(texts)),
+        ),
+        max_size=2,
+    ).map(tuple),
+)
+nested_items = st.recursive(
+    st.one_of(plain_items, lets),
+    lambda inner: st.builds(Loop, names, small, small, st.lists(inner, max_size=2).map(tuple)),
+    max_leaves=4,
+)
+parts = st.builds(
+    PartDefinition,
+    names,
+    st.lists(st.builds(Parameter, names, st.none() | small), max_size=2).map(tuple),
+    st.lists(nested_items, max_size=2).map(tuple),
+)
+items = st.one_of(
+    nested_items,
+    parts,
+    st.builds(Include, texts),
+    st.just(FilmLoop()),
+    st.builds(
+        ConfigStatement,
+        st.lists(st.one_of(small, texts), min_size=1, max_size=2).map(tuple),
+        st.lists(options, max_size=2).map(tuple),
     ),
 )
 
@@ -165,7 +249,7 @@ def test_expressions_come_back(tree) -> None:
     assert expression_text(statement_of(f"x = {text}").right) == text
 
 
-@given(st.lists(items, max_size=5).map(lambda found: ScriptTree(tuple(found))))
+@given(st.lists(items, max_size=3).map(lambda found: ScriptTree(tuple(found))))
 @settings(max_examples=150, deadline=None)
 def test_scripts_come_back(tree: ScriptTree) -> None:
     assert script_of(script_text(tree)) == tree

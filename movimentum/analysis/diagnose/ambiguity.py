@@ -61,10 +61,11 @@ def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> I
             yield Diagnostic("constraint/same-picture", Severity.NOTE, message, span)
         return
     part = replace(part, candidates=tuple(group[0] for group in groups))
-    states = _states(stretch, beginning, part)
-    if not states:
+    closed = part.decided_by == "closed"
+    states = [] if closed else _states(stretch, beginning, part)
+    if not closed and not states:
         return
-    if part.decided_by == "closed" or _drawn_closed(stretch, choosing, part, states):
+    if closed or _drawn_closed(stretch, choosing, part, states):
         message = f"{len(groups)} solutions {where}; the one that is drawn was taken"
         yield Diagnostic("constraint/as-drawn", Severity.NOTE, message, span)
         return

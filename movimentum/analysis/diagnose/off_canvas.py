@@ -99,8 +99,9 @@ def _outlines(thing: Thing) -> tuple[Points, Points]:
             width, height = (side * thing.scale for side in thing.image_size)
             turns = np.arange(24) * (np.pi / 12.0)
             x, y = 0.5 * width * (1.0 + np.cos(turns)), 0.5 * height * (1.0 + np.sin(turns))
-            inside = list(zip(x.tolist(), y.tolist(), strict=True))
-            return inside, [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]
+            inside = [thing.placement.affine.apply(*point) for point in zip(x.tolist(), y.tolist(), strict=True)]
+            corners = ((0.0, 0.0), (width, 0.0), (0.0, height), (width, height))
+            return inside, [thing.placement.affine.apply(*corner) for corner in corners]
         case Shape.LABEL:
             size = size_of(thing)
             x, y = anchors[0]

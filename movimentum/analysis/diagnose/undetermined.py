@@ -10,8 +10,9 @@ from movimentum.analysis.freedom.degrees import BlockRank
 from movimentum.analysis.freedom.motions import FreeMotion, remedy
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.scene.clocks import clock_meant
-from movimentum.scene.model import Relation, Scene
+from movimentum.scene.model import Relation, Scene, VariableComponent
 from movimentum.scene.text_edits import added, renamed
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.source import Span
 from movimentum.text import time_text
@@ -55,15 +56,22 @@ def meant_clocks(scene: Scene, motion: FreeMotion) -> tuple[Fix, ...]:
     )
 
 
-def unstated_clocks(scene: Scene, found: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
-    """A warning for each variable that is named like a clock and that no statement is about, unless a diagnostic in
+def unstated_clocks(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """A warning for each variable that is named like a clock and that nothing determines, unless a diagnostic in
     ``found`` already asks about it. It is probably the cause of them.
+
+    Where there is no solution, a variable counts that no statement is about (but for `s`, which is a usual name).
     """
+    scene = motion.timeline.scene
+    loose = _loose(motion)
+    unsolved = any(stretch.troubles for stretch in motion.stretches)
     asked = "\n".join(text for item in found for text in item.helps)
     stated = {item.key for item in scene.constraints() if item.relation is Relation.EQUAL}
     for name, variable in scene.variables.items():
         clock = clock_meant(name)
         if clock is None or name in stated or f"`{name}` is an ordinary variable" in asked:
+            continue
+        if name not in loose and not (unsolved and name != "s"):
             continue
         yield Diagnostic(
             code="name/clock",
@@ -71,6 +79,19 @@ def unstated_clocks(scene: Scene, found: Sequence[Diagnostic]) -> Iterator[Diagn
             message=f"`{name}` is an ordinary variable, and no statement says what it is",
             span=variable.span,
         ).advised(Fix(f"did you mean `.{clock}`?", renamed(scene, name, f".{clock}")))
+
+
+def _loose(motion: PathMotion) -> set[str]:
+    """The variables that a free motion changes."""
+    found: set[str] = set()
+    for stretch in motion.stretches:
+        unknowns = stretch.plan.system.unknowns
+        moved: set[int] = set()
+        for block in stretch.plan.blocks:
+            if block.free or moved & set(block.inputs):
+                moved |= set(block.unknowns)
+        found |= {payload.name for n in moved if isinstance(payload := unknowns[n].payload, VariableComponent)}
+    return found
 
 
 def _where(stretch: SegmentMotion, rank: BlockRank, motion: FreeMotion) -> Span | None:

@@ -29,7 +29,8 @@ from movimentum.planning.lowering.calculus import differentiate
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, System, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial
-from movimentum.planning.lowering.rewriting import angle_rows, cancelled, squared
+from movimentum.planning.lowering.rewriting import along_line, angle_rows, cancelled, squared
+from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.lowering.unknowns import (
     Accumulated,
     PoseCos,
@@ -45,6 +46,7 @@ from movimentum.planning.lowering.unknowns import (
 from movimentum.scene.model import (
     AnchorCoordinate,
     Anonymous,
+    Bearing,
     Constraint,
     Relation,
     Scene,
@@ -53,46 +55,21 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
+from movimentum.scene.names import symbol_name
 from movimentum.timeline.model import Segment
-
-FAR = 1e3
-"""How many sizes of its largest thing a scene may lie from the world's origin before it is shifted there."""
-
-
-def scene_shift(scene: Scene) -> tuple[float, float]:
-    """The world point that positions are solved relative to: (0, 0), except for a scene that lies far from there.
-
-    A mechanism of size 1 at 1e8 would lose all its digits in squares of its coordinates. Only numbers that the script
-    states are asked (fixed points, else things as drawn), so that a moved scene is solved alike.
-    """
-    drawn = [anchor.local for thing in scene.things if thing.is_body for anchor in thing.anchors]
-    fixed: list[tuple[float, float]] = []
-    for constraint in scene.constraints():
-        if constraint.relation is Relation.EQUAL and constraint.anchor is not None and len(constraint.right) == 2:
-            x, y = constraint.right[0].value, constraint.right[1].value
-            if x is not None and y is not None:
-                fixed.append((x, y))
-    points = fixed or drawn
-    if not points:
-        return 0.0, 0.0
-    middle = len(points) // 2
-    x, y = sorted(p[0] for p in points)[middle], sorted(p[1] for p in points)[middle]
-    extent = max(
-        (
-            max(p[axis] for p in some) - min(p[axis] for p in some)
-            for some in ([anchor.local for anchor in t.anchors] for t in scene.things if t.is_body and t.anchors)
-            for axis in (0, 1)
-        ),
-        default=0.0,
-    ) or max(max(p[axis] for p in points) - min(p[axis] for p in points) for axis in (0, 1))
-    return (x, y) if extent > 0.0 and max(abs(x), abs(y)) > FAR * extent else (0.0, 0.0)
 
 
 class _Builder:
     """Collects unknowns and equations while a segment is lowered."""
 
     def __init__(
-        self, scene: Scene, segment: Segment, frames: dict[int, BodyFrame], shift: tuple[float, float]
+        self,
+        scene: Scene,
+        segment: Segment,
+        frames: dict[int, BodyFrame],
+        shift: tuple[float, float],
+        *,
+        rolling: bool = False,
     ) -> None:
         self.scene = scene
         self.segment = segment
@@ -106,6 +83,7 @@ class _Builder:
         self.memo: dict[Expr, Expr] = {}
         self.constraint: Constraint | None = None
         self.integrals = 0
+        self.rolling = rolling
 
     # unknowns
 
@@ -148,12 +126,38 @@ class _Builder:
                 return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.angle"))
             case ThingProperty(thing, name):
                 return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.{name}"))
+            case Bearing():
+                return self._bearing(payload)
             case VariableComponent(name, axis):
                 return symbol(self.unknown(payload, name if axis is None else f"{name}.{'xy'[axis]}"))
             case Anonymous(number, axis, _):
                 return symbol(self.unknown(payload, f"_{number}" if axis is None else f"_{number}.{'xy'[axis]}"))
             case _:
                 raise TypeError(payload)
+
+    def _bearing(self, bearing: Bearing) -> Expr:
+        """A direction between two anchors: an unknown that follows them, or (``rolling``) may determine them."""
+        if bearing in self.number_of:
+            return symbol(self.number_of[bearing])
+        number = self.unknown(bearing, symbol_name(self.scene, bearing))
+        ends = ((AnchorCoordinate(p.thing, p.anchor, axis) for axis in (0, 1)) for p in (bearing.start, bearing.end))
+        (x0, y0), (x1, y1) = ([self.lower(symbol(coordinate)) for coordinate in each] for each in ends)
+        seen = call("atan2d", sub(y1, y0), sub(x1, x0))
+        assert self.constraint is not None
+        if self.rolling:
+            self._equate(seen, symbol(number), self.constraint.number)
+            return symbol(number)
+        self.equations.append(
+            Equation(
+                number=len(self.equations),
+                residual=sub(symbol(number), seen),
+                unknowns=frozenset({number, *symbol_numbers(seen)}),
+                targets=(number,),
+                constraint=self.constraint.number,
+                form=Form.WINDING,
+            )
+        )
+        return symbol(number)
 
     def _integral(self, node: Expr) -> Expr:
         integrand = self.memo[node.args[0]]
@@ -259,6 +263,10 @@ class _Builder:
         residual = sub(left, right)
         form = poly.from_expression(residual)
         if form is None:
+            measure = along_line(left, right) or along_line(right, left)
+            if measure is not None:
+                self.add_equation(measure, poly.from_expression(measure), number, original=residual)
+                return
             rewritten = self._angle(left, right) or self._angle(right, left) or squared(residual)
             if rewritten is not None:
                 row, side = rewritten
@@ -280,9 +288,12 @@ def _apart(left: Expr, right: Expr) -> Expr:
     return sub(call("mod", add(error, half), const(360.0)), half)
 
 
-def build_system(scene: Scene, segment: Segment) -> System:
-    """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`."""
-    builder = _Builder(scene, segment, body_frames(scene, segment.active), scene_shift(scene))
+def build_system(scene: Scene, segment: Segment, *, rolling: bool = False) -> System:
+    """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`.
+
+    ``rolling``: directions between gears' centres may say where the centres are (one rolls on the other).
+    """
+    builder = _Builder(scene, segment, body_frames(scene, segment.active), scene_shift(scene), rolling=rolling)
     for constraint in segment.active:
         builder.constrain(constraint)
     return _finished(builder)

@@ -9,6 +9,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.numeric import atan2d
+from movimentum.scene.model import Bearing
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
@@ -19,8 +20,11 @@ from movimentum.solver.kinds.context import Beginning, Found
 def begin(start: Beginning, block: Winding) -> Found:
     """The angle nearest to the one carried over."""
     (n,) = block.core
-    carried = start.plan.system.unknowns[n].thing in start.carry.now.known
-    before = (start.carry.now.value(start.plan.system, n) or 0.0) if carried else 0.0
+    system, now = start.plan.system, start.carry.now
+    payload = system.unknowns[n].payload
+    carried = system.unknowns[n].thing in now.known or payload in now.others
+    drawn = payload.drawn if isinstance(payload, Bearing) else 0.0
+    before = (now.value(system, n) or 0.0) if carried else drawn
     direction = principal(block, start.state, start.instants.clocks)
     angle = np.broadcast_to(wound(direction, np.array(before)), 2)
     return Found([Choice(values=(float(angle[0]),))])

@@ -19,7 +19,7 @@ from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
-from movimentum.scene.model import AnchorCoordinate, Relation
+from movimentum.scene.model import AnchorCoordinate, Constraint, Relation
 from movimentum.solver.basis.pose_state import Carry, ThingPose
 from movimentum.solver.block.closed_form import State
 
@@ -50,6 +50,7 @@ def placed(plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry)
     ``state`` has the unknowns that are known without any pose; all is looked at where the clocks stand first.
     """
     system = plan.system
+    about = _About.of(system)
     bodies = {body.thing: body for body in plan.bodies}
     things = list(carry.now.things)
     moved = False
@@ -58,7 +59,7 @@ def placed(plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry)
             members = [t for t in part if t in bodies]
             if len(members) < 2 or carry.now.known.intersection(members):
                 continue  # a single body has no inner pose that a drawing could tell
-            lie = _lie_of(plan, state, clocks, carry, [bodies[t] for t in members])
+            lie = _lie_of(plan, state, clocks, carry, [bodies[t] for t in members], about)
             if lie is not None and lie != Lie():
                 moved = True
                 for t in members:
@@ -66,8 +67,38 @@ def placed(plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry)
     return replace(carry, now=replace(carry.now, things=tuple(things))) if moved else carry
 
 
+@dataclass(frozen=True, slots=True)
+class _About:
+    """For every thing, what is about it: the equations and the constraints of its anchors, in their order."""
+
+    equations: dict[int, list[int]]
+    constraints: dict[int, list[int]]
+
+    @classmethod
+    def of(cls, system: System) -> _About:
+        equations: dict[int, list[int]] = {}
+        constraints: dict[int, list[int]] = {}
+        for number, equation in enumerate(system.equations):
+            for thing in {system.unknowns[n].thing for n in equation.unknowns}:
+                if thing is not None:
+                    equations.setdefault(thing, []).append(number)
+        for number, constraint in enumerate(system.segment.active):
+            if constraint.anchor is not None:
+                constraints.setdefault(constraint.anchor.thing, []).append(number)
+        return cls(equations, constraints)
+
+
+def _gathered(lists: dict[int, list[int]], bodies: Sequence[BodyUnknowns]) -> list[int]:
+    return sorted({number for body in bodies for number in lists.get(body.thing, ())})
+
+
 def _lie_of(
-    plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry, bodies: Sequence[BodyUnknowns]
+    plan: Plan,
+    state: State,
+    clocks: Sequence[FloatArray],
+    carry: Carry,
+    bodies: Sequence[BodyUnknowns],
+    about: _About,
 ) -> Lie | None:
     """Where a part belongs, as far as that can be told before its inner pose is known; None where it cannot.
 
@@ -75,19 +106,20 @@ def _lie_of(
     than it begins. Else what is about one body decides (pins, guides, stated directions), if the whole part holds there
     as it is drawn: what three numbers can always be found for is no reason to turn a drawing.
     """
-    pins, closed = pinned(plan.system, carry, {body.thing for body in bodies}, plan.size)
+    active = [plan.system.segment.active[number] for number in _gathered(about.constraints, bodies)]
+    pins, closed = pinned(plan.system, carry, {body.thing for body in bodies}, plan.size, active)
     if len({target for _, target, _ in pins}) > 1:
         lie = rigid_motion(pins, plan.size)
         if lie is None or lie == Lie() or len({thing for _, _, thing in pins}) > 1:
             return lie
         return (
             lie
-            if closed and _Fit(plan, state, clocks, carry, bodies, _usable(plan, state, bodies)).meets(lie)
+            if closed and _Fit(plan, state, clocks, carry, bodies, _usable(plan, state, bodies, about)).meets(lie)
             else None
         )
     if not closed:
         return None
-    usable = _usable(plan, state, bodies)
+    usable = _usable(plan, state, bodies, about)
     own = {n for body in bodies for n in _numbers(body)}
     single = [e for e in usable if len({plan.system.unknowns[n].thing for n in e.unknowns & own}) == 1]
     if not single:
@@ -97,19 +129,23 @@ def _lie_of(
     return lie if lie is not None and _Fit(plan, state, clocks, carry, bodies, usable).meets(lie) else None
 
 
-def _usable(plan: Plan, state: State, bodies: Sequence[BodyUnknowns]) -> list[Equation]:
+def _usable(plan: Plan, state: State, bodies: Sequence[BodyUnknowns], about: _About) -> list[Equation]:
     """The script's equations about the poses of ``bodies`` and what is known."""
     own = {n for body in bodies for n in _numbers(body)}
     return [
         e
-        for e in plan.system.equations
+        for e in (plan.system.equations[number] for number in _gathered(about.equations, bodies))
         if e.form is Form.PLAIN and e.constraint is not None and e.unknowns & own
         if all(n in own or state[n] is not None for n in e.unknowns)
     ]
 
 
 def pinned(
-    system: System, carry: Carry, things: Container[int], size: float
+    system: System,
+    carry: Carry,
+    things: Container[int],
+    size: float,
+    active: Sequence[Constraint] | None = None,
 ) -> tuple[list[tuple[complex, complex, int]], bool]:
     """The anchors of ``things`` that are pinned at stated places (where it is drawn, where it belongs, its thing), and
     whether all anchors that are joined are drawn at one place.
@@ -123,7 +159,7 @@ def pinned(
 
     pins: list[tuple[complex, complex, int]] = []
     closed = True
-    for constraint in system.segment.active:
+    for constraint in system.segment.active if active is None else active:
         if constraint.relation is not Relation.EQUAL or constraint.anchor is None or len(constraint.right) != 2:
             continue
         one, other = constraint.left[0].payload, constraint.right[0].payload

@@ -1,0 +1,103 @@
+"""Whether a film's end fits its beginning: films that could begin again, and those that do so with a jump."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from movimentum.diagnostics import Diagnostic, Severity, insertion
+from movimentum.scene.model import Thing
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.poses import Poses
+from movimentum.text import number
+
+SAME = 1e-6
+"""Of the scene's size (angles: of a radian, colours: of the full range): poses that look the same."""
+LOOKED_AT = 16
+"""Instants between beginning and end, to see whether anything moves at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Difference:
+    """How far a thing is at one instant from where it is at another: pixels, degrees, and what its looks differ by."""
+
+    thing: Thing
+    distance: float
+    turn: float
+    looks: float
+
+    def amount(self, size: float) -> float:
+        """In units of what still looks the same."""
+        return max(self.distance / size, np.radians(abs(self.turn)), self.looks) / SAME
+
+
+def film_loops(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A note for a film that could begin again at its end, a warning for one that does so with a jump."""
+    timeline = motion.timeline
+    scene, length = timeline.scene, timeline.end - timeline.start
+    if not length:
+        return
+    poses = motion.poses_at([timeline.start + length * Fraction(k, LOOKED_AT) for k in range(LOOKED_AT + 1)])
+    if not poses.solved.all():
+        return
+    things = [thing for thing in scene.things if thing.is_body and not thing.hidden]
+    worst = _farthest(poses, 0, LOOKED_AT, things, motion.size)
+    if scene.loop is not None:
+        if worst is not None and worst.amount(motion.size) > 1.0:
+            yield _seam(worst, motion)
+        return
+    moved = [_farthest(poses, 0, k, things, motion.size) for k in range(1, LOOKED_AT)]
+    if worst is None or worst.amount(motion.size) > 1.0:
+        return
+    if not any(each is not None and each.amount(motion.size) > 1.0 for each in moved):
+        return  # a still picture
+    last = scene.steps[-1].span
+    yield Diagnostic(
+        code="loop/possible",
+        severity=Severity.NOTE,
+        message="the film ends as it begins, so its last frame is the first one again",
+        span=last,
+    ).advised(insertion("`.loop;` in the last step makes it one film without end", last.end, " .loop;"))
+
+
+def _seam(worst: _Difference, motion: PathMotion) -> Diagnostic:
+    name = worst.thing.name
+    parts: list[str] = []
+    if worst.distance > SAME * motion.size:
+        parts.append(f"{number(worst.distance)} pixels away")
+    if np.radians(abs(worst.turn)) > SAME:
+        parts.append(f"turned by {number(worst.turn)} degrees")
+    if worst.looks > SAME:
+        parts.append("of another colour or opacity, or not there")
+    return Diagnostic(
+        code="loop/seam",
+        severity=Severity.WARNING,
+        message=f"the film begins again with a jump: at its end, `{name}` is {' and '.join(parts)}",
+        span=motion.timeline.scene.loop,
+        notes=("compared with the first frame; full turns do not count",),
+        helps=("end the film where everything is as in the first frame, or leave `.loop` out",),
+    )
+
+
+def _farthest(poses: Poses, i: int, k: int, things: list[Thing], size: float) -> _Difference | None:
+    found = [_difference(poses, i, k, thing) for thing in things]
+    return max(found, key=lambda each: each.amount(size), default=None)
+
+
+def _difference(poses: Poses, i: int, k: int, thing: Thing) -> _Difference:
+    t = thing.number
+    if not (poses.visible[t, i] and poses.visible[t, k]):
+        return _Difference(thing, 0.0, 0.0, float(poses.visible[t, i] != poses.visible[t, k]))
+    points = [anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]
+    worlds = [poses.world(t, point) for point in points]
+    distance = max(float(np.hypot(*(where[k] - where[i]))) for where in worlds)
+    (c0, s0), (c1, s1) = poses.direction[t, i], poses.direction[t, k]
+    turn = float(np.degrees(np.arctan2(c0 * s1 - s0 * c1, c0 * c1 + s0 * s1)))
+    looks = 0.0
+    for (of, name), values in poses.properties.items():
+        if of == t:
+            looks = max(looks, abs(float(values[k] - values[i])) / (1.0 if name == "opacity" else 255.0))
+    return _Difference(thing, distance, turn, looks)

@@ -1,0 +1,128 @@
+"""Gears whose centres are too near to each other or too far apart for their teeth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.expressions import symbols
+from movimentum.scene.gears import pitch_radius, tooth_direction
+from movimentum.scene.model import Constraint, GearPair, Relation, Scene, Shape, Thing
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.poses import Poses
+from movimentum.solver.segment_motion import Unsolved
+from movimentum.text import number, time_text
+
+PLAY = 0.05
+"""In modules: how far from where they belong centres may be."""
+MOST = 400
+"""Instants of a segment that are looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Meshing:
+    """Two things whose teeth a constraint keeps in step; a rack comes first, and a ring before what runs in it."""
+
+    constraint: Constraint
+    first: Thing
+    second: Thing
+
+    @property
+    def fitting(self) -> float:
+        """The distance (of a rack: of its pitch line) at which pitch circles touch, in pixels."""
+        if self.first.shape is Shape.RACK:
+            return pitch_radius(self.second)
+        other = pitch_radius(self.second)
+        return pitch_radius(self.first) + (-other if self.first.inner else other)
+
+    def distances(self, poses: Poses) -> FloatArray:
+        """(F,) the same as it is; of a rack, negative if the gear is on the side that has no teeth."""
+        here = poses.world(self.first.number, self.first.anchors[0].local)
+        apart = poses.world(self.second.number, self.second.anchors[0].local) - here
+        if self.first.shape is not Shape.RACK:
+            return np.hypot(*apart.T)
+        along = np.radians(poses.angle[self.first.number] + tooth_direction(self.first))
+        return np.cos(along) * apart[:, 1] - np.sin(along) * apart[:, 0]
+
+
+def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
+    """An error for each ``.mesh`` whose centres do not have the right distance, with when that is first so."""
+    scene = motion.timeline.scene
+    rest = {item.constraint.number: item for item in _meshings(scene)}
+    for stretch in motion.stretches:
+        active = {item.number for item in stretch.segment.active}
+        here = [item for number, item in rest.items() if number in active]
+        if not here:
+            continue
+        start = stretch.segment.start
+        taus = {float(tau) for piece in stretch.pieces if not isinstance(piece, Unsolved) for tau in piece.nodes}
+        times = sorted({start, *(start + Fraction(tau) for tau in taus)})
+        times = [time for time in times if time < stretch.segment.end or time == start]
+        poses = motion.poses_at(times[:: -(-len(times) // MOST)])
+        for item in here:
+            assert item.first.module is not None
+            distances = item.distances(poses)
+            bad = (np.abs(distances - item.fitting) > PLAY * item.first.module) & poses.solved
+            if bad.any():
+                place = int(np.argmax(bad))
+                del rest[item.constraint.number]
+                yield _told(item, float(distances[place]), poses, place)
+
+
+def _meshings(scene: Scene) -> Iterator[_Meshing]:
+    for item in scene.constraints():
+        if item.relation is not Relation.EQUAL:
+            continue
+        for payload in symbols(*item.left, *item.right):
+            if isinstance(payload, GearPair) and not payload.belt:
+                first, second = scene.things[payload.first], scene.things[payload.second]
+                if second.inner or second.shape is Shape.RACK:
+                    first, second = second, first
+                yield _Meshing(item, first, second)
+
+
+def _told(item: _Meshing, distance: float, poses: Poses, i: int) -> Diagnostic:
+    first, second, fits = item.first, item.second, item.fitting
+    when = time_text(float(poses.times[i]))
+    if first.shape is Shape.RACK:
+        message = f"`{second.name}` is {number(distance)} from the pitch line of `{first.name}` at t = {when}"
+        message += f", and their teeth fit at {number(fits)}, on the left of the rack"
+        radii = f"the pitch radius of `{second.name}` is {number(pitch_radius(second))}"
+        helps = (f"state it: `.across({_centre(second)}, {_end(first, 0)}, {_end(first, 1)}) = {number(fits, 6)};`",)
+    else:
+        message = f"the centres of `{first.name}` and `{second.name}` are {number(distance)} apart at t = {when}"
+        message += f", and their teeth fit at {number(fits)}"
+        radii = f"the pitch radii are {number(pitch_radius(first))} and {number(pitch_radius(second))}"
+        helps = (f"put `{_centre(second)}` {number(fits, 6)} from `{_centre(first)}`{_place(item, poses, i)}",)
+    return Diagnostic(
+        code="mesh/distance",
+        severity=Severity.ERROR,
+        message=message,
+        span=item.constraint.span,
+        notes=(f"{radii}, module times teeth / 2",),
+        helps=helps,
+    )
+
+
+def _place(item: _Meshing, poses: Poses, i: int) -> str:
+    """Where that would be, in the direction in which it is."""
+    here, there = (poses.world(each.number, each.anchors[0].local)[i] for each in (item.first, item.second))
+    apart = there - here
+    length = float(np.hypot(*apart))
+    if length == 0.0:
+        return ""
+    x, y = here + apart * (item.fitting / length)
+    return f", such as at [{number(float(x), 6)}, {number(float(y), 6)}]"
+
+
+def _centre(thing: Thing) -> str:
+    return _end(thing, 0)
+
+
+def _end(thing: Thing, anchor: int) -> str:
+    return f"{thing.name}.{thing.anchors[anchor].name}"

@@ -1,0 +1,227 @@
+"""Expressions with their names looked up: constants become numbers, paths such as ``S[2].A`` the names of things."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from movimentum.diagnostics import Label, replacement
+from movimentum.scene.expansion.scopes import (
+    ArrayEntry,
+    ConstantEntry,
+    CopyEntry,
+    Entry,
+    Scope,
+    ThingEntry,
+    Value,
+)
+from movimentum.scene.findings import Findings
+from movimentum.source import Span
+from movimentum.syntax.expression_tree import (
+    Call,
+    Constant,
+    Expression,
+    Index,
+    Member,
+    Name,
+    Vector,
+    children,
+    postorder,
+    rebuilt,
+)
+from movimentum.syntax.tree import Text
+from movimentum.syntax.words import THING_MEMBERS
+
+Made = Expression | Entry
+
+
+@dataclass(slots=True, eq=False)
+class Rewriter:
+    """Looks names up. ``value_of`` gives the value of a constant, ``whole_number`` that of an index."""
+
+    findings: Findings
+    value_of: Callable[[ConstantEntry], Value | None]
+    whole_number: Callable[[Expression, str], int | None]
+    things: dict[str, ThingEntry] = field(default_factory=dict[str, ThingEntry])
+    asked: list[tuple[Scope, str, Span, str]] = field(default_factory=list[tuple[Scope, str, Span, str]])
+    """Variables of copies that are used from outside: (the copy's scope, name, place, the copy's name)."""
+
+    def expression(self, root: Expression, scope: Scope, keep: frozenset[str] = frozenset()) -> Expression | None:
+        """``root`` as it is meant in ``scope``; None after an error. Names in ``keep`` stay as they are."""
+        made = self._made(root, scope, keep)
+        if made is None or not isinstance(made, ArrayEntry | CopyEntry | ThingEntry):
+            return made
+        return self._no_value(made, scope.place(root.span))
+
+    def thing(self, root: Expression, scope: Scope) -> Expression | None:
+        """The name of a thing."""
+        return self.expression(root, scope)
+
+    def is_anchor(self, node: Expression) -> bool:
+        """Whether a rewritten node is an anchor of a thing."""
+        if not (isinstance(node, Member) and isinstance(node.operand, Name)):
+            return False
+        entry = self.things.get(node.operand.name)
+        return entry is not None and node.name in entry.anchors
+
+    def _made(self, root: Expression, scope: Scope, keep: frozenset[str]) -> Made | None:
+        done: dict[int, Made] = {}
+        for node in postorder(root):
+            span = scope.place(node.span)
+            below = [done[id(child)] for child in children(node)]
+            made: Made | None
+            match node:
+                case Name():
+                    made = replace(node, span=span) if node.name in keep else self._name(node.name, scope, span)
+                case Member():
+                    made = self._member(node, below[0], scope, span)
+                case Index():
+                    made = self._element(node, below, scope, span)
+                case _:
+                    made = self._rebuilt(node, below, span)
+            if made is None:
+                return None
+            done[id(node)] = made
+        return done[id(root)]
+
+    def _rebuilt(self, node: Expression, below: list[Made], span: Span) -> Expression | None:
+        plain: list[Expression] = []
+        for each, child in zip(below, children(node), strict=True):
+            if isinstance(each, ArrayEntry | CopyEntry | ThingEntry):
+                self._no_value(each, span if isinstance(node, Call) else child.span)
+                return None
+            plain.append(each)
+        return rebuilt(node, plain, span)
+
+    # --- names
+
+    def _name(self, name: str, scope: Scope, span: Span) -> Made | None:
+        constant = scope.constant(name)
+        entry = scope.owner.entries.get(name)
+        if constant is not None and (entry is None or scope.is_near(constant)):
+            return self._constant(constant, span)
+        if entry is not None:
+            return Name(entry.name, span=span) if isinstance(entry, ThingEntry) else entry
+        if name in scope.owner.broken:
+            return None
+        if scope.owner.prefix and (outside := _outside(name, scope)) is not None:
+            self.findings.error(
+                "name/outside",
+                f"`{name}` is not in this part: a part names only what it defines",
+                span,
+                labels=(Label(outside.span, f"`{name}` is here"),),
+                helps=("join the copy to it outside the part: `Copy.Thing.P = …;`",),
+            )
+            return None
+        scope.owner.variables.add(name)
+        return Name(scope.prefix + name, span=span)
+
+    def _constant(self, entry: ConstantEntry, span: Span) -> Expression | None:
+        value = self.value_of(entry)
+        if value is None:
+            return None
+        if isinstance(value, Text):
+            self.findings.error("kind/mismatch", f"`{entry.name}` is a text, not a value", span)
+            return None
+        parts = tuple(replace(part, span=span) for part in value)
+        return parts[0] if len(parts) == 1 else Vector(parts, span=span)
+
+    # --- what follows a name
+
+    def _member(self, node: Member, operand: Made, scope: Scope, span: Span) -> Made | None:
+        name_span = scope.place(node.name_span)
+        if isinstance(operand, ArrayEntry):
+            return self._no_value(operand, scope.place(node.operand.span))
+        if isinstance(operand, ThingEntry):
+            operand = Name(operand.name, span=scope.place(node.operand.span))
+        if not isinstance(operand, CopyEntry):
+            return replace(node, operand=operand, span=span, name_span=name_span)
+        inner = operand.scope
+        entry = inner.entries.get(node.name)
+        if entry is not None:
+            return Name(entry.name, span=span) if isinstance(entry, ThingEntry) else entry
+        constant = inner.constants.get(node.name)
+        if constant is not None:
+            return self._constant(constant, span)
+        self.asked.append((inner, node.name, name_span, operand.name))
+        return Name(inner.prefix + node.name, span=span)
+
+    def _element(self, node: Index, below: list[Made], scope: Scope, span: Span) -> Made | None:
+        operand, index = below
+        place = scope.place(node.index.span)
+        if isinstance(index, ArrayEntry | CopyEntry | ThingEntry):
+            return self._no_value(index, place)
+        number = self.whole_number(index, "an index")
+        if number is None:
+            return None
+        if isinstance(operand, ArrayEntry):
+            entry = operand.entries.get(number)
+            if entry is None:
+                self._outside_array(operand, number, place)
+                return None
+            return Name(entry.name, span=span) if isinstance(entry, ThingEntry) else entry
+        if isinstance(operand, Name) and operand.name not in self.things:
+            return Name(f"{operand.name}[{number}]", span=span)  # a variable with an index
+        said = "this"
+        if isinstance(operand, Name | CopyEntry):
+            said = f"`{operand.name}`"
+        elif isinstance(operand, Constant | Vector):
+            said = "a constant"
+        self.findings.error("name/index", f"{said} is no array, so it has no elements", place)
+        return None
+
+    def _outside_array(self, array: ArrayEntry, number: int, place: Span) -> None:
+        known = sorted(array.entries)
+        has = f"{known[0]} to {known[-1]}" if known else "no elements"
+        nearest = min(known, key=lambda each: abs(each - number), default=None)
+        self.findings.error(
+            "name/index",
+            f"`{array.name}[{number}]` does not exist: `{array.name}` has {has}",
+            place,
+            labels=(Label(array.span, f"`{array.name}` is defined here"),),
+            helps=() if nearest is None else (replacement(f"write `{nearest}`", place, str(nearest)),),
+        )
+
+    def _no_value(self, entry: Entry, span: Span) -> None:
+        first = ""
+        if isinstance(entry, ArrayEntry):
+            index = min(entry.entries, default=1)
+            message = f"`{entry.name}` is an array: say which element, such as `{entry.name}[{index}]`"
+        elif isinstance(entry, CopyEntry):
+            first = next(iter(entry.scope.entries), "")
+            message = f"`{entry.name}` is a copy of a part, not a value"
+        else:
+            message = f"`{entry.name}` is a thing, not a value"
+        helps = (f"name one of its things, such as `{entry.name}.{first}`",) if first else ()
+        self.findings.error(
+            "kind/mismatch", message, span, labels=(Label(entry.span, f"`{entry.name}` is defined here"),), helps=helps
+        )
+
+    # --- afterwards
+
+    def finish(self) -> None:
+        """Report what copies were asked for and do not have."""
+        for scope, name, span, copy in self.asked:
+            if name in scope.variables or name in THING_MEMBERS or f"{name}[" in "".join(scope.variables):
+                continue
+            known = [*scope.entries, *scope.constants, *scope.variables]
+            guess = self.findings.nearest(name, known)
+            things = ", ".join(f"`{each}`" for each in scope.entries)
+            help_ = replacement(f"did you mean `{guess}`?", span, guess) if guess else f"it has {things}"
+            self.findings.error(
+                "name/unknown-thing",
+                f"`{copy}` has no `{name}`",
+                span,
+                helps=(help_,) if guess or things else (),
+            )
+
+
+def _outside(name: str, scope: Scope) -> Entry | None:
+    """What ``name`` is in a text around the part."""
+    around = scope.owner.outer
+    while around is not None:
+        found = around.owner.entries.get(name)
+        if found is not None:
+            return found
+        around = around.owner.outer
+    return None

@@ -1,0 +1,172 @@
+"""``.mesh(A, B)`` and ``.belt(A, B)``: which two things, and whether they can run together."""
+
+from __future__ import annotations
+
+import re
+
+from movimentum.diagnostics import Fix, Label, replacement
+from movimentum.scene.findings import Findings
+from movimentum.scene.gears import pitch_radius
+from movimentum.scene.model import GearPair, Shape, Thing
+from movimentum.source import Span
+from movimentum.syntax.expression_tree import Call, Expression, Member, Name
+from movimentum.syntax.printer import float_text
+from movimentum.syntax.tree import ClaimStatement, Statement
+
+PAIRED = frozenset({"mesh", "belt"})
+"""The functions whose arguments are things."""
+CROSSED = "crossed"
+
+
+def is_crossed(node: Expression) -> bool:
+    """``.belt(A, B) .crossed``."""
+    return (
+        isinstance(node, Member)
+        and node.name == CROSSED
+        and isinstance(node.operand, Call)
+        and node.operand.function == "belt"
+    )
+
+
+def uncrossed(statement: Statement | ClaimStatement) -> tuple[Expression, Expression, bool]:
+    """Both sides without ``.crossed``, wherever it is written (``.belt(A, B) .crossed = 0``, ``.belt(A, B) = 0
+    .crossed``), and whether it is: a belt has one key, however it runs.
+    """
+    left, right, crossed = statement.left, statement.right, False
+    if is_crossed(left):
+        assert isinstance(left, Member)
+        left, crossed = left.operand, True
+    if isinstance(left, Call) and left.function == "belt" and isinstance(right, Member) and right.name == CROSSED:
+        right, crossed = right.operand, True
+    return left, right, crossed
+
+
+def pair_of(node: Call, known: dict[str, Thing], findings: Findings) -> GearPair | None:
+    """The two things that a call names; None after an error.
+
+    Errors: ``kind/mismatch``, ``name/unknown-thing``, ``mesh/module``, ``mesh/ring``.
+    """
+    things = [_thing(argument, node.function, known, findings) for argument in node.arguments]
+    first, second = things
+    if first is None or second is None:
+        return None
+    if first is second:
+        message = f"`.{node.function}` joins two things, and this is one"
+        findings.error("kind/mismatch", message, node.span)
+        return None
+    belt = node.function == "belt"
+    if not belt and not _can_mesh(node, first, second, findings):
+        return None
+    return GearPair(first.number, second.number, belt)
+
+
+def belt_radius(thing: Thing) -> float | None:
+    """The radius at which a belt runs about a thing; None if it has none."""
+    if thing.shape is Shape.GEAR and thing.module is not None and thing.teeth is not None and not thing.inner:
+        return pitch_radius(thing)
+    return thing.radius if thing.shape is Shape.DISC else None
+
+
+def _thing(argument: Expression, function: str, known: dict[str, Thing], findings: Findings) -> Thing | None:
+    wanted = "discs or gears" if function == "belt" else "gears or racks"
+    if isinstance(argument, Member) and isinstance(argument.operand, Name) and argument.operand.name in known:
+        name = argument.operand.name
+        findings.error(
+            "kind/mismatch",
+            f"`.{function}` takes things, not their anchors",
+            argument.span,
+            helps=(replacement(f"write `{name}`", argument.span, name),),
+        )
+        return None
+    if not isinstance(argument, Name):
+        findings.error("kind/mismatch", f"`.{function}` takes the names of two {wanted}", argument.span)
+        return None
+    thing = known.get(argument.name)
+    fitting = [name for name, each in known.items() if _fits(each, function)]
+    if thing is None:
+        guess = findings.nearest(argument.name, fitting) or findings.nearest(argument.name, known)
+        helps = (replacement(f"did you mean `{guess}`?", argument.span, guess),) if guess else ()
+        message = f"there is no thing called `{argument.name}`"
+        findings.error("name/unknown-thing", message, argument.span, helps=helps)
+        return None
+    if not _fits(thing, function):
+        findings.error(
+            "kind/mismatch",
+            f"`.{function}` is for {wanted}, and `{thing.name}` is {'a ring' if thing.inner else 'neither'}",
+            argument.span,
+            labels=(Label(thing.name_span, f"`{thing.name}` is defined here"),),
+            helps=_remedy(thing, function, findings),
+        )
+        return None
+    return thing
+
+
+def _fits(thing: Thing, function: str) -> bool:
+    if function == "belt":
+        return belt_radius(thing) is not None
+    return thing.shape in (Shape.GEAR, Shape.RACK) and thing.module is not None and thing.teeth is not None
+
+
+def _remedy(thing: Thing, function: str, findings: Findings) -> tuple[str | Fix, ...]:
+    """The definition as it should be."""
+    if thing.inner:
+        return ()
+    if function == "belt":
+        return (f"define it as a wheel: `{thing.name} : .disc(30) …`",)
+    if thing.shape is not Shape.DISC or thing.radius is None:
+        return (f"define it as a gear: `{thing.name} : .gear(20, 4) …`",)
+    gear = f".gear(20, {float_text(round(thing.radius / 10.0, 6))})"
+    title = f"define it as a gear: `{thing.name} : {gear} …` is as large"
+    written = re.search(r"\.disc\s*\([^()]*\)", findings.source.slice(thing.span))
+    if written is None:
+        return (title,)
+    start = thing.span.start
+    return (replacement(title, Span(start + written.start(), start + written.end()), gear),)
+
+
+def _can_mesh(node: Call, first: Thing, second: Thing, findings: Findings) -> bool:
+    """Whether the teeth of two things fit into each other; what is wrong is reported."""
+    assert first.module is not None
+    assert second.module is not None
+    places = (Label(first.name_span, _described(first)), Label(second.name_span, _described(second)))
+    if Shape.RACK in (first.shape, second.shape) and first.shape is second.shape:
+        findings.error("kind/mismatch", "two racks cannot mesh", node.span, labels=places)
+        return False
+    rings = [thing for thing in (first, second) if thing.inner]
+    others = [thing for thing in (first, second) if not thing.inner]
+    if len(rings) == 2 or (rings and others[0].shape is Shape.RACK):
+        message = "two rings cannot mesh" if len(rings) == 2 else "a ring cannot mesh with a rack"
+        findings.error("mesh/ring", message, node.span, labels=places)
+        return False
+    if abs(first.module - second.module) > 1e-9 * first.module:
+        findings.error(
+            "mesh/module",
+            f"teeth of modules {float_text(first.module)} and {float_text(second.module)} do not fit into each other",
+            node.span,
+            labels=places,
+            helps=(_same_module(first, second),),
+        )
+        return False
+    if rings and (rings[0].teeth or 0) <= (others[0].teeth or 0):
+        findings.error(
+            "mesh/ring",
+            f"the ring `{rings[0].name}` has {rings[0].teeth} teeth, and `{others[0].name}`, which would be inside, has"
+            f" {others[0].teeth}",
+            node.span,
+            labels=places,
+            helps=(f"a ring needs more teeth than what runs in it: `.gear({(others[0].teeth or 0) * 3}, …) .inner`",),
+        )
+        return False
+    return True
+
+
+def _same_module(first: Thing, second: Thing) -> str:
+    assert first.module is not None
+    kind = "rack" if second.shape is Shape.RACK else "gear"
+    return f"give both one module: `{second.name} : .{kind}({second.teeth}, {float_text(first.module)}) …`"
+
+
+def _described(thing: Thing) -> str:
+    assert thing.module is not None
+    kind = "rack" if thing.shape is Shape.RACK else "ring" if thing.inner else "gear"
+    return f"a {kind} of {thing.teeth} teeth, module {float_text(thing.module)}"

@@ -1,0 +1,70 @@
+"""Values of what says motion in short: choices by comparison and by range, transitions, places relative to a line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from movimentum.expressions import ONE, Expr, add, call, div, mul, power, sub
+from movimentum.syntax.expression_tree import Comparison, Piecewise, Range
+
+Value = tuple[Expr, ...]
+"""One component for a scalar, two for a vector."""
+
+
+def length_of(vector: Value) -> Expr:
+    """The length of a vector."""
+    return call("sqrt", add(power(vector[0], 2.0), power(vector[1], 2.0)))
+
+
+def ranged(node: Range, values: Mapping[int, Value]) -> Value:
+    """``{ e : v0 > b1 : v1 }``. ``values``: of the nodes below, by ``id``."""
+    result = values[id(node.values[-1])][0]
+    subject = values[id(node.subject)][0]
+    for bound, value in zip(reversed(node.bounds), reversed(node.values[:-1]), strict=True):
+        result = call("le", subject, values[id(bound)][0], values[id(value)][0], result)
+    return (result,)
+
+
+def piecewise(node: Piecewise, values: Mapping[int, Value]) -> Value:
+    """A chain of choices; each comparison is exact at its bound. ``values`` as for `ranged`."""
+    result = values[id(node.values[-1])]
+    cases = list(zip(node.lefts, node.comparisons, node.rights, node.values, strict=False))
+    for left, comparison, right, value in reversed(cases):
+        (a,), (b,) = values[id(left)], values[id(right)]
+        if comparison in (Comparison.ABOVE, Comparison.AT_LEAST):
+            a, b = b, a
+        pairs = zip(values[id(value)], result, strict=True)
+        if comparison in (Comparison.AT_MOST, Comparison.AT_LEAST):
+            result = tuple(call("le", a, b, yes, no) for yes, no in pairs)
+        else:  # a < b is false just where b <= a
+            result = tuple(call("le", b, a, no, yes) for yes, no in pairs)
+    return result
+
+
+def transition(start: Value, end: Value, way: Expr) -> Value:
+    """From ``start`` to ``end``, eased. Both ends are exact, and what is over mentions only its end."""
+    share = call("ease", way)
+    rest = sub(ONE, share)
+    return tuple(add(mul(a, rest), mul(b, share)) for a, b in zip(start, end, strict=True))
+
+
+def from_line(
+    point: Value, start: Value, end: Value, drawn: tuple[Value, Value] | None, *, across: bool
+) -> Expr | None:
+    """How far a point is from the line through two others, positive on the left of it, or how far along it.
+
+    ``drawn`` are the two points as they are drawn, if they keep their distance: then it is a polynomial in their
+    coordinates. None if they are one point.
+    """
+    (px, py), (ax, ay), (bx, by) = point, start, end
+    ux, uy, vx, vy = sub(bx, ax), sub(by, ay), sub(px, ax), sub(py, ay)
+    if drawn is None:
+        length = length_of((ux, uy))
+    else:
+        (x0, y0), (x1, y1) = drawn
+        length = length_of((sub(x1, x0), sub(y1, y0)))
+    if length.value == 0.0:
+        return None
+    if across:
+        return div(sub(mul(ux, vy), mul(uy, vx)), length)
+    return div(add(mul(ux, vx), mul(uy, vy)), length)

@@ -1,0 +1,81 @@
+"""What was probably meant where a constant, a part, a copy or a loop is misspelt."""
+
+from __future__ import annotations
+
+import re
+
+from movimentum.diagnostics import Fix, insertion, replacement
+from movimentum.source import Edit, Span
+from movimentum.syntax.suggest import nearest
+from movimentum.syntax.words import SHAPES
+
+WORDS = ("config", "let", "part", "for", "include", "claim", "loop")
+"""What may begin an item, besides names."""
+
+_OTHERS = {
+    "const": "let", "constant": "let", "define": "let", "set": "let", "var": "let", "def": "part", "module": "part",
+    "block": "part", "group": "part", "import": "include", "use": "include", "repeat": "for", "foreach": "for",
+}  # fmt: skip
+_HEAD = re.compile(r"\.(let|for)\s+[A-Za-z][A-Za-z0-9_]*\s*(?:=[^;{}=]*)?\Z")
+_BARE = re.compile(r"(?<![.A-Za-z0-9_])(let|part|for|include)\s*\Z")
+_FILE = re.compile(r"[^\s;'\"]+")
+_INDEX = re.compile(r"\(\s*([A-Za-z0-9_+\-* ]+?)\s*\)(?=\s*\.\s*[A-Za-z])")
+_GEAR = re.compile(r"\.(gear|rack)\s*\([^(),;]*\Z")
+_CASE = re.compile(r"\{[^{}]*:[^{}]*;[^{};:]*\Z")
+_POINT = re.compile(r"\.(?:trace|vector|dimension|arc|spring|damper|cylinder|slide|line)\b[^;]*?([A-Za-z]\w*)\s*\Z")
+
+
+def other_word(word: str) -> str | None:
+    """The word that another language's ``word`` is in this one."""
+    return _OTHERS.get(word.lower()) or nearest(word, WORDS)
+
+
+def meant(text: str, before: int, place: int, found: str, accepted: frozenset[str]) -> str | Fix | None:
+    """What to write instead of ``found`` at ``place``; the text before it ends at ``before``. None for other things."""
+    here = Span(place, place + len(found))
+    line = text[max(0, before - 200) : before]
+    if (bare := _BARE.search(line)) is not None and (found[0].isalpha() or found[0] == "'"):
+        start = before - len(line) + bare.start()
+        return insertion(f"write `.{bare[1]}`: the language's own words begin with a dot", start, ".")
+    if (head := _HEAD.search(line)) is not None:
+        return _in_head(head[1], text, before, here, found, accepted)
+    if "STRING" in accepted and line.endswith(".include") and (file := _FILE.match(text, place)) is not None:
+        name = f"'{file[0]}'"
+        return replacement(f"write the file's name as a text: `.include {name};`", Span(*file.span()), name)
+    if found == "(" and (index := _INDEX.match(text, place)) is not None and index[1].strip():
+        edits = (Edit(here, "["), Edit(Span(index.end() - 1, index.end()), "]"))
+        return Fix(f"write an index as `[{index[1]}]`", edits)
+    if found == ")" and (gear := _GEAR.search(line)) is not None:
+        return insertion(f"write `.{gear[1]}(teeth, module)`, such as `.{gear[1]}(20, 5)`", place, ", 5")
+    if found == ":" and "RBRACE" in accepted and _CASE.search(line):
+        return "the last value stands alone: `{ a < 3 : 4; a < 5 : 6; 7 }`"
+    if accepted <= {"LSQB", "WORD"} and (point := _POINT.search(line)) is not None:
+        return f"name one of its anchors: `{point[1]}.P`"
+    return None
+
+
+def _in_head(word: str, text: str, before: int, here: Span, found: str, accepted: frozenset[str]) -> str | Fix | None:
+    """In ``.let name = …`` and ``.for name = …``."""
+    if "EQUAL" in accepted and "DOTS" not in accepted:
+        if found in (":", "in", "of", "to", ":="):
+            return replacement("write `=`", here, "=")
+        if word == "let" and (found[0].isdigit() or found[0] in "[('"):
+            return insertion(f"write `= {found}`", before, " =")
+    if word == "for" and "DOTS" in accepted and found in (":", ",", "to", "-", ".", "until"):
+        return replacement("a range is written `1..5`", here, "..")
+    if word == "for" and "LBRACE" in accepted and "DOTS" not in accepted:
+        end = text.find(";", here.end)
+        title = "put what is repeated into braces: `.for k = 1..5 { … }`"
+        if end < 0:
+            return title
+        return Fix(title, (Edit(Span(here.start, here.start), "{ "), Edit(Span(end + 1, end + 1), " }")))
+    return None
+
+
+def copied(text: str, place: int, end: int) -> Fix | None:
+    """For a name where a shape should be (it is up to ``end``): a copy of a part, if nothing else stands there."""
+    word = text[place:end]
+    rest = text[end:].lstrip()
+    if nearest(word, SHAPES) is not None or rest[:1] not in (";", "."):
+        return None
+    return insertion(f"a copy of a part is written `{word}()`", end, "()")

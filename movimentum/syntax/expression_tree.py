@@ -1,0 +1,287 @@
+"""The nodes of expressions in the syntax tree, and ways to walk and to change them; see `syntax.tree`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from enum import StrEnum
+from fractions import Fraction
+
+from movimentum.source import Span
+
+NOWHERE = Span(0, 0)
+"""The span of a node that is not in any text (one made by a program)."""
+
+
+class Operator(StrEnum):
+    """What joins two terms of a `Sum` or two factors of a `Product`."""
+
+    PLUS = "+"
+    MINUS = "-"
+    TIMES = "*"
+    OVER = "/"
+
+
+class Comparison(StrEnum):
+    """The sign between the two sides of a statement."""
+
+    EQUAL = "="
+    WISH = "~"
+    BELOW = "<"
+    AT_MOST = "<="
+    ABOVE = ">"
+    AT_LEAST = ">="
+
+
+# --- expressions ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Node:
+    """Anything with a place in the text."""
+
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Number(Node):
+    """A number, as exact as it was written (never negative, always finite)."""
+
+    value: Decimal
+
+
+@dataclass(frozen=True, slots=True)
+class Name(Node):
+    """A thing or a variable."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Constant(Node):
+    """What a `Name` of a constant stands for: no script has this node, the scene stage makes it.
+
+    ``value`` is exact where it is a Fraction. ``computed``: how it was computed, as the scene stage keeps it.
+    """
+
+    value: Fraction | float
+    computed: object = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Element(Node):
+    """``#id``: the place of an element of a drawing."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
+class Blank(Node):
+    """``_``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock(Node):
+    """``.t``, ``.s``, ``.iv``, ``.T`` or ``.pi``; ``name`` without the dot."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Vector(Node):
+    """``[x, y]`` or ``[x, y, z]``."""
+
+    components: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Member(Node):
+    """``operand.name``: an anchor or angle of a thing, or a component or length of a vector."""
+
+    operand: Expression
+    name: str
+    name_span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Index(Node):
+    """``operand[index]``: one copy, thing or variable of an array."""
+
+    operand: Expression
+    index: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Rotate(Node):
+    """``operand.r(angle)``."""
+
+    operand: Expression
+    angle: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Call(Node):
+    """``.function(arguments)``; ``function`` is one of the canonical names of `movimentum.syntax.words`."""
+
+    function: str
+    arguments: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Negate(Node):
+    """``-operand``."""
+
+    operand: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Power(Node):
+    """``base^exponent``."""
+
+    base: Expression
+    exponent: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Sum(Node):
+    """``t0 ± t1 ± …``, from left to right: ``operators[i]`` is between ``operands[i]`` and ``operands[i + 1]``.
+
+    The first operand is never a `Sum` itself.
+    """
+
+    operands: tuple[Expression, ...]
+    operators: tuple[Operator, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Product(Node):
+    """``f0 * f1 / …``, laid out as `Sum`; the first operand is never a `Product` itself."""
+
+    operands: tuple[Expression, ...]
+    operators: tuple[Operator, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Range(Node):
+    """``{ subject : values[0] > bounds[0] : values[1] > … }``, with one value more than bounds."""
+
+    subject: Expression
+    values: tuple[Expression, ...]
+    bounds: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Piecewise(Node):
+    """``{ left < right : value; …; value }``: the value of the first comparison that is true, else the last one.
+
+    ``lefts[i] comparisons[i] rights[i]`` belongs to ``values[i]``; there is one value more.
+    """
+
+    lefts: tuple[Expression, ...]
+    comparisons: tuple[Comparison, ...]
+    rights: tuple[Expression, ...]
+    values: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Transition(Node):
+    """``start -> end``: from one value to the other over the step; only the whole right side of a statement."""
+
+    start: Expression
+    end: Expression
+
+
+Expression = (
+    Number
+    | Constant
+    | Name
+    | Element
+    | Blank
+    | Clock
+    | Vector
+    | Member
+    | Index
+    | Rotate
+    | Call
+    | Negate
+    | Power
+    | Sum
+    | Product
+    | Range
+    | Piecewise
+    | Transition
+)
+"""Any expression."""
+
+
+def children(node: Expression) -> tuple[Expression, ...]:
+    """The expressions directly below ``node``, from left to right."""
+    match node:
+        case Vector():
+            return node.components
+        case Member() | Negate():
+            return (node.operand,)
+        case Rotate():
+            return (node.operand, node.angle)
+        case Index():
+            return (node.operand, node.index)
+        case Transition():
+            return (node.start, node.end)
+        case Piecewise():
+            return (*node.lefts, *node.rights, *node.values)
+        case Call():
+            return node.arguments
+        case Power():
+            return (node.base, node.exponent)
+        case Sum() | Product():
+            return node.operands
+        case Range():
+            return (node.subject, *node.values, *node.bounds)
+        case _:
+            return ()
+
+
+def rebuilt(node: Expression, below: Sequence[Expression], span: Span) -> Expression:
+    """``node`` with other children, in the order of `children`, and another place."""
+    match node:
+        case Vector():
+            return Vector(tuple(below), span=span)
+        case Member():
+            return replace(node, operand=below[0], span=span)
+        case Index():
+            return Index(below[0], below[1], span=span)
+        case Rotate():
+            return Rotate(below[0], below[1], span=span)
+        case Transition():
+            return Transition(below[0], below[1], span=span)
+        case Call():
+            return Call(node.function, tuple(below), span=span)
+        case Negate():
+            return Negate(below[0], span=span)
+        case Power():
+            return Power(below[0], below[1], span=span)
+        case Sum() | Product():
+            return replace(node, operands=tuple(below), span=span)
+        case Range():
+            middle = 1 + len(node.values)
+            return Range(below[0], tuple(below[1:middle]), tuple(below[middle:]), span=span)
+        case Piecewise():
+            count = len(node.lefts)
+            lefts, rights = tuple(below[:count]), tuple(below[count : 2 * count])
+            return Piecewise(lefts, node.comparisons, rights, tuple(below[2 * count :]), span=span)
+        case _:
+            return replace(node, span=span)
+
+
+def postorder(root: Expression) -> Iterator[Expression]:
+    """``root`` and all below it, children (from left to right) before their parents, without recursion."""
+    stack: list[tuple[Expression, bool]] = [(root, False)]
+    while stack:
+        node, ready = stack.pop()
+        below = () if ready else children(node)
+        if below:
+            stack.append((node, True))
+            stack.extend((child, False) for child in reversed(below))
+        else:
+            yield node

@@ -1,0 +1,244 @@
+"""Gears and belts: `GearPair` leaves as equations between angles.
+
+With the direction f from one centre to the other, the turns t of two gears, N teeth of which one is centred at the
+local direction a, and k any whole number, teeth are in gaps where
+
+    N1 (f - t1 - a1) + N2 (f + 180 - t2 - a2) - 180 = 360 k      two gears
+    N1 (f - t1 - a1) - N2 (f - t2 - a2) - 180 = 360 k            a ring and what runs in it
+    360 s / (pi m) - N2 (t1 + a1 - 90 - t2 - a2) - 180 = 360 k   a rack, with the gear's centre s along it
+
+(a rack's t1 + a1 is the direction in which it runs, and its teeth are on the left). The number k is chosen once for
+each statement, so that what is drawn has to be turned least; where gears form a closed train, so that all of it fits
+together. A belt keeps r1 (t1 - f) = r2 (t2 - f) as it is drawn, a crossed one with a minus sign.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from movimentum.expressions import ZERO, Expr, add, call, const, mul, ratio, sub, substitute, symbol, symbols
+from movimentum.scene.gears import tooth_direction
+from movimentum.scene.model import (
+    AnchorCoordinate,
+    AnchorRef,
+    Bearing,
+    Constraint,
+    GearPair,
+    Relation,
+    Scene,
+    Shape,
+    Thing,
+    ThingAngle,
+)
+from movimentum.scene.pairs import belt_radius
+from movimentum.scene.values import from_line
+from movimentum.timeline.joints import Direction, Joints, value_at
+
+_TIE = 1e-6
+"""Of a tooth: so near to the middle between two choices, the lower one is taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Form:
+    """``factors`` of things' turns (by thing), and everything else: as an ``Expr`` and as it is drawn, in degrees of a
+    tooth's phase (360 for each tooth).
+    """
+
+    factors: dict[int, Fraction]
+    rest: Expr
+    drawn: float
+
+
+class Trains:
+    """Replaces `GearPair` leaves, moment by moment; remembers which teeth of a pair were chosen."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._teeth: dict[tuple[int, GearPair], int] = {}
+        self._offsets: dict[tuple[int, GearPair], float] = {}
+        self._paired = {item.number for item in scene.constraints() if _pairs(item)}
+
+    def placed(self, active: Sequence[Constraint], start: Fraction) -> tuple[Constraint, ...]:
+        """The constraints of a moment without such leaves."""
+        pairs = [(item.number, pair) for item in active if item.number in self._paired for pair in _pairs(item)]
+        if not pairs:
+            return tuple(active)
+        joints = Joints(self._scene, active, start)
+        forms = {pair: self._form(pair, joints) for _, pair in pairs if not pair.belt}
+        stated = _stated_turns(active, start)
+        self._choose([(number, pair) for number, pair in pairs if not pair.belt], forms, stated)
+        later = start > self._scene.steps[0].time
+
+        def value(number: int, pair: GearPair) -> Expr:
+            if pair.belt:
+                key = number, pair
+                direction = joints.direction(AnchorRef(pair.first, 0), AnchorRef(pair.second, 0))
+                if key not in self._offsets:
+                    self._offsets[key] = self._belt_offset(pair, stated) if later else 0.0
+                return sub(self._belt(pair, direction), const(self._offsets[key]))
+            form = forms[pair]
+            whole = sub(form.rest, const(360.0 * self._teeth[number, pair]))
+            unit = form.factors[pair.second]
+            total = mul(ratio(1 / unit), whole)
+            for thing, factor in form.factors.items():
+                total = add(mul(ratio(factor / unit), symbol(ThingAngle(thing))), total)
+            return total
+
+        return tuple(_with_values(item, value) for item in active)
+
+    def read(self, sides: tuple[Expr, ...], active: Sequence[Constraint], start: Fraction) -> tuple[Expr, ...]:
+        """The same for what is only read: teeth are compared with the nearest gap, directions with those seen."""
+        if not any(isinstance(payload, GearPair) for payload in symbols(*sides)):
+            return sides
+        joints = Joints(self._scene, active, start)
+
+        def leaf(node: Expr) -> Expr | None:
+            pair = node.payload
+            if not isinstance(pair, GearPair):
+                return None
+            if pair.belt:
+                return self._belt(pair, joints.direction(AnchorRef(pair.first, 0), AnchorRef(pair.second, 0)))
+            form = self._form(pair, joints)
+            total = form.rest
+            for thing, factor in form.factors.items():
+                total = add(total, mul(ratio(factor), symbol(ThingAngle(thing))))
+            half = const(180.0)
+            near = sub(call("mod", add(total, half), const(360.0)), half)
+            return mul(ratio(1 / form.factors[pair.second]), near)
+
+        return tuple(substitute(substitute(side, leaf), _seen) for side in sides)
+
+    # --- one pair ---
+
+    def _form(self, pair: GearPair, joints: Joints) -> _Form:
+        first, second = self._scene.things[pair.first], self._scene.things[pair.second]
+        if Shape.RACK in (first.shape, second.shape):
+            return self._rack(*((first, second) if first.shape is Shape.RACK else (second, first)), joints)
+        if second.inner:
+            first, second = second, first
+        direction = joints.direction(AnchorRef(first.number, 0), AnchorRef(second.number, 0))
+        n1, n2 = first.teeth or 1, second.teeth or 1
+        a1, a2 = tooth_direction(first), tooth_direction(second)
+        if first.inner:
+            factors = {first.number: Fraction(-n1), second.number: Fraction(n2)}
+            many, fixed = n1 - n2, n2 * a2 - n1 * a1 - 180.0
+        else:
+            factors = {first.number: Fraction(-n1), second.number: Fraction(-n2)}
+            many, fixed = n1 + n2, n2 * (180.0 - a2) - n1 * a1 - 180.0
+        return _Form(factors, add(mul(const(many), direction.value), const(fixed)), many * direction.drawn + fixed)
+
+    def _rack(self, rack: Thing, gear: Thing, joints: Joints) -> _Form:
+        """The rack's equation; where it is drawn counts for what numbers do not say."""
+        teeth, module = gear.teeth or 1, rack.module or 1.0
+        begin, end = rack.anchors[0], rack.anchors[1]
+
+        def coordinates(thing: int, anchor: int) -> tuple[Expr, Expr]:
+            return symbol(AnchorCoordinate(thing, anchor, 0)), symbol(AnchorCoordinate(thing, anchor, 1))
+
+        along = from_line(
+            coordinates(gear.number, 0),
+            coordinates(rack.number, 0),
+            coordinates(rack.number, 1),
+            (begin.coordinates, end.coordinates),
+            across=False,
+        )
+        fixed = -teeth * (tooth_direction(rack) - 90.0 - tooth_direction(gear)) - 180.0
+        factors = {rack.number: Fraction(-teeth), gear.number: Fraction(teeth)}
+        unit = 360.0 / (math.pi * module)
+        here = joints.known(AnchorRef(rack.number, 0)) or begin.local
+        there = joints.known(AnchorRef(gear.number, 0)) or gear.anchors[0].local
+        angle = math.radians(tooth_direction(rack))
+        drawn = (there[0] - here[0]) * math.cos(angle) + (there[1] - here[1]) * math.sin(angle)
+        return _Form(factors, add(mul(const(unit), along or ZERO), const(fixed)), unit * drawn + fixed)
+
+    def _belt(self, pair: GearPair, direction: Direction) -> Expr:
+        """How far the second is turned beyond where the belt has it."""
+        r1, r2 = (belt_radius(self._scene.things[t]) or 1.0 for t in (pair.first, pair.second))
+        quotient = const(-r1 / r2 if pair.crossed else r1 / r2)
+        turned = sub(direction.value, const(direction.drawn))
+        theta1, theta2 = symbol(ThingAngle(pair.first)), symbol(ThingAngle(pair.second))
+        return add(sub(theta2, mul(quotient, theta1)), mul(sub(quotient, const(1.0)), turned))
+
+    def _belt_offset(self, pair: GearPair, stated: Mapping[int, float]) -> float:
+        """Of a belt that is laid on later: what the second has been turned beyond that already."""
+        r1, r2 = (belt_radius(self._scene.things[t]) or 1.0 for t in (pair.first, pair.second))
+        quotient = -r1 / r2 if pair.crossed else r1 / r2
+        return stated.get(pair.second, 0.0) - quotient * stated.get(pair.first, 0.0)
+
+    # --- which teeth ---
+
+    def _choose(
+        self, pairs: Sequence[tuple[int, GearPair]], forms: Mapping[GearPair, _Form], stated: Mapping[int, float]
+    ) -> None:
+        """The whole number of each pair. A train is put together thing by thing from one that is turned as stated (or
+        else not at all); every further one is turned as little as lets its teeth into gaps.
+        """
+        turns: dict[int, float] = {}
+        rest = list(pairs)
+        while rest:
+            ready = [item for item in rest if turns.keys() & forms[item[1]].factors.keys()]
+            if not ready:
+                roots = [thing for _, pair in rest for thing in (pair.first, pair.second)]
+                root = next((thing for thing in roots if thing in stated), roots[0])
+                turns[root] = stated.get(root, 0.0)
+                continue
+            number, pair = ready[0]
+            rest.remove((number, pair))
+            form = forms[pair]
+            phase = form.drawn + sum(float(f) * turns.get(t, 0.0) for t, f in form.factors.items())
+            if (number, pair) not in self._teeth:
+                self._teeth[number, pair] = math.ceil(phase / 360.0 - 0.5 - _TIE)
+            for thing, factor in form.factors.items():
+                if thing not in turns:
+                    turns[thing] = (360.0 * self._teeth[number, pair] - phase) / float(factor)
+
+
+def _pairs(item: Constraint) -> list[GearPair]:
+    found = [payload for payload in symbols(*item.left, *item.right) if isinstance(payload, GearPair)]
+    return sorted(found, key=lambda pair: (pair.first, pair.second, pair.belt))
+
+
+def _stated_turns(active: Sequence[Constraint], start: Fraction) -> dict[int, float]:
+    """The turns that numbers, clocks and other such turns give at ``start``."""
+    found: dict[int, float] = {}
+    equations = [
+        (payload.thing, item.right[0])
+        for item in active
+        if item.relation is Relation.EQUAL and isinstance(payload := item.left[0].payload, ThingAngle)
+    ]
+    before = -1
+    while len(found) > before:  # one thing's turn may be stated by another's
+        before = len(found)
+        for thing, right in equations:
+            value = value_at(right, start, found)
+            if value is not None:
+                found.setdefault(thing, value)
+    return found
+
+
+def _seen(node: Expr) -> Expr | None:
+    """The direction that a `Bearing` stands for, in (-180, 180]."""
+    bearing = node.payload
+    if not isinstance(bearing, Bearing):
+        return None
+    (x0, y0), (x1, y1) = (
+        tuple(symbol(AnchorCoordinate(ref.thing, ref.anchor, axis)) for axis in (0, 1))
+        for ref in (bearing.start, bearing.end)
+    )
+    return call("atan2d", sub(y1, y0), sub(x1, x0))
+
+
+def _with_values(item: Constraint, value: Callable[[int, GearPair], Expr]) -> Constraint:
+    pairs = _pairs(item)
+    if not pairs:
+        return item
+    found = {pair: value(item.number, pair) for pair in pairs}
+
+    def leaf(node: Expr) -> Expr | None:
+        return found.get(node.payload) if isinstance(node.payload, GearPair) else None
+
+    left, right = (tuple(substitute(part, leaf) for part in side) for side in (item.left, item.right))
+    return replace(item, left=left, right=right, paired=True)

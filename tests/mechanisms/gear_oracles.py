@@ -1,0 +1,74 @@
+"""Where the gallery's gears are: ratios of teeth; and the Geneva wheel, whose slot holds the crank's pin."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.mechanisms.kinematics import Array, Columns, body, merge, polar, still
+
+
+def planetary(t: Array) -> Columns:
+    """Sun 15, planets 15, ring 45 at rest (Willis): carrier = sun · 15/(15 + 45), planets against it by 45/15."""
+    sun = 240 * t
+    carrier = sun * 15 / (15 + 45)
+    planet = carrier * (1 - 45 / 15)
+    axle = still((130, 155), t)
+    parts: list[Columns] = [
+        body("Ring", {"C": (0, 0)}, "C", axle, 0),
+        body("Sun", {"C": (0, 0), "T": (0, 25)}, "C", axle, sun),
+        body("Mark", {"O": (0, 0)}, "O", axle + polar(25, 90 + sun), 0),
+    ]
+    arms: dict[str, tuple[float, float]] = {"O": (0.0, 0.0)}
+    for k, name in enumerate("ABD"):
+        x, y = polar(72, 90 + 120 * k)
+        arms[name] = (float(x), float(y))
+        u, v = polar(20, 90 + 120 * k)
+        where = axle + polar(72, 90 + 120 * k + carrier)
+        parts.append(body(f"Planet[{k}]", {"C": (0, 0), "T": (float(u), float(v))}, "C", where, planet))
+    parts.append(body("Carrier", arms, "O", axle, carrier))
+    return merge(*parts)
+
+
+def clockwork(t: Array) -> Columns:
+    """8 : 24 and 8 : 32 teeth; the minute hand turns by 450° a second, clockwise. Wheels begin with a tooth in a gap."""
+    minute = -450 * t
+    wheel, hour = -minute / 3, minute / 12
+    arbor, other = still((165, 225), t), still((165, 105), t)
+    return merge(
+        body("Long", {"C": (0, 0), "H": (0, 138)}, "C", arbor, minute),
+        body("Short", {"C": (0, 0), "H": (0, 88)}, "C", arbor, hour),
+        body("Cannon", {"C": (0, 0)}, "C", arbor, minute),
+        body("Hour", {"C": (0, 0)}, "C", arbor, hour),
+        body("Wheel", {"C": (0, 0)}, "C", other, wheel),
+        body("Pinion", {"C": (0, 0)}, "C", other, wheel),
+    )
+
+
+def geneva_turn(t: Array) -> Array:
+    """How far the wheel with four slots is turned: tan = r sin α/(a - r cos α) while the crank is within 45° of the
+    line of the axles, and else not at all.
+    """
+    a, r = 150.0, 150.0 * np.sin(np.pi / 4)
+    turns = np.floor(t / 2)
+    alpha = np.clip(180 * (t - 2 * turns) - 180, -45, 45)
+    radians = np.deg2rad(alpha)
+    return 90 * turns + 45 + np.rad2deg(np.arctan2(r * np.sin(radians), a - r * np.cos(radians)))
+
+
+def geneva(t: Array) -> Columns:
+    """Axles (125, 150) and (275, 150); the crank begins pointing away from the wheel, half a turn a second."""
+    turned = geneva_turn(t)
+    r = 150.0 * np.sin(np.pi / 4)
+    crank = 180 + 180 * t
+    drive, wheel = still((125, 150), t), still((275, 150), t)
+    parts: list[Columns] = [
+        {"turned": turned},
+        body("Crank", {"C": (0, 0), "P": (r, 0)}, "C", drive, crank),
+        body("Arm", {"C": (0, 0), "P": (r, 0)}, "C", drive, crank),
+        body("Pin", {"O": (0, 0)}, "O", drive + polar(r, crank), 0),
+        body("Hub", {"C": (0, 0)}, "C", wheel, -turned),
+    ]
+    for k in range(4):
+        x, y = polar(150.0 * np.cos(np.pi / 4), 225 + 90 * k)
+        parts.append(body(f"Quarter[{k}]", {"C": (0, 0), "S": (float(x), float(y))}, "C", wheel, -turned))
+    return merge(*parts)
