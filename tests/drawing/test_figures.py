@@ -183,3 +183,13 @@ def test_pins_are_at_joints_only():
     first, second = [item for item in compose(scene, PictureOptions()).things if isinstance(item, FigureMark)]
     assert {part.points for part in first.parts} == {((0.0, 0.0),), ((50.0, 0.0),)}
     assert {part.points for part in second.parts} == {((50.0, 0.0),)}
+
+
+def test_an_acceleration_that_a_wish_leaves_open_is_told():
+    text = (
+        "A : .bar P = [0,0] Q = [50,0]; V : .vector A.Q .acceleration(0.1); @0 A.P = [0,0]; A.Q ~ [0,90] .speed(30); @1"
+    )
+    codes = [item.code for item in mv.loads(text).solve().diagnostics]
+    assert "vector/undefined" in codes
+    still = text.replace("A.Q ~ [0,90] .speed(30)", "A.angle = 9*.t")
+    assert "vector/undefined" not in [item.code for item in mv.loads(still).solve().diagnostics]
