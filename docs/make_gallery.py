@@ -14,31 +14,23 @@ from pathlib import Path
 DOCS = Path(__file__).resolve().parent
 SCRIPTS = DOCS.parent / "scripts"
 
-TRACES: dict[str, tuple[str, ...]] = {
-    "falling-bar": ("Bar.M",),
-    "four-bar": ("Coupler.P",),
-    "hoecken": ("Coupler.P",),
-    "jansen": ("ghi.W",),
-    "pantograph": ("BP.P", "AQ.Q"),
-    "peaucellier": ("AP.P",),
-    "peaucellier-linkage": ("R3_5.V5",),
-    "trammel": ("Rod.P",),
-    "watt": ("Coupler.P",),
-}
-"""Whose path is drawn in which picture."""
-
 LIGHTER: dict[str, tuple[str, ...]] = {
-    "coupling-rods": ("--fps", "20"),
+    "clockwork": ("--scale", "0.6"),
+    "coupling-rods": ("--fps", "20", "--frames", ":-1"),
+    "excavator": ("--scale", "0.9"),
+    "geneva": ("--fps", "20", "--scale", "0.8"),
+    "jansen-walker": ("--fps", "20", "--scale", "0.85"),
+    "planetary": ("--scale", "0.75"),
+    "scissor-lift": ("--fps", "20"),
     "stephenson": ("--fps", "10"),
-    "walschaerts": ("--fps", "10", "--scale", "0.75"),
+    "walschaerts": ("--fps", "10", "--scale", "0.7"),
 }
 """Fewer frames or pixels, for pages that load quickly; the scripts themselves run at full rate and size."""
 
 
 def command(name: str) -> list[str]:
     """The arguments of ``movimentum`` that render script ``name``, without its output."""
-    traced = [word for anchor in TRACES.get(name, ()) for word in ("--trace", anchor)]
-    return ["run", str(SCRIPTS / f"{name}.mov"), *traced, *LIGHTER.get(name, ())]
+    return ["run", str(SCRIPTS / f"{name}.mov"), *LIGHTER.get(name, ())]
 
 
 def sizes() -> None:

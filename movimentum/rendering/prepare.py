@@ -31,6 +31,7 @@ from movimentum.drawing.style import NOTE_HEIGHT
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
 from movimentum.rendering.images import is_drawing, load_premultiplied
+from movimentum.rendering.smooth import smooth
 from movimentum.rendering.sprites import Sprite, framed, prepare
 from movimentum.rendering.stream import PoseSource, chunks
 from movimentum.scene.model import Scene, Shape
@@ -134,6 +135,7 @@ def prepare_drawing(
             for trace in traces
         )
         whole = tuple(_closed(trace, closing) for trace in whole)
+    whole = tuple(replace(trace, past=None if trace.past is None else smooth(trace.past)) for trace in whole)
     overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
     arrows = [overlay for overlay in overlays if isinstance(overlay.mark, FreeArrow)]
     view = _view(scene, options, fineness, box or _fitted([*things, *arrows], (*whole, *traces), source))

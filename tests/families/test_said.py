@@ -224,3 +224,10 @@ def test_what_has_no_value_is_told_and_is_not_0_in_a_table(tmp_path):
     assert [float(row[head.index("v.x")]) for row in rows] == [3.0] * 9
     poses = motion.poses(0, 9)
     assert poses.missing["x"].tolist() == [True, True, False, False, True, True, False, False, False]
+
+
+def test_anchors_that_are_not_drawn_may_leave_the_canvas() -> None:
+    text = ".config(10, 200, 200); Arm : .bar A=[0,0] B=A+[50,0] C=A+[300,0] {}; @0 Arm.A = [100,100]; Arm.angle = 90*.t; @1"
+    for option, expected in (("", ["canvas/cut-off"]), (".through(A, B)", [])):
+        _, examination = said(text.format(option))
+        assert [d.code for d in examination.diagnostics if d.code.startswith("canvas/")] == expected

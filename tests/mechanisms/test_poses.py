@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.mechanisms import engine_oracles, linkage_oracles, motion_oracles
+from tests.mechanisms import engine_oracles, gear_oracles, leg_oracles, linkage_oracles, machine_oracles, motion_oracles
 from tests.mechanisms.conftest import SCRIPTS
 from tests.mechanisms.kinematics import Array, Columns
 
@@ -15,28 +15,53 @@ Solve = Callable[..., Columns]
 
 ORACLES: dict[str, Callable[[Array], Columns]] = {
     "acceleration": motion_oracles.acceleration,
+    "clockwork": gear_oracles.clockwork,
     "coupling-rods": engine_oracles.coupling_rods,
+    "excavator": machine_oracles.excavator,
     "falling-bar": motion_oracles.falling_bar,
     "four-bar": linkage_oracles.four_bar,
+    "geneva": gear_oracles.geneva,
+    "hart": machine_oracles.hart,
     "hoecken": linkage_oracles.hoecken,
     "jansen": linkage_oracles.jansen,
+    "jansen-walker": leg_oracles.jansen_walker,
+    "klann": leg_oracles.klann,
+    "locomotive": machine_oracles.locomotive,
     "maximum": motion_oracles.maximum,
     "oscillating-engine": engine_oracles.oscillating_engine,
     "pantograph": linkage_oracles.pantograph,
     "peaucellier": linkage_oracles.peaucellier,
+    "planetary": gear_oracles.planetary,
+    "scissor-lift": machine_oracles.scissor_lift,
     "scotch-yoke": engine_oracles.scotch_yoke,
     "slider-crank": engine_oracles.slider_crank,
     "stephenson": engine_oracles.stephenson,
     "trammel": linkage_oracles.trammel,
     "walschaerts": engine_oracles.walschaerts,
     "watt": linkage_oracles.watt,
+    "whitworth": machine_oracles.whitworth,
 }
 
 IMPORTED = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 """Linkages that wishes draw; see test_imported.py."""
 
-FRAMES = {"falling-bar": 101, "acceleration": 101, "walschaerts": 121, "stephenson": 121}
-"""How many frames each script has; 51 where it is not said."""
+FRAMES = {
+    "acceleration": 100, "clockwork": 240, "coupling-rods": 51, "excavator": 100, "falling-bar": 101, "geneva": 200, "planetary": 150,
+    "scissor-lift": 125, "stephenson": 120, "walschaerts": 120,
+}  # fmt: skip
+"""How many frames each script has; 50 where it is not said."""
+
+ENDING = {"coupling-rods", "falling-bar"}
+"""Scripts that do not begin again at their end: the rods' track goes by (its sleepers meet sleepers), the bar falls."""
+
+SLOWER = {"excavator", "stephenson", "walschaerts"}
+"""Scripts with 20 frames a second instead of 25."""
+
+CLOSED_FORMS = {
+    "clockwork", "excavator", "geneva", "hart", "jansen-walker", "klann", "locomotive", "planetary", "scissor-lift",
+    "whitworth",
+}  # fmt: skip
+"""Scripts whose oracles are exact to the last digits, so that they are compared to 1e-9 pixels."""
 
 MEMBERS_LENGTH = 600.0
 """Size of the scenes in pixels, to which errors are relative."""
@@ -51,17 +76,23 @@ def test_all_anchors_are_where_the_oracle_says(name: str, solve_script: Solve) -
         difference: Array = table[column] - values
         if column.endswith(".angle"):  # where the oracle has only a direction, whole turns are not its business
             difference = difference - 360 * np.round(difference[0] / 360)
-        assert np.abs(difference).max() <= 1e-9 * MEMBERS_LENGTH, (column, np.abs(difference).max())
+        limit = 1e-9 * (1.0 if name in CLOSED_FORMS else MEMBERS_LENGTH)
+        assert np.abs(difference).max() <= limit, (column, np.abs(difference).max())
 
 
 @pytest.mark.parametrize("name", sorted(ORACLES))
 def test_frames_are_evenly_spaced_and_complete(name: str, solve_script: Solve) -> None:
     table = solve_script(name)
-    count = FRAMES.get(name, 51)
+    count = FRAMES.get(name, 50)
     assert len(table["time"]) == count
     np.testing.assert_array_equal(table["frame"], np.arange(count))
-    fps = 20 if count == 121 else 25
+    fps = 20 if name in SLOWER else 25
     np.testing.assert_allclose(table["time"], np.arange(count) / fps, rtol=0, atol=1e-14)
+
+
+def _thing(column: str) -> str:
+    """Of ``S[1].A.P.x`` or ``S[1].A.angle``."""
+    return column.removesuffix(".x").removesuffix(".y").rpartition(".")[0]
 
 
 @pytest.mark.parametrize("name", sorted(ORACLES))
@@ -69,20 +100,23 @@ def test_nothing_else_moves_and_nothing_hops(name: str, solve_script: Solve) -> 
     table = solve_script(name)
     expected = ORACLES[name](table["time"])
     for column, values in table.items():
-        if column.count(".") != 2 and not column.endswith(".angle"):
+        if not column.endswith((".x", ".y", ".angle")):
             continue  # frame, time, variables
+        if column not in expected and any(other.startswith(_thing(column) + ".") for other in expected):
+            continue  # another anchor of a rigid thing
         step = np.abs(np.diff(values)).max()
         allowed = np.abs(np.diff(expected[column])).max() if column in expected else 0.0
         assert step <= allowed + 1e-6, (column, step, allowed)
 
 
-@pytest.mark.parametrize("name", sorted(ORACLES.keys() - {"falling-bar"}))
+@pytest.mark.parametrize("name", sorted(ORACLES.keys() - ENDING))
 def test_the_loop_closes(name: str, solve_script: Solve) -> None:
-    table = solve_script(name)
-    for column, values in table.items():
-        thing = column.split(".")[0]
-        if column.count(".") == 2 and thing != "Track":  # the track goes by; its sleepers meet sleepers
-            assert abs(values[-1] - values[0]) < 1e-6, column
+    """The instant after the last frame is the first one, by the oracle: no frame is drawn twice."""
+    time = solve_script(name)["time"]
+    begin, end = (ORACLES[name](np.array([instant])) for instant in (time[0], 2 * time[-1] - time[-2]))
+    for column, values in end.items():
+        if column.endswith((".x", ".y")):
+            assert abs(values[0] - begin[column][0]) < 1e-6, column
 
 
 def test_the_track_moves_by_whole_sleepers(solve_script: Solve) -> None:

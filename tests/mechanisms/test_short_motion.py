@@ -228,6 +228,21 @@ def test_the_help_for_a_film_can_be_typed() -> None:
     assert codes(text[: edit.span.start] + edit.text + text[edit.span.end :]) == []
 
 
+@pytest.mark.parametrize(
+    ("thing", "turn", "seam"),
+    [
+        (".gear(18, 4) C=[60,60]", 60, False),
+        (".gear(18, 4) C=[60,60]", 50, True),
+        (".gear(18, 4) C=[60,60] T=[80,60]", 60, True),
+        (".disc(20) C=[60,60]", 50, False),
+        (".disc(20) C=[60,60] P=[70,60]", 50, True),
+    ],
+)
+def test_a_turn_that_nobody_sees_is_no_seam(thing: str, turn: int, seam: bool) -> None:
+    said = codes(f"A : {thing}; @0 A.C = [60,60]; A.angle = {turn}*.t; @1 .loop;")
+    assert said == (["loop/seam"] if seam else [])
+
+
 def test_traces_close(tmp_path: Path) -> None:
     """The last frame's trace reaches the first point again."""
     dark: list[int] = []

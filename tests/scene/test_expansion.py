@@ -67,6 +67,14 @@ def test_constants_in_any_order_everywhere() -> None:
     }  # fmt: skip
 
 
+def test_places_of_constants_in_anchors() -> None:
+    """Coordinates of a vector constant, and an anchor with a constant's name."""
+    script = mv.loads(
+        ".let O = [20, 30]; .let at = O; A : .bar O = O P = O + [at.y, 1] Q = [at.x/2, -at.y + 12]; @0 A.O = O; @1"
+    )
+    assert [anchor.local for anchor in script.scene.things[0].anchors] == [(20, 30), (50, 31), (10, -18)]
+
+
 def test_a_constant_is_exact() -> None:
     script = mv.loads(".let third = 1/3; .let t2 = 3*third; A : .disc(3) C=[0,0]; @0 A.C=[t2,0]; @third @third*2 @t2")
     assert [str(step.time) for step in script.scene.steps] == ["0", "1/3", "2/3", "1"]

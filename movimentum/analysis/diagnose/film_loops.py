@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from movimentum.diagnostics import Diagnostic, Severity, insertion
-from movimentum.scene.model import Thing
+from movimentum.scene.model import Shape, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import number
@@ -96,8 +96,24 @@ def _difference(poses: Poses, i: int, k: int, thing: Thing) -> _Difference:
     distance = max(float(np.hypot(*(where[k] - where[i]))) for where in worlds)
     (c0, s0), (c1, s1) = poses.direction[t, i], poses.direction[t, k]
     turn = float(np.degrees(np.arctan2(c0 * s1 - s0 * c1, c0 * c1 + s0 * s1)))
+    turn = _seen_turn(thing, turn)
     looks = 0.0
     for (of, name), values in poses.properties.items():
         if of == t:
             looks = max(looks, abs(float(values[k] - values[i])) / (1.0 if name == "opacity" else 255.0))
     return _Difference(thing, distance, turn, looks)
+
+
+def _seen_turn(thing: Thing, turn: float) -> float:
+    """What one can see of a turn, in degrees: of a round thing nothing, of a gear less than a tooth.
+
+    A second anchor may be where something else is, so things that have one must be back as they were.
+    """
+    if len(thing.anchors) > 1:
+        return turn
+    if thing.shape is Shape.DISC:
+        return 0.0
+    if thing.shape is Shape.GEAR and thing.teeth:
+        pitch = 360.0 / thing.teeth
+        return turn - pitch * round(turn / pitch)
+    return turn

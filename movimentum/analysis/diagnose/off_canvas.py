@@ -113,6 +113,9 @@ def _outlines(thing: Thing) -> tuple[Points, Points]:
             return anchors[:1], anchors[:1]
         case Shape.RACK:
             return _rack(thing)
+        case _ if thing.look.drawn is not None:
+            drawn = [anchors[number] for number in thing.look.drawn]
+            return drawn, drawn
         case _:
             return anchors, anchors
 

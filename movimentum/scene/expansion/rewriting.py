@@ -134,6 +134,10 @@ class Rewriter:
             return self._no_value(operand, scope.place(node.operand.span))
         if isinstance(operand, ThingEntry):
             operand = Name(operand.name, span=scope.place(node.operand.span))
+        if isinstance(operand, Vector) and node.name in ("x", "y"):
+            part = operand.components["xy".index(node.name)]
+            if isinstance(part, Constant):  # of a vector constant
+                return replace(part, span=span)
         if not isinstance(operand, CopyEntry):
             return replace(node, operand=operand, span=span, name_span=name_span)
         inner = operand.scope

@@ -156,6 +156,8 @@ class ItemWriter:
                     return None
                 return Reference(thing, part.anchor, span=span, anchor_span=scope.place(part.anchor_span))
             case AnchorDefinition():
+                if scope.constant(part.name) is not None:
+                    own = own - {part.name}  # `O = O`: no anchor is where it is itself
                 base = self._place(part.base, scope, own)
                 offsets = [(sign, rewrite(value, scope, own)) for sign, value in part.offsets]
                 good = [(sign, value) for sign, value in offsets if value is not None]

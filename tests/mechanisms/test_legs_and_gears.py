@@ -1,0 +1,70 @@
+"""What is published about the gallery's walking legs and gears, measured on the poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tests.mechanisms.kinematics import Columns, distance, point
+from tests.mechanisms.leg_oracles import KLANN
+from tests.mechanisms.linkage_oracles import HOLY
+
+Solve = Callable[..., Columns]
+
+
+def test_klann_steps_as_his_patent_says(solve_script: Solve) -> None:
+    """Half a turn along the ground, one unit of the patent to the foot drawn in; then half a turn through the air."""
+    foot = (point(solve_script("klann", "100"), "Leg.F") - 50) / 170
+    np.testing.assert_allclose(foot[0], KLANN[33], atol=1e-12)
+    np.testing.assert_allclose(foot[100], [1.0, 0.0], atol=2e-3)  # three decimals are published
+    ground, air = foot[:101], foot[101:]
+    assert np.ptp(ground[:, 1]) < 0.056 * np.ptp(ground[:, 0])  # nearly flat
+    assert air[:, 1].max() > 0.45  # and lifted by about half a unit
+
+
+def test_the_walker_has_six_of_jansens_legs(solve_script: Solve) -> None:
+    table = solve_script("jansen-walker")
+    ends = {"b": "bde.Z bde.R", "d": "bde.Z bde.S", "e": "bde.R bde.S", "g": "ghi.U ghi.V", "h": "ghi.V ghi.W"}
+    ends |= {"i": "ghi.U ghi.W", "c": "c.Z c.U", "f": "f.S f.V", "j": "j.P j.R", "k": "k.P k.U"}
+    for leg in (f"{side}[{n}]" for side in ("Left", "Right") for n in range(3)):
+        for letter, pair in ends.items():
+            first, second = (point(table, f"{leg}.{anchor}") for anchor in pair.split())
+            np.testing.assert_allclose(distance(first, second), 1.7 * HOLY[letter], rtol=1e-11, err_msg=letter)
+
+
+def test_the_walker_always_stands(solve_script: Solve) -> None:
+    """Of six feet at least two are on the ground at any time, one on either side of the axle."""
+    table = solve_script("jansen-walker")
+    feet = np.stack([point(table, f"{side}[{n}].ghi.W") for side in ("Left", "Right") for n in range(3)])
+    down = feet[:, :, 1] < feet[:, :, 1].min() + 5.0
+    assert (down[:3].sum(axis=0) >= 1).all()
+    assert (down[3:].sum(axis=0) >= 1).all()
+
+
+def test_a_geneva_wheel_rests_for_three_quarters(solve_script: Solve) -> None:
+    """Half the angle of a slot is 45°: the wheel moves for (180 - 90)/360 of a turn, at most 1/(√2 - 1) times as fast."""
+    table = solve_script("geneva", "200")
+    turned = table["turned"]
+    steps = np.diff(turned)
+    assert abs(np.mean(steps > 1e-9) - 0.25) < 0.005
+    fastest = steps.max() / np.abs(np.diff(table["Crank.angle"])).max()
+    assert abs(fastest - 1 / (np.sqrt(2) - 1)) < 5e-3
+    moving = np.flatnonzero(steps > 1e-9)
+    assert steps[moving[0]] < 0.02  # it starts without a jerk
+    assert np.abs(table["Pin.O.x"] - 275).min() > 43.9  # the pin stays clear of the wheel's axle
+    np.testing.assert_allclose(turned[::400], 90 * np.arange(4), atol=1e-9)
+
+
+def test_gears_turn_in_the_ratio_of_their_teeth(solve_script: Solve) -> None:
+    clock = solve_script("clockwork")
+    np.testing.assert_allclose(clock["Long.angle"], 12 * clock["Short.angle"], atol=1e-9)
+    np.testing.assert_allclose(clock["Cannon.angle"], -3 * clock["Wheel.angle"], atol=1e-9)
+    np.testing.assert_allclose(clock["Pinion.angle"], -4 * clock["Hour.angle"], atol=1e-9)
+    planets = solve_script("planetary")
+    sun, carrier = planets["Sun.angle"], planets["Carrier.angle"]
+    np.testing.assert_allclose(carrier * (1 + 45 / 15), sun, atol=1e-9)  # Willis
+    for k in range(3):
+        relative = planets[f"Planet[{k}].angle"] - carrier
+        np.testing.assert_allclose(relative * 15, -(sun - carrier) * 15, atol=1e-8)  # teeth that pass the sun's
+        np.testing.assert_allclose(relative * 15, -carrier * 45, atol=1e-8)  # and those that pass the ring's
