@@ -18,6 +18,7 @@ from movimentum.analysis.diagnose.meshing import misplaced_gears
 from movimentum.analysis.diagnose.off_canvas import leaving
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
+from movimentum.analysis.diagnose.undefined_arrows import undefined_arrows
 from movimentum.analysis.diagnose.undetermined import free_motions, unstated_clocks
 from movimentum.analysis.diagnose.valueless import valueless
 from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
@@ -117,6 +118,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examinat
     found.extend(forgotten(motion))
     found.extend(valueless(motion))
     found.extend(leaving(motion))
+    found.extend(undefined_arrows(motion))
     misplaced = list(misplaced_gears(motion))
     found.extend(misplaced)
     if fault == 0:

@@ -64,4 +64,6 @@ def _rates(motion: AnyMotion, thing: Thing, times: Sequence[Fraction]) -> FloatA
     try:
         return np.nan_to_num(scale * rates_at(motion.path, coordinates, order, times), posinf=0.0, neginf=0.0)
     except UndefinedRate:
-        return np.zeros((2, len(times)))
+        if len(times) == 1:
+            return np.zeros((2, 1))
+        return np.concatenate([_rates(motion, thing, [time]) for time in times], axis=1)  # elsewhere there may be one

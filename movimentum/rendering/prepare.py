@@ -169,13 +169,8 @@ def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]
 
 
 def _whole(mark: TraceMark, source: PoseSource) -> Trace:
-    """A path with its points in all frames; it goes back to the first where the film ends one step before it."""
+    """A path with its points in all frames."""
     points = np.concatenate([np.zeros((0, 3)), *(Trace(mark).points(chunk)[:, :3] for chunk in chunks(source))])
-    if len(points) > 3 and (points[:, 2] > 0.0).all():
-        steps = np.hypot(*np.diff(points[:, :2], axis=0).T)
-        gap = math.dist(points[-1, :2].tolist(), points[0, :2].tolist())
-        if 0.0 < gap <= 1.5 * max(float(steps[0]), float(steps[-1])):
-            points = np.concatenate([points, points[:1]])
     return Trace(mark, points)
 
 

@@ -111,6 +111,11 @@ class Shape(StrEnum):
     VECTOR = "vector"
 
     @property
+    def called(self) -> str:
+        """As messages speak of it: ``a line``, ``an arc``."""
+        return f"{'an' if self.value[0] == 'a' else 'a'} {self.value}"
+
+    @property
     def ink(self) -> tuple[int, int, int]:
         """The main colour of a thing whose definition names none (of what has an inside: what is inside)."""
         match self:

@@ -163,14 +163,16 @@ def test_arrows_are_exact():
     assert tips[1] == pytest.approx(-0.1 * 80 * rate**2 * np.stack([np.cos(turn), np.sin(turn)], axis=1), abs=1e-9)
 
 
-def test_a_path_that_ends_a_step_before_its_beginning_is_closed():
-    text = ".config(10);A : .bar P=[0,0] Q=[50,0]; T : .trace A.Q .whole; @0 A.P=[0,0]; A.angle=40*.t; @%s"
-    for end, closes in (("8.9", True), ("9", False), ("6", False)):
-        scene, poses = solved(text % end)
-        (path,) = prepare_drawing(scene, (poses,)).paths
-        assert (len(path.past) == len(poses.frames) + 1) == closes
-        if closes:
-            assert path.past[-1].tolist() == path.past[0].tolist()
+@pytest.mark.parametrize("loop", [True, False])
+def test_the_whole_path_of_a_film_that_begins_again_is_closed(loop, tmp_path):
+    text = ".config(10,120,120); A : .bar P=[0,0] Q=[50,0] .hidden; T : .trace A.Q .whole; @0 A.P=[60,60];"
+    motion = mv.loads(f"{text} A.angle=40*.t; @9 {'.loop;' if loop else ''}").solve()
+    motion.render(tmp_path / "a.png", frames=0)
+    scene, whole = motion.solution.motion.timeline.scene, motion.solution.motion
+    options = PictureOptions(closing=whole.poses_at([whole.timeline.end]), last=89) if loop else PictureOptions()
+    (path,) = prepare_drawing(scene, (motion.poses(),), options).paths
+    assert len(path.past) == 91
+    assert path.past[-1] == pytest.approx(path.past[0])
 
 
 def test_pins_are_at_joints_only():
@@ -181,3 +183,13 @@ def test_pins_are_at_joints_only():
     first, second = [item for item in compose(scene, PictureOptions()).things if isinstance(item, FigureMark)]
     assert {part.points for part in first.parts} == {((0.0, 0.0),), ((50.0, 0.0),)}
     assert {part.points for part in second.parts} == {((50.0, 0.0),)}
+
+
+def test_an_acceleration_that_a_wish_leaves_open_is_told():
+    text = (
+        "A : .bar P = [0,0] Q = [50,0]; V : .vector A.Q .acceleration(0.1); @0 A.P = [0,0]; A.Q ~ [0,90] .speed(30); @1"
+    )
+    codes = [item.code for item in mv.loads(text).solve().diagnostics]
+    assert "vector/undefined" in codes
+    still = text.replace("A.Q ~ [0,90] .speed(30)", "A.angle = 9*.t")
+    assert "vector/undefined" not in [item.code for item in mv.loads(still).solve().diagnostics]

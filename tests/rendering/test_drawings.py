@@ -152,8 +152,8 @@ def test_nothing_of_it_is_loaded_for_other_scripts():
     code = (
         "import sys, movimentum as mv; from pathlib import Path; import tempfile\n"
         "mv.loads('A : .bar P=[0,0] Q=[9,9] .width(2); @0').solve().render(Path(tempfile.mkdtemp()) / 'a.png')\n"
-        "late = ('rasters', 'drawings', 'gears', 'areas', 'symbols', 'themes')\n"
-        "print([name for name in sys.modules if name.split('.')[-1] in late])"
+        "late = ('rendering.rasters', 'rendering.drawings', 'drawing.gears', 'rendering.areas', 'scene.themes')\n"
+        "print([name for name in late if f'movimentum.{name}' in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
