@@ -11,6 +11,8 @@ SHARP = np.cos(np.radians(75.0))
 """A path that turns by more at one point has a corner there: a stop, a step, or too few frames to know."""
 OFF = 0.05
 """World pixels by which the pieces may miss the curve."""
+SAME = 1e-6
+"""World pixels between the ends of a path that is closed: a solver's last digits."""
 MOST = 24
 """Pieces between two frames."""
 
@@ -24,7 +26,7 @@ def smooth(points: Floats) -> Floats:
     if len(points) < 4 or not (points[:, 2] > 0.0).all():
         return points
     where = points[:, :2]
-    closed = bool(np.array_equal(where[0], where[-1]))
+    closed = bool(np.abs(where[0] - where[-1]).max() < SAME)
     before = np.diff(where, axis=0, prepend=where[-2:-1] if closed else where[:1])
     after = np.diff(where, axis=0, append=where[1:2] if closed else where[-1:])
     length = np.hypot(*before.T) * np.hypot(*after.T)
