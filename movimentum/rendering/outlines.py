@@ -50,6 +50,27 @@ def text_outline(text: str, pixels: float) -> str:
     return "".join(parts)
 
 
+@cache
+def glyphs(text: str, pixels: float) -> tuple[tuple[str, float], ...] | None:
+    """The same, one path for each character that shows anything, at the origin, and how far it is moved to the right;
+    None where characters look different beside each other. Equal characters have equal paths.
+    """
+    pixels = max(1.0, pixels)
+    found: list[tuple[str, float]] = []
+    start = 0.0
+    for face, piece in runs(normal(text)):
+        if not all(_stands_alone(character) for character in piece):
+            return None
+        font = face.at(pixels)
+        for end in range(1, len(piece) + 1):
+            at = float(font.getlength(piece[:end])) - float(font.getlength(piece[end - 1]))
+            path = "".join(_moved(_traced(face, piece[end - 1], _LARGE), 0.0, 1.0))
+            if path:
+                found.append((path, (start + at) / pixels * UNITS))
+        start += float(font.getlength(piece))
+    return tuple(found)
+
+
 def _stands_alone(character: str) -> bool:
     """Whether a character looks the same whatever is beside it (as in alphabets without joins, and in Chinese)."""
     code = ord(character)

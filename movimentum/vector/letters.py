@@ -11,18 +11,21 @@ from movimentum.rendering.prepare import PreparedDrawing
 
 @dataclass(frozen=True, slots=True)
 class Lettering:
-    """A text as an outline, and the map from it to where its mark is drawn from."""
+    """A text as an outline, and the map from it to where its mark is drawn from. ``glyphs``: its letters one by one, if
+    they can be told apart, and how far each is to the right.
+    """
 
     text: str
     path: str
     place: Affine
+    glyphs: tuple[tuple[str, float], ...] | None = None
 
 
 def lettering(
     text: str, height: float, prepared: PreparedDrawing, align: str = "left", italic: bool = False
 ) -> Lettering:
     """A text whose origin is at the left, the centre or the right of its baseline, or in the middle of its letters."""
-    from movimentum.rendering.outlines import text_outline
+    from movimentum.rendering.outlines import glyphs, text_outline
 
     fineness = prepared.view.scale * prepared.fineness
     size = height / UNITS
@@ -33,4 +36,5 @@ def lettering(
         x = -(1.0 if align == "right" else 0.5) * text_width(text, height, fineness)
         y = -MIDDLE * height if align == "middle" else 0.0
     path = text_outline(text, height * fineness)
-    return Lettering(text, path, Affine(size, SLANT * size if italic else 0.0, x, 0.0, size, y))
+    place = Affine(size, SLANT * size if italic else 0.0, x, 0.0, size, y)
+    return Lettering(text, path, place, glyphs(text, height * fineness))

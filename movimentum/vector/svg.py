@@ -151,14 +151,28 @@ class _SvgWriter:
         return group
 
     def _changing(self, words: list[str], height: float, align: str, italic: bool, drawn: str) -> XmlElement:
-        """A text that may be another one in every frame: each of them once, and which one is shown."""
+        """A text that may be another one in every frame: each letter once, each text once, and which one is shown."""
         numbers: dict[str, str] = {}
         found: list[str] = []
+        letter: dict[str, str] = {}
+
+        def spelled(path: str, x: float) -> str:
+            if path not in letter:
+                self._words += 1
+                letter[path] = f"w{self._words}"
+                found.append(f'<path id="w{self._words}" fill-rule="evenodd" d="{path}"/>')
+            return f'<use href="#{letter[path]}" x="{short(x, 1)}"/>'
+
         for text in dict.fromkeys(words):
             letters = lettering(text, height, self.film.prepared, align, italic)
+            inside = None if letters.glyphs is None else "".join(spelled(*glyph) for glyph in letters.glyphs)
             self._words += 1
             numbers[text] = f"#w{self._words}"
-            found.append(f'<path id="w{self._words}" {_matrix(letters.place)} fill-rule="evenodd" d="{letters.path}"/>')
+            start = f'id="w{self._words}" {_matrix(letters.place)}'
+            if inside is None:
+                found.append(f'<path {start} fill-rule="evenodd" d="{letters.path}"/>')
+            else:
+                found.append(f"<g {start}>{inside}</g>")
         use = XmlElement("use", [drawn])
         self._animate(use, "href", [numbers[text] for text in words])
         return XmlElement("g", [_spoken(words[0])], [f"<defs>{''.join(found)}</defs>", str(use)])

@@ -50,6 +50,16 @@ def test_the_picture_of_a_sprite_is_there_once(tmp_path: Path) -> None:
     assert text.count('<use href="#i') == 6
 
 
+def test_a_letter_of_a_text_that_changes_is_there_once(tmp_path: Path) -> None:
+    counting = "A : .disc(9) C=[20,20]; L : .label('x = {A.C.x:.1f} of 120') at=[5,50]; @0 A.C = [20 + 50*.t, 20]; @2"
+    mv.loads(counting).solve().render(tmp_path / "film.svg")
+    text = (tmp_path / "film.svg").read_text(encoding="utf-8")
+    letters = set("x=of.0123456789")
+    assert len(re.findall(r'<path id="w', text)) <= len(letters)
+    assert len(re.findall(r'<g id="w', text)) == 51  # one for each frame
+    assert len(text) < 40_000
+
+
 def test_a_still_moves_nothing(tmp_path: Path) -> None:
     for options in ({"at": Fraction(1, 3)}, {"frames": 3}):
         tags = {element.tag for element in film(tmp_path, **options).iter()}

@@ -30,7 +30,7 @@ def planetary(t: Array) -> Columns:
 
 
 def clockwork(t: Array) -> Columns:
-    """8 : 24 and 8 : 32 teeth; the minute hand turns by 450° a second, clockwise. Wheels begin with a tooth in a gap."""
+    """8 : 24 and 8 : 32 teeth; the minute hand turns clockwise, 450° a second. They begin with a tooth in a gap."""
     minute = -450 * t
     wheel, hour = -minute / 3, minute / 12
     arbor, other = still((165, 225), t), still((165, 105), t)

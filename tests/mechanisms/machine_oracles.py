@@ -51,12 +51,11 @@ def scissor_lift(t: Array) -> Columns:
     parts: list[Columns] = [{"c": c}]
     for k in range(3):
         low = foot + k * up
-        left, other = (low, low + right) if k % 2 == 0 else (low, low + right)
-        parts.append(points(f"S[{k + 1}].A", P=left, M=low + half, Q=low + right + up))
-        parts.append(points(f"S[{k + 1}].B", P=other, M=low + half, Q=low + up))
+        parts.append(points(f"S[{k + 1}].A", P=low, M=low + half, Q=low + right + up))
+        parts.append(points(f"S[{k + 1}].B", P=low + right, M=low + half, Q=low + up))
     top = foot + 3 * up
     parts += [
-        points("Platform", L=top + [-40, 9]),
+        points("Platform", L=top + np.array([-40.0, 9.0])),
         points("Roller", O=foot + right),
         points("Roller2", O=top + right),
     ]

@@ -43,7 +43,7 @@ def test_the_walker_always_stands(solve_script: Solve) -> None:
 
 
 def test_a_geneva_wheel_rests_for_three_quarters(solve_script: Solve) -> None:
-    """Half the angle of a slot is 45°: the wheel moves for (180 - 90)/360 of a turn, at most 1/(√2 - 1) times as fast."""
+    """The wheel moves for (180 - 90)/360 of a turn, at most 1/(√2 - 1) times as fast."""
     table = solve_script("geneva", "200")
     turned = table["turned"]
     steps = np.diff(turned)

@@ -1,4 +1,4 @@
-"""What is published about the gallery's inversor, quick return, lift, excavator and locomotive, measured on the poses."""
+"""What is published about the gallery's inversor, quick return, lift, excavator and locomotive."""
 
 from __future__ import annotations
 

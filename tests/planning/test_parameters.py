@@ -18,7 +18,7 @@ from movimentum.timeline.arrange import arrange
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 EDITS = 6
 RELATED = {"clockwork", "jansen-walker", "planetary", "whitworth"}
-"""Scripts in which one number makes others equal: a third of a turn, teeth, places that are computed from each other."""
+"""Scripts in which one number makes others equal: a third of a turn, teeth, places that others are computed from."""
 LITERAL = re.compile(r"(?<![\w.@#])(?<!e-)\d+(?:\.\d+)?(?![\w.])")
 
 

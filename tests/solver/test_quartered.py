@@ -1,4 +1,4 @@
-"""Two wheels coupled on both sides, a quarter of a turn apart: everything is one block, and angles in it keep turning."""
+"""Two wheels coupled on both sides, a quarter of a turn apart, are one block, and angles in it keep turning."""
 
 from __future__ import annotations
 
