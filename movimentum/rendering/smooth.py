@@ -37,7 +37,7 @@ def smooth(points: Floats) -> Floats:
     pieces = np.clip(np.ceil(np.sqrt(bend / (8.0 * OFF))), 1, MOST).astype(int)
     made = [where[:1]]
     for k, count in enumerate(pieces.tolist()):
-        u = (np.arange(1, count + 1) / count)[:, None]
+        u: Floats = (np.arange(1, count + 1, dtype=np.float64) / count)[:, None]
         made.append(
             (2 * u**3 - 3 * u**2 + 1) * where[k]
             + (u**3 - 2 * u**2 + u) * leaving[k]

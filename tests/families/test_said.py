@@ -227,7 +227,8 @@ def test_what_has_no_value_is_told_and_is_not_0_in_a_table(tmp_path):
 
 
 def test_anchors_that_are_not_drawn_may_leave_the_canvas() -> None:
-    text = ".config(10, 200, 200); Arm : .bar A=[0,0] B=A+[50,0] C=A+[300,0] {}; @0 Arm.A = [100,100]; Arm.angle = 90*.t; @1"
+    text = ".config(10, 200, 200); Arm : .bar A=[0,0] B=A+[50,0] C=A+[300,0] {}; "
+    text += "@0 Arm.A = [100,100]; Arm.angle = 90*.t; @1"
     for option, expected in (("", ["canvas/cut-off"]), (".through(A, B)", [])):
         _, examination = said(text.format(option))
         assert [d.code for d in examination.diagnostics if d.code.startswith("canvas/")] == expected

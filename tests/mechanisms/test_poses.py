@@ -47,8 +47,7 @@ IMPORTED = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 
 FRAMES = {
     "acceleration": 100, "clockwork": 240, "coupling-rods": 51, "excavator": 100, "falling-bar": 101, "geneva": 200,
-    "planetary": 150,
-    "scissor-lift": 125, "stephenson": 120, "walschaerts": 120,
+    "planetary": 150, "scissor-lift": 125, "stephenson": 120, "walschaerts": 120,
 }  # fmt: skip
 """How many frames each script has; 50 where it is not said."""
 
