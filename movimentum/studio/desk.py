@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 ADVICE_S = 3.0
 """How long fixes are tried: nobody waits for them."""
+QUICK_S = 0.03
+"""Where the last motion took no longer, the next one is not worth a glimpse before it."""
 QUIET_S = 0.3
 """So long after a hand has moved, nothing is examined."""
 
@@ -68,9 +70,11 @@ class Desk:
         self.shown: TextJob | None = None
         """The last text whose motion is known."""
         self._items: Items | None = None
+        self._own_items: Items | None = None  # those of the script itself, without what it includes
         self._pending: TextJob | None = None
         self._urgent: deque[Callable[[], None]] = deque()
         self._quiet = 0.0
+        self._took = 1.0
         self._closed = False
         self._condition = Condition()
         self._thread = Thread(target=self._work, name="studio", daemon=True)
@@ -101,7 +105,7 @@ class Desk:
         job = self._pending or self.job
         if job is None:
             return
-        self._items = None
+        self._items = self._own_items = None
         revision = self.engine.revise(SourceText(self.path, job.revision.source.text))
         with self._condition:
             self._pending = TextJob(job.rev, revision, job.time)
@@ -183,6 +187,8 @@ class Desk:
             message = f"{away[0]} is not below the script's folder: the studio reads no file elsewhere"
             self._say(job, "read", (Diagnostic("asset/outside", Severity.ERROR, message),), final=True)
             return
+        if self._own_items is not None and self._own_items.same_as(items_of(revision.source)):
+            self.send(PictureKept(job.rev, None))  # at once; where its parts stand follows
         if not revision.moves:
             job.todo = deque(("read", "advise"))
             self._say(job, "read", revision.diagnostics, final=True)
@@ -201,6 +207,8 @@ class Desk:
         from movimentum.studio.pictures import one_picture, scene_told
 
         timeline = job.revision.timeline
+        if self._took <= QUICK_S:
+            return
         try:
             poses = job.revision.glimpse(job.time)
             if poses is None:
@@ -213,6 +221,7 @@ class Desk:
     def _path(self, job: TextJob) -> None:
         from movimentum.studio.pictures import scene_told, whole_film
 
+        begun = time.perf_counter()
         try:
             motion = job.revision.motion
             film, _ = whole_film(motion)
@@ -220,7 +229,9 @@ class Desk:
             job.todo = deque(("path", "advise"))
             self._say(job, "path", error.diagnostics, final=True)
             return
+        self._took = time.perf_counter() - begun
         self._items = items_of(motion.timeline.scene.source)
+        self._own_items = items_of(job.revision.source)
         job.moved, self.shown = True, job
         self.send(FilmShown(job.rev, False, float(job.time), scene_told(motion.timeline), film))
 

@@ -215,10 +215,12 @@ class FilmShown:
 
 @dataclass(frozen=True, slots=True)
 class PictureKept:
-    """The picture of text ``rev`` is that of the text before; only places in the text are others."""
+    """The picture of text ``rev`` is that of the text before; only places in the text are others (``scene``, which
+    comes a moment later than the news).
+    """
 
     rev: int
-    scene: dict[str, Any]
+    scene: dict[str, Any] | None
 
 
 @dataclass(frozen=True, slots=True)

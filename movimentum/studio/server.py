@@ -121,6 +121,7 @@ def serve(script: str | None, port: int, choices: Choices, ready: Callable[[str]
         server_header=False,
         ws="websockets-sansio",
         ws_max_size=MAX_MESSAGE_BYTES,
+        ws_per_message_deflate=False,  # nothing leaves the machine
         timeout_graceful_shutdown=1,
         lifespan="off",
     )

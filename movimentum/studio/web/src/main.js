@@ -133,8 +133,8 @@ class App {
 
   pictureKept({rev, scene}) {
     if (rev < this.shownRev) return;
+    if (scene === null) { this.pictured(rev, true); return; }
     this.useScene(rev, scene);
-    this.stage.scene = scene;
     this.stage.draw();
     this.pictured(rev);
   }
@@ -153,7 +153,7 @@ class App {
     this.controls.constants(rev === this.rev ? scene.constants : null);
   }
 
-  pictured(rev) {
+  pictured(rev, early = false) {
     this.shownRev = rev;
     for (const [number, begun] of [...this.keys]) {
       if (number > rev) continue;
@@ -161,6 +161,7 @@ class App {
       this.keys.delete(number);
     }
     this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev);
+    if (early) return;
     this.stage.lit = new Set();
     this.look();
   }
