@@ -119,15 +119,16 @@ def gallery() -> tuple[Path, ...]:
     return ()
 
 
-def _record() -> Path:
+def kept(name: str) -> Path:
+    """A file of ours in the user's home."""
     home = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
-    return Path(home) / "movimentum" / "recent.json"
+    return Path(home) / "movimentum" / name
 
 
 def recent() -> tuple[Path, ...]:
     """The scripts that were last open and are still there."""
     try:
-        names: object = json.loads(_record().read_text(encoding="utf-8"))
+        names: object = json.loads(kept("recent.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return ()
     listed = [str(name) for name in names] if isinstance(names, list) else []  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
@@ -137,7 +138,7 @@ def recent() -> tuple[Path, ...]:
 def remember(path: Path) -> None:
     """Put a script at the head of the list; where that cannot be kept, it is not."""
     names = [str(path.resolve()), *(str(other) for other in recent() if other.resolve() != path.resolve())]
-    record = _record()
+    record = kept("recent.json")
     try:
         record.parent.mkdir(parents=True, exist_ok=True)
         record.write_text(json.dumps(names[:MOST_RECENT]), encoding="utf-8")

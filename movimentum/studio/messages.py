@@ -377,7 +377,8 @@ def received(data: str) -> Any:
     if not isinstance(value, dict):
         raise BadMessage("a message is an object")
     found: dict[str, Any] = {str(key): item for key, item in value.items()}  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
-    cls = INCOMING.get(found.pop("kind", None) or "")
+    kind = found.pop("kind", None)
+    cls = INCOMING.get(kind) if isinstance(kind, str) else None
     if cls is None:
         raise BadMessage("there is no such kind of message")
     hints = get_type_hints(cls)

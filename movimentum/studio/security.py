@@ -7,6 +7,10 @@ there; so every request needs the token, which is in the URL that the command pr
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import hmac
+import os
 import re
 import secrets
 from collections.abc import Mapping
@@ -69,6 +73,27 @@ HEADERS = {
     "X-Frame-Options": "DENY",
 }
 """On every answer."""
+
+
+def lasting_token(port: int, record: Path) -> str:
+    """The token of this user's server on ``port``: the same after a restart, so that open pages find it again.
+
+    It is made from a secret in the file ``record``, which only the user can read; where there can be none, it is a new
+    one each time.
+    """
+    try:
+        record.parent.mkdir(parents=True, exist_ok=True)
+        if not record.exists():
+            handle = os.open(record, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+            with open(handle, "w", encoding="ascii") as stream:
+                stream.write(secrets.token_hex(32))
+        secret = record.read_text(encoding="ascii").strip()
+    except (OSError, ValueError):
+        return secrets.token_urlsafe(24)
+    if len(secret) < 64:
+        return secrets.token_urlsafe(24)
+    digest = hmac.new(secret.encode("ascii"), f"studio on port {port}".encode("ascii"), hashlib.sha256).digest()
+    return base64.urlsafe_b64encode(digest[:24]).decode("ascii")
 
 
 class OutsideFolder(ValueError):

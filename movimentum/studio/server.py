@@ -19,9 +19,10 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from movimentum.studio import disk
 from movimentum.studio.messages import MAX_MESSAGE_BYTES, BadMessage, received, sent
 from movimentum.studio.page import Page
-from movimentum.studio.security import HEADERS, LOOPBACK, Gate, policy
+from movimentum.studio.security import HEADERS, LOOPBACK, Gate, lasting_token, policy
 from movimentum.workflow.choices import Choices
 
 FILES = {
@@ -112,7 +113,8 @@ def serve(script: str | None, port: int, choices: Choices, ready: Callable[[str]
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     listening.bind((LOOPBACK, port))
     listening.listen(64)
-    gate = Gate(listening.getsockname()[1])
+    port = listening.getsockname()[1]
+    gate = Gate(port, lasting_token(port, disk.kept("studio-secret")))
     sys.setswitchinterval(0.001)  # messages do not wait for the solver
     config = uvicorn.Config(
         studio_app(gate, script, folder, choices),

@@ -269,6 +269,7 @@ window.movimentum = {
   toScreen: (point) => app.toScreen(point),
   seek: (frame) => app.clock.seek(frame),
   text: () => app.editor.text,
+  disconnect: () => app.link.socket.close(),
   cursor: () => app.editor.cursor,
   select: (from, to = from) => { app.editor.view.dispatch({selection: {anchor: from, head: to}}); app.editor.focus(); },
   selected: () => app.editor.selected,
