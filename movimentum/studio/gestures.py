@@ -95,7 +95,14 @@ class Sheet:
         return Sheet(scene, self.choices, min(self.step, len(scene.steps) - 1), self.places)
 
     def state(self, statement: str, replaced: Sequence[Constraint | Ending] = ()) -> Sheet:
-        """The same with one more statement."""
+        """The same with one more statement. The first one of a step stands beside its time."""
+        step, text = self.scene.steps[self.step], self.text
+        if not step.statements and not step.claims and step.span.end <= len(text):
+            rest = _REST_OF_LINE.match(text, step.span.end)
+            if rest is not None and not rest[1] and text[rest.end() : rest.end() + 1] in ("", "\r", "\n"):
+                gap = " " * max(1, 5 - (step.span.end - step.span.start))
+                line = gap + statement.strip().removesuffix(";").rstrip() + ";"
+                return self.to(text[: step.span.end] + line + text[rest.end() :])
         return self.to(stated(self.scene, self.step, statement, replaced))
 
     def define(self, line: str) -> Sheet:

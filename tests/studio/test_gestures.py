@@ -59,8 +59,7 @@ def test_a_four_bar_from_nothing() -> None:
         "AB : .bar  A = [100, 100]  B = [150, 200];\n"
         "BC : .bar  B = [150, 200]  C = [300, 220];\n"
         "CD : .bar  C = [300, 220]  D = [350, 100];\n\n"
-        "@0\n"
-        "     AB.A = A.P;\n     AB.B = B.P;\n     BC.B = B.P;\n     BC.C = C.P;\n     CD.C = C.P;\n     CD.D = D.P;\n"
+        "@0   AB.A = A.P;\n     AB.B = B.P;\n     BC.B = B.P;\n     BC.C = C.P;\n     CD.C = C.P;\n     CD.D = D.P;\n"
         "     A.P = [100, 100];\n     D.P = [350, 100];\n     C.P ~ [400, 200];\n"
     )
     free = used(text, "fix", ("A.P",), ((0, 0),))

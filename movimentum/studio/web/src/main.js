@@ -116,8 +116,10 @@ class App {
 
   showDiagnostics() {
     this.editor.squiggle(this.diagnostics.map((item) => ({...item, from: item.at ? item.at[0] : null, to: item.at ? item.at[1] : null})));
-    showProblems(byId("problems"), this.diagnostics, {
+    const blank = !this.editor.text.trim(); // a blank sheet is no mistake
+    showProblems(byId("problems"), blank ? [] : this.diagnostics, {
       settled: this.settled,
+      calm: blank ? "Draw with the tools, or type." : "Everything is determined and agrees.",
       go: (item) => { if (item.from !== null) { this.editor.select(this.offsets.span([item.from, item.to])); this.editor.focus(); } },
       fix: (fix) => this.editor.apply(fix.edits.map((edit) => ({from: this.offsets.unit(edit.from), to: this.offsets.unit(edit.to), text: edit.text}))),
     });

@@ -1,7 +1,7 @@
 /* What is wrong, with buttons that mend it. */
 import {make} from "./dom.js";
 
-export function showProblems(place, diagnostics, {go, fix, settled}) {
+export function showProblems(place, diagnostics, {go, fix, settled, calm}) {
   let number = 0;
   const rows = diagnostics.map((item) => {
     const where = item.line === null ? "" : `line ${item.line}`;
@@ -18,6 +18,6 @@ export function showProblems(place, diagnostics, {go, fix, settled}) {
     }
     return row;
   });
-  const words = diagnostics.length ? "" : settled ? "Everything is determined and agrees." : "";
+  const words = diagnostics.length ? "" : settled ? calm : "";
   place.replaceChildren(...rows, ...(words ? [make("p", {class: "calm", text: words})] : []));
 }
