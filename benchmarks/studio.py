@@ -56,11 +56,11 @@ def settle(page: Any) -> None:
         time.sleep(0.02)
 
 
-def keys(page: Any, place: int, typed: str) -> list[float]:
-    """What each key waits for its picture."""
+def keys(page: Any, place: int, count: int) -> list[float]:
+    """What each key waits for its picture: digits, each taken back by the next key."""
     page.evaluate("place => movimentum.select(place)", place)
-    for key in typed:
-        page.keyboard.type(key)
+    for number in range(count):
+        page.keyboard.press("Backspace" if number % 2 else str(1 + number // 2 % 9))
         settle(page)
     return page.evaluate("movimentum.state().keyMs")
 
@@ -91,29 +91,28 @@ def main() -> None:
     from playwright.sync_api import sync_playwright
 
     parser = argparse.ArgumentParser()
-    parser.add_argument("--keys", type=int, default=12)
+    parser.add_argument("--keys", type=int, default=20)
     parser.add_argument("--moves", type=int, default=60)
     chosen = parser.parse_args()
     four, gear, stephenson, cell = (
         (SCRIPTS / f"{name}.mov").read_text(encoding="utf-8")
         for name in ("four-bar", "walschaerts", "stephenson", "peaucellier-linkage")
     )
-    digits = ("1234567890" * 9)[: chosen.keys]
     path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))))
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
         print(f"{'milliseconds':40}{'median':>10}{'95 %':>10}")
         with opened(browser, four) as page:
-            row("key: a number of a four-bar", keys(page, four.index("[70,90]") + 3, digits))
+            row("key: a number of a four-bar", keys(page, four.index("[70,90]") + 3, chosen.keys))
         with opened(browser, gear) as page:
-            row("key: a comment of Walschaerts' gear", keys(page, gear.index("//") + 2, digits))
+            row("key: a comment of Walschaerts' gear", keys(page, gear.index("//") + 2, chosen.keys))
         place = last_number(stephenson)
         assert place is not None
         begin, end = place
         with_point = f"{stephenson[:begin]}{float(stephenson[begin:end])}{stephenson[end:]}"
         with opened(browser, with_point) as page:
             at = begin + len(str(float(stephenson[begin:end])))
-            row("key: the last step of Stephenson's gear", keys(page, at, digits[:8]))
+            row("key: the last step of Stephenson's gear", keys(page, at, chosen.keys))
         with opened(browser, four.replace("Crank.angle = 180*.t;", "")) as page:
             row("move: a freed four-bar", drag(page, "Crank.B", chosen.moves))
         with opened(browser, re.sub(r"^[^/\n]*~[^;]*;", "", cell, flags=re.M)) as page:

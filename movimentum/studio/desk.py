@@ -204,7 +204,7 @@ class Desk:
         self._say(job, "read", revision.scene.diagnostics)
 
     def _begin(self, job: TextJob) -> None:
-        from movimentum.studio.pictures import one_picture, scene_told
+        from movimentum.studio.pictures import scene_told, some_pictures
 
         timeline = job.revision.timeline
         if self._took <= QUICK_S:
@@ -213,7 +213,7 @@ class Desk:
             poses = job.revision.glimpse(job.time)
             if poses is None:
                 return
-            film = one_picture(timeline, poses)
+            film = some_pictures(timeline, poses)
         except (MovimentumError, ArithmeticError, ValueError):
             return  # the motion says what is wrong
         self.send(FilmShown(job.rev, True, float(poses.times[0]), scene_told(timeline), film))

@@ -17,10 +17,10 @@ from movimentum.scene.model import AnchorCoordinate
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.studio.desk import Desk, TextJob, exact_time
 from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseLeft, TimeLooked
+from movimentum.studio.moments import piece_at
 
 if TYPE_CHECKING:
     from movimentum.solver.motion import PathMotion
-    from movimentum.solver.path.piece import Piece
 
 
 class Hands:
@@ -121,14 +121,6 @@ class Hands:
         from movimentum.studio.questions import asked
 
         return asked(job, "why", f"{thing}.{anchor}" if anchor else thing, instant)[0]
-
-
-def piece_at(motion: PathMotion, time: Fraction) -> tuple[Piece | Unsolved, float]:
-    """The piece of a motion that an instant lies in, and its offset there."""
-    stretch = motion.stretches[motion.timeline.segment_at(time)]
-    tau = float(time - stretch.segment.start)
-    begins = np.array([piece.begin for piece in stretch.pieces[1:]])
-    return stretch.pieces[int(np.searchsorted(begins, tau, side="right"))], tau
 
 
 def grabbed_point(motion: PathMotion, message: PartGrabbed, place: Sequence[float] | FloatArray) -> tuple[Expr, Expr]:

@@ -268,13 +268,16 @@ class TextEdited:
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """The answer to a question."""
+    """The answer to a question. ``choices``: statements that it suggests, each with the frame of ``film`` that shows
+    what it selects.
+    """
 
     rev: int
     question: str
     name: str
     words: str
     choices: list[dict[str, Any]]
+    film: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)

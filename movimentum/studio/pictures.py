@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from movimentum.analysis.live import with_numbers
 from movimentum.diagnostics import Diagnostic, to_json
 from movimentum.drawing.options import PictureOptions
 from movimentum.expressions import Expr, symbols
@@ -45,14 +44,9 @@ def whole_film(motion: PathMotion) -> tuple[dict[str, Any], Film]:
     return _data(film), film
 
 
-def one_picture(timeline: Timeline, poses: Poses) -> dict[str, Any]:
-    """The picture of the poses (F = 1) at one instant, before the motion is known."""
+def some_pictures(timeline: Timeline, poses: Poses) -> dict[str, Any]:
+    """Several poses as the frames of a film."""
     return _data(_film(timeline.scene, (poses,), timeline.fps, PictureOptions()))
-
-
-def numbers_known(motion: PathMotion, poses: Poses, time: Fraction) -> Poses:
-    """``poses`` at ``time`` with the numbers that pictures show."""
-    return with_numbers(motion, poses, [time])
 
 
 def _film(scene: Scene, chunks: Sequence[Poses], fps: Fraction, options: PictureOptions) -> Film:

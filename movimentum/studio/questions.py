@@ -7,10 +7,16 @@ from fractions import Fraction
 from typing import Any
 
 from movimentum.repl.session import Refused, Session, Work
+from movimentum.repl.sheet import poses_of
 from movimentum.repl.shell import answer
+from movimentum.solver.segment_motion import Unsolved
 from movimentum.studio.desk import Desk, TextJob, exact_time
 from movimentum.studio.messages import Answered, NameAsked, PlotAsked, Plotted
+from movimentum.studio.moments import piece_at
+from movimentum.studio.pictures import some_pictures
 
+MOST_SHOWN = 24
+"""Solutions that are shown as pictures."""
 QUESTIONS = ("why", "formula", "solutions", "free")
 
 
@@ -36,9 +42,34 @@ def tell(desk: Desk, message: NameAsked) -> None:
     if job is None or not job.moved or message.question not in QUESTIONS:
         desk.send(Answered(message.rev, message.question, message.name, "the motion is not known yet", []))
         return
+    if message.question == "solutions":
+        desk.send(_solutions(job, message))
+        return
     words, suggested = asked(job, message.question, message.name, exact_time(message.time))
-    choices: list[dict[str, Any]] = [{"statement": text} for text in suggested]
+    choices: list[dict[str, Any]] = [{"statement": text, "frame": None} for text in suggested]
     desk.send(Answered(message.rev, message.question, message.name, words, choices))
+
+
+def _solutions(job: TextJob, message: NameAsked) -> Answered:
+    """Every solution at an instant, with its picture and what selects it."""
+    from movimentum.analysis.interactive.all_solutions import alternatives
+
+    session = session_of(job, exact_time(message.time))
+    piece, tau = piece_at(job.motion, session.time)
+    if isinstance(piece, Unsolved):
+        return Answered(message.rev, message.question, message.name, "there is no solution at this moment", [])
+    parts = [part for part in alternatives(session.stretch, piece, tau) if len(part.solutions) > 1]
+    found = [solution for part in parts for solution in part.solutions][:MOST_SHOWN]
+    if not found:
+        return Answered(message.rev, message.question, message.name, "there is one solution only at this moment", [])
+    film = some_pictures(job.motion.timeline, poses_of(session, [solution.pose for solution in found]))
+    choices: list[dict[str, Any]] = [
+        {"statement": solution.selects or "", "words": solution.words, "current": solution.current, "frame": frame}
+        for frame, solution in enumerate(found)
+    ]
+    more = "" if all(part.complete for part in parts) else "; found by a search, there may be more"
+    words = f"{len(found)} solutions at this moment{more}"
+    return Answered(message.rev, message.question, message.name, words, choices, film)
 
 
 def plot(desk: Desk, message: PlotAsked) -> None:

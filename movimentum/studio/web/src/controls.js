@@ -1,4 +1,5 @@
 /* Buttons, keys, sliders, questions and plots. */
+/* global MovimentumPainter */
 import {button, byId, make, toggle} from "./dom.js";
 
 const TOOLS = [
@@ -152,13 +153,38 @@ export class Controls {
     place.replaceChildren(...rows, this.answerPlace);
   }
 
-  answer(question, name, words, choices) {
+  answer(question, name, words, choices, film) {
     const place = byId("answer");
     place.hidden = false;
-    if (!this.answerPlace) { this.answerPlace = make("pre", {}); place.append(this.answerPlace); }
-    this.answerPlace.replaceChildren(make("span", {text: words}), ...choices.map(({statement}) => make("button", {
-      type: "button", class: "fix", text: statement, onclick: () => this.app.useTool("state", [statement], []),
-    })));
+    if (!this.answerPlace || !place.contains(this.answerPlace)) {
+      this.answerPlace = make("pre", {});
+      const close = make("button", {type: "button", text: "×", "aria-label": "Close", onclick: () => { place.hidden = true; }});
+      place.replaceChildren(make("span", {class: "bar"}, make("b", {text: name || question}), close), this.answerPlace);
+    }
+    const use = ({statement}) => { if (statement) this.app.useTool("state", [statement], []); };
+    const rows = choices.map((choice, k) => {
+      const title = choice.statement || choice.words;
+      const made = make("button", {type: "button", class: "fix", title, "data-testid": `choose-${k}`, onclick: () => use(choice)});
+      if (film && choice.frame !== null) made.append(this.thumbnail(film, choice.frame, choice.current));
+      made.append(make("span", {text: title}));
+      return made;
+    });
+    this.answerPlace.replaceChildren(make("span", {text: words}), make("div", {class: film ? "cards" : ""}, ...rows));
+  }
+
+  /* A small picture of one frame of a film. */
+  thumbnail(film, frame, current) {
+    const canvas = make("canvas", {class: current ? "thumbnail current" : "thumbnail", role: "img", "aria-label": current ? "the pose on show" : "another pose"});
+    const fine = window.devicePixelRatio || 1, scale = Math.min(150 / film.width, 110 / film.height);
+    canvas.width = Math.max(1, film.width * scale * fine);
+    canvas.height = Math.max(1, film.height * scale * fine);
+    canvas.style.width = `${film.width * scale}px`;
+    const painter = new MovimentumPainter({...film, background: film.background || film.paper}, canvas);
+    painter.frame = frame;
+    painter.tracing = false;
+    painter.load();
+    painter.draw();
+    return canvas;
   }
 
   /* --- constants as sliders --- */
@@ -173,6 +199,7 @@ export class Controls {
         const output = make("output", {});
         const made = {name: item.name, input, output, item};
         input.addEventListener("input", () => this.slid(made));
+        input.addEventListener("change", () => { if (this.scrub) this.scrub.live.done(); this.scrub = null; });
         return made;
       });
       place.replaceChildren(...this.sliders.map(({name, input, output}) => make("label", {}, make("span", {text: name}), input, output)));
@@ -185,13 +212,16 @@ export class Controls {
     });
   }
 
+  /* A slider moves the number in the text; one way of it is one step to undo. */
   slid(made) {
-    const {item} = made, {editor} = this.app;
-    if (!item.range || this.app.spansRev !== this.app.rev) return;
+    const {item} = made, {app} = this;
+    if (!this.scrub || this.scrub.name !== item.name) {
+      if (!item.range || app.spansRev !== app.rev) return;
+      this.scrub = {name: item.name, live: app.editor.scrubbed(item.range)};
+    }
     const step = (item.most - item.least) / 200;
     const digits = Math.max(0, Math.ceil(-Math.log10(step)));
-    const text = Number(Number(made.input.value).toFixed(digits)).toString();
-    editor.apply([{from: item.range[0], to: item.range[1], text}]);
+    this.scrub.live.set(Number(Number(made.input.value).toFixed(digits)).toString());
   }
 
   /* --- plots --- */
@@ -235,7 +265,12 @@ export class Controls {
       context.stroke();
     };
     paint();
-    this.repaintPlot = paint;
+    this.repaint = paint;
+  }
+
+  /* Another time is shown. */
+  moved() {
+    if (this.repaint && !byId("plot").hidden) this.repaint();
   }
 
   screenshot() {

@@ -75,6 +75,7 @@ export class Editor {
           syntaxHighlighting(highlight),
           marks,
           EditorView.lineWrapping,
+          EditorView.domEventHandlers({mousedown: (event) => this.grabNumber(event)}),
           EditorView.cspNonce.of(document.querySelector('meta[name="movimentum-nonce"]').content),
           EditorView.contentAttributes.of({"aria-label": "Script", spellcheck: "false"}),
           EditorView.updateListener.of((update) => {
@@ -112,6 +113,51 @@ export class Editor {
       annotations: [isolateHistory.of("full"), Transaction.userEvent.of(event)],
     });
     if (select) this.select(select);
+  }
+
+  /* A passage that is written again and again while a hand moves; in the end that is one step to undo. */
+  scrubbed([from, to]) {
+    const before = this.view.state.sliceDoc(from, to);
+    let end = to;
+    const put = (insert, history) => {
+      const annotations = [Transaction.addToHistory.of(history), isolateHistory.of("full"), Transaction.userEvent.of("input.scrub")];
+      this.view.dispatch({changes: {from, to: end, insert}, annotations});
+      end = from + insert.length;
+    };
+    return {
+      set: (text) => { if (text !== this.view.state.sliceDoc(from, end)) put(text, false); },
+      done: () => {
+        const after = this.view.state.sliceDoc(from, end);
+        if (after === before) return;
+        put(before, false);
+        put(after, true);
+      },
+    };
+  }
+
+  /* With Alt, a number in the text follows the mouse. */
+  grabNumber(event) {
+    if (!event.altKey || event.button !== 0) return false;
+    const place = this.view.posAtCoords({x: event.clientX, y: event.clientY});
+    if (place === null) return false;
+    const line = this.view.state.doc.lineAt(place);
+    const found = [...line.text.matchAll(/\d+(?:\.\d+)?/g)].find((each) => line.from + each.index <= place && place <= line.from + each.index + each[0].length);
+    if (!found) return false;
+    const from = line.from + found.index, begin = Number(found[0]);
+    const digits = (found[0].split(".")[1] || "").length;
+    const live = this.scrubbed([from, from + found[0].length]);
+    const move = (each) => {
+      const value = begin + Math.round((each.clientX - event.clientX) / 2) * 10 ** -digits;
+      live.set(Math.max(0, value).toFixed(digits));
+    };
+    const end = () => {
+      window.removeEventListener("pointermove", move);
+      window.removeEventListener("pointerup", end);
+      live.done();
+    };
+    window.addEventListener("pointermove", move);
+    window.addEventListener("pointerup", end);
+    return true;
   }
 
   /* Another text with as little change as possible: cursor and scroll stay. */

@@ -17,6 +17,7 @@ export class FileWork {
     button(bar, "export", "Linkage…", "Save the scene as a linkage file", () => this.askLinkage());
     button(bar, "render", "Render…", "Render to a file", () => this.askRender());
     button(bar, "help", "?", "Keys", () => this.showKeys());
+    window.addEventListener("pagehide", () => this.keepDraft());
     window.addEventListener("beforeunload", (event) => { if (this.dirty && this.app.editor.text.trim()) event.preventDefault(); });
   }
 
@@ -56,7 +57,23 @@ export class FileWork {
     this.known = true;
     this.take(name, text, version);
     if (!name) this.showStart(gallery, recent);
+    this.takeDraft();
     if (trouble) this.app.hint(trouble);
+  }
+
+  /* A text that was not saved outlives a reload of the page. */
+  keepDraft() {
+    const {name, version} = this;
+    if (this.dirty) sessionStorage.setItem("draft", JSON.stringify({name, version, text: this.app.editor.text}));
+    else sessionStorage.removeItem("draft");
+  }
+
+  takeDraft() {
+    const draft = JSON.parse(sessionStorage.getItem("draft") || "null");
+    sessionStorage.removeItem("draft");
+    if (!draft || draft.name !== this.name || draft.version !== this.version) return;
+    this.app.editor.replace(draft.text);
+    this.app.hint("What you had not saved is here again.");
   }
 
   take(name, text, version) {
@@ -227,7 +244,7 @@ export class FileWork {
   }
 
   showKeys() {
-    const rows = [["Space", "play or pause (outside the script)"], ["← →", "one frame"], ["Home End", "first and last frame"], ["V A R G F T D E", "tools: select, anchor, rod, angle, fix, attract, delete, edit shape"], ["Tab on the picture, then . ,", "next and previous point; Enter uses the tool there"], ["+ − 0", "zoom in, out, fit"], ["N P L I", "names, points, traces, information"], ["Delete", "remove what is selected"], ["Escape", "let go; in the script: back to the picture"], ["Ctrl-S", "save"], ["Ctrl-Z Ctrl-Y", "undo, redo"], ["Ctrl-E", "to the script"]];
+    const rows = [["Space", "play or pause (outside the script)"], ["← →", "one frame"], ["Home End", "first and last frame"], ["V A R G F T D E", "tools: select, anchor, rod, angle, fix, attract, delete, edit shape"], ["Tab on the picture, then . ,", "next and previous point; Enter uses the tool there"], ["+ − 0", "zoom in, out, fit"], ["N P L I", "names, points, traces, information"], ["Alt and drag on a number", "changes it"], ["Delete", "remove what is selected"], ["Escape", "let go; in the script: back to the picture"], ["Ctrl-S", "save"], ["Ctrl-Z Ctrl-Y", "undo, redo"], ["Ctrl-E", "to the script"]];
     const place = byId("dialog");
     place.replaceChildren(make("h2", {text: "Keys"}), make("dl", {}, ...rows.flatMap(([key, words]) => [make("dt", {text: key}), make("dd", {text: words})])),
       make("div", {class: "bar"}, make("button", {type: "button", class: "main", text: "Close", onclick: () => place.close()})));

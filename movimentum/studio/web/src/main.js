@@ -23,7 +23,7 @@ class App {
     this.pressed = 0;
     this.selected = null;
     this.stage = new Stage(byId("stage"));
-    this.clock = new Clock(byId("player"), {shown: (frame) => this.stage.seek(frame), settled: () => this.look()});
+    this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.controls.moved(); }, settled: () => this.look()});
     this.editor = new Editor(byId("editor"), {changed: (update) => this.changed(update), moved: () => this.cursorMoved()});
     this.hand = new Hand(this);
     this.pointer = new Pointer(this);
@@ -120,6 +120,7 @@ class App {
     showProblems(byId("problems"), blank ? [] : this.diagnostics, {
       settled: this.settled,
       calm: blank ? "Draw with the tools, or type." : "Everything is determined and agrees.",
+      poses: () => this.ask("solutions", ""),
       go: (item) => { if (item.from !== null) { this.editor.select(this.offsets.span([item.from, item.to])); this.editor.focus(); } },
       fix: (fix) => this.editor.apply(fix.edits.map((edit) => ({from: this.offsets.unit(edit.from), to: this.offsets.unit(edit.to), text: edit.text}))),
     });
@@ -230,8 +231,8 @@ class App {
     this.send({kind: "ask", rev: this.shownRev, question, name, time: this.clock.time});
   }
 
-  answered({question, name, words, choices}) {
-    this.controls.answer(question, name, words, choices);
+  answered({question, name, words, choices, film}) {
+    this.controls.answer(question, name, words, choices, film);
   }
 
   tellWhy(name, words) {

@@ -1,7 +1,7 @@
 /* What is wrong, with buttons that mend it. */
 import {make} from "./dom.js";
 
-export function showProblems(place, diagnostics, {go, fix, settled, calm}) {
+export function showProblems(place, diagnostics, {go, fix, poses, settled, calm}) {
   let number = 0;
   const rows = diagnostics.map((item) => {
     const where = item.line === null ? "" : `line ${item.line}`;
@@ -15,6 +15,9 @@ export function showProblems(place, diagnostics, {go, fix, settled, calm}) {
     for (const each of fixes) {
       row.append(make("button", {type: "button", class: "fix", "data-testid": `fix-${number}`, text: each.title, onclick: () => fix(each)}));
       number += 1;
+    }
+    if (item.code === "constraint/ambiguous") {
+      row.append(make("button", {type: "button", class: "fix", "data-testid": "poses", text: "show all poses", onclick: poses}));
     }
     return row;
   });
