@@ -31,6 +31,7 @@ MODULES = {
     "repl": "repl:repl",
     "run": "run:run",
     "solve": "solve:solve",
+    "studio": "studio:studio",
     "trade": "tradeoff:trade",
 }
 """Each command's module in this package, and its name there."""

@@ -88,9 +88,20 @@ class Film:
                 return paint_over(mark.paint, poses)
 
 
-def make_film(scene: Scene, prepared: PreparedDrawing, poses: Poses, title: str, fps: Fraction, loop: int) -> Film:
-    """The film of all frames of ``poses``."""
-    points: dict[int, list[Point]] = {}
+def make_film(
+    scene: Scene,
+    prepared: PreparedDrawing,
+    poses: Poses,
+    title: str,
+    fps: Fraction,
+    loop: int,
+    *,
+    everything: bool = False,
+) -> Film:
+    """The film of all frames of ``poses``. ``everything``: with the motion of all things that have anchors, drawn or
+    not.
+    """
+    points: dict[int, list[Point]] = {thing.number: [] for thing in scene.things if everything and thing.anchors}
     for body, point in _attachments(prepared):
         points.setdefault(body, [])
         if point is not None:

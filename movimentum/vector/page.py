@@ -54,7 +54,7 @@ from movimentum.vector.letters import lettering
 
 def page_document(film: Film) -> Iterator[str]:
     """The parts of the file; the same each time."""
-    script, style = _shipped("player.js"), _shipped("page.css")
+    script, style = _shipped("painter.js") + _shipped("player.js"), _shipped("page.css")
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; img-src data:;"
         " base-uri 'none'; form-action 'none'"
@@ -80,7 +80,7 @@ def script_json(value: Any) -> str:
 
 
 def film_data(film: Film) -> dict[str, Any]:
-    """What the player draws, as values of JSON; see `player.js` for its frame of reference.
+    """What the player draws, as values of JSON; see `painter.js` for its frame of reference.
 
     ``poses`` are the numbers that change, as base64 of little-endian 32-bit floats; a number that changes refers to
     them as ``[offset]``.

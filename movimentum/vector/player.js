@@ -1,76 +1,25 @@
-/* Plays a film: draws its display list on a canvas, frame by frame. No library, no request.
+/* Plays a film on a canvas, which `painter.js` draws. No library, no request.
  *
  *   const player = new MovimentumPlayer(element, film);   // film: what `movimentum.vector.page` writes as JSON
  *   player.seek(12); player.play(); player.pause();
  *   player.state();            // {time, frame, frames, playing, anchors: {"Rod.B": [x, y]}}, world coordinates, y up
  *   player.toScreen([x, y]);   // page pixels
- *
- * Marks are measured from their bodies' pivots, in world pixels, y up; a body's pose in a frame is where its pivot is
- * and its turn in degrees. A number of the film that changes is given as [offset]: frame k's value is at offset + k in
- * the poses (little-endian 32-bit floats, base64).
  */
 "use strict";
 
-class MovimentumPlayer {
+class MovimentumPlayer extends MovimentumPainter {
   constructor(element, film) {
-    this.film = film;
-    this.frame = 0;
+    super(film, document.createElement("canvas"));
     this.playing = false;
     this.speed = 1;
     this.loop = film.loop === 0;
     this.rounds = film.loop;
-    this.poses = this.floats(film.poses);
-    this.tracing = film.traces.length > 0;
-    this.traces = film.traces.length > 0 ? film.traces : this.everyAnchor();
-    this.paths = new Map();
-    this.tints = new Map();
     this.build(element);
-    this.images = film.images.map((source) => {
-      const image = new Image();
-      image.onload = () => this.draw();
-      image.src = source;
-      return image;
-    });
-    this.ready = Promise.all(this.images.map((image) => image.decode().catch(() => {}))).then(() => this.draw());
+    this.load();
     this.resize();
     new ResizeObserver(() => this.resize()).observe(this.canvas);
     const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (film.frames > 1 && !calm) this.play();
-  }
-
-  /* --- the film's numbers --- */
-
-  floats(text) {
-    const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
-    const view = new DataView(bytes.buffer);
-    return Float32Array.from({length: bytes.length / 4}, (_, k) => view.getFloat32(4 * k, true));
-  }
-
-  value(number, frame) {
-    return Array.isArray(number) ? this.poses[number[0] + frame] : number;
-  }
-
-  /* World coordinates of a point that is measured from a body's pivot. */
-  world(index, x, y, frame) {
-    const body = this.film.bodies[index];
-    const turn = this.value(body.angle, frame) * Math.PI / 180;
-    const c = Math.cos(turn), s = Math.sin(turn);
-    return [this.value(body.x, frame) + c * x - s * y, this.value(body.y, frame) + s * x + c * y];
-  }
-
-  everyAnchor() {
-    const found = [];
-    this.film.bodies.forEach((body, index) => {
-      for (const point of Object.values(body.anchors)) {
-        const plain = {opacity: 1, dash: [], cap: "round", tail: null, past: []};
-        found.push({body: index, point, color: body.color, width: this.film.traceWidth, ...plain});
-      }
-    });
-    return found;
-  }
-
-  time(frame) {
-    return this.film.times[frame];
   }
 
   /* --- the page --- */
@@ -87,10 +36,12 @@ class MovimentumPlayer {
     const film = this.film;
     element.classList.add("movimentum");
     const label = `${film.title}: ${film.frames} frame${film.frames === 1 ? "" : "s"}`;
-    this.canvas = make("canvas", {"data-testid": "stage", role: "img", "aria-label": label}, element);
+    for (const [name, value] of [["data-testid", "stage"], ["role", "img"], ["aria-label", label]]) {
+      this.canvas.setAttribute(name, value);
+    }
+    element.append(this.canvas);
     this.canvas.style.width = `${film.width}px`;
     this.canvas.style.aspectRatio = `${film.width} / ${film.height}`;
-    this.context = this.canvas.getContext("2d");
     const bar = make("div", {class: "controls", role: "group", "aria-label": "Player"}, element);
     if (film.frames < 2) bar.hidden = true;
     const button = (name, text, title, act) => {
@@ -239,299 +190,15 @@ class MovimentumPlayer {
     return {time: this.time(frame), frame, frames: film.frames, playing, speed, anchors};
   }
 
-  toScreen([x, y]) {
-    const [a, b, c, d, e, f] = this.film.toImage;
-    const box = this.canvas.getBoundingClientRect();
-    const scale = box.width / this.film.width;
-    return [box.left + window.scrollX + scale * (a * x + c * y + e),
-            box.top + window.scrollY + scale * (b * x + d * y + f)];
-  }
-
-  /* --- drawing --- */
-
   draw() {
     if (!this.images) return;
-    const film = this.film, context = this.context;
-    const scale = this.canvas.width / film.width;
-    context.setTransform(1, 0, 0, 1, 0, 0);
-    context.globalAlpha = 1;
-    context.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    if (film.background) {
-      context.fillStyle = film.background;
-      context.fillRect(0, 0, this.canvas.width, this.canvas.height);
-    }
-    context.setTransform(scale, 0, 0, scale, 0, 0);
-    context.transform(...film.toImage);
-    context.lineCap = context.lineJoin = "round";
-    context.imageSmoothingEnabled = true;
-    context.imageSmoothingQuality = "high";
-    for (const path of film.paths) this.drawPath(path, path.past.map(([x, y, shown]) => [x, y, shown]));
-    for (const mark of film.marks) this.drawMark(mark);
-    if (this.tracing) for (const trace of this.traces) this.drawTrace(trace);
-    for (const mark of film.overlays) this.drawMark(mark);
+    super.draw();
     this.scrubber.value = String(this.frame);
     const time = `${this.time(this.frame).toFixed(2)}`;
-    this.clock.textContent = `${time} \u00b7 ${this.frame + 1}/${film.frames}`;
-    this.scrubber.setAttribute("aria-valuetext", `frame ${this.frame + 1} of ${film.frames}, time ${time}`);
+    this.clock.textContent = `${time} \u00b7 ${this.frame + 1}/${this.film.frames}`;
+    this.scrubber.setAttribute("aria-valuetext", `frame ${this.frame + 1} of ${this.film.frames}, time ${time}`);
   }
 
-  drawMark(mark) {
-    const context = this.context, frame = this.frame;
-    const opacity = this.value(mark.opacity, frame);
-    if (opacity <= 0) return;
-    const channels = mark.color.map((channel) => Math.round(this.value(channel, frame)));
-    const color = `rgb(${channels.join(",")})`;
-    context.save();
-    context.globalAlpha = opacity;
-    context.fillStyle = context.strokeStyle = color;
-    this.strokes = mark.width > 0;  // a canvas would not take the width 0
-    if (this.strokes) context.lineWidth = mark.width;
-    if (mark.kind === "link") {
-      this.line(mark.through.map(([body, x, y]) => this.world(body, x, y, frame)));
-    } else if (mark.kind === "symbol") {
-      this.together(opacity, () => this.symbol(mark));
-    } else {
-      const body = this.film.bodies[mark.body];
-      context.translate(this.value(body.x, frame), this.value(body.y, frame));
-      const turn = this.value(body.angle, frame) * Math.PI / 180;
-      if (mark.kind === "note") {
-        context.rotate(turn);
-        context.translate(...mark.point);
-        context.rotate(-turn);
-        this.note(mark);
-      } else {
-        context.rotate(turn);
-        if (mark.kind === "line") this.arrow(mark);
-        else if (mark.kind === "disc") this.disc(mark);
-        else if (mark.kind === "image") this.image(mark, channels);
-        else if (mark.kind === "figure") this.together(opacity, () => mark.parts.forEach((part) => this.part(part)));
-        else if (mark.kind === "text") this.text(mark);
-        else if (mark.kind === "words") this.words(mark);
-      }
-    }
-    context.restore();
-  }
-
-  line(points) {
-    const context = this.context;
-    if (!this.strokes) return;
-    context.beginPath();
-    points.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
-    if (points.length === 1) context.lineTo(...points[0]);
-    context.stroke();
-  }
-
-  /* A line, with a head where it is an arrow: as one shape, so that nothing shows through it twice. */
-  arrow(mark) {
-    if (!mark.head) { this.line(mark.points); return; }
-    this.together(this.context.globalAlpha, () => {
-      const context = this.context;
-      this.line(mark.points);
-      context.beginPath();
-      mark.head.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
-      context.fill();
-    });
-  }
-
-  /* Several shapes, faded as one. */
-  together(opacity, paint) {
-    if (opacity >= 1) paint(); else this.layered(opacity, paint);
-  }
-
-  /* A part of a figure: a stroke, a filled outline or a dot. */
-  part(part, rings = part.rings) {
-    const context = this.context;
-    context.save();
-    if (part.color) context.fillStyle = context.strokeStyle = part.color;
-    context.beginPath();
-    if (part.form === "dot") {
-      context.arc(rings[0][0][0], rings[0][0][1], part.width, 0, 2 * Math.PI);
-    } else {
-      for (const ring of rings) {
-        ring.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
-        if (part.closed || part.form === "fill") context.closePath();
-      }
-    }
-    if (part.form === "stroke") {
-      context.lineWidth = part.width;
-      context.lineCap = part.cap;
-      context.setLineDash(part.dash);
-      context.stroke();
-    } else {
-      context.fill();
-    }
-    context.restore();
-  }
-
-  /* What is drawn anew in every frame. */
-  symbol(mark) {
-    const frame = this.frame;
-    for (const part of mark.parts) {
-      if (this.value(part.shown, frame) <= 0) continue;
-      const ring = [];
-      for (let k = 0; k < part.moving.length; k += 2) {
-        ring.push([this.value(part.moving[k], frame), this.value(part.moving[k + 1], frame)]);
-      }
-      this.part(part, [ring]);
-    }
-    if (!mark.caption) return;
-    this.context.save();
-    this.context.translate(this.value(mark.caption.x, frame), this.value(mark.caption.y, frame));
-    this.words(mark.caption);
-    this.context.restore();
-  }
-
-  /* A text that may be another one in every frame. */
-  words(mark) {
-    this.text(mark.texts[this.value(mark.which, this.frame)]);
-  }
-
-  /* Paint at full opacity on a canvas of its own, then lay that over the picture. */
-  layered(opacity, paint) {
-    const below = this.context;
-    const sheet = document.createElement("canvas");
-    sheet.width = this.canvas.width;
-    sheet.height = this.canvas.height;
-    const context = sheet.getContext("2d");
-    context.setTransform(below.getTransform());
-    for (const name of ["fillStyle", "strokeStyle", "lineWidth", "lineCap", "lineJoin"]) context[name] = below[name];
-    this.context = context;
-    paint();
-    this.context = below;
-    below.save();
-    below.setTransform(1, 0, 0, 1, 0, 0);
-    below.globalAlpha = opacity;
-    below.drawImage(sheet, 0, 0);
-    below.restore();
-  }
-
-  disc(mark) {
-    const context = this.context;
-    context.beginPath();
-    context.arc(mark.centre[0], mark.centre[1], mark.radius, 0, 2 * Math.PI);
-    if (mark.width === null) context.fill();
-    else if (this.strokes) context.stroke();
-  }
-
-  image(mark, channels) {
-    const image = this.images[mark.image];
-    if (!image.complete || image.naturalWidth === 0) return;
-    this.context.transform(...mark.matrix);
-    this.context.drawImage(channels.every((channel) => channel === 255) ? image : this.tinted(image, channels), 0, 0);
-  }
-
-  /* The image with its colours multiplied by a tint; the last few are kept. */
-  tinted(image, channels) {
-    const key = `${this.images.indexOf(image)} ${channels.join(" ")}`;
-    if (!this.tints.has(key)) {
-      if (this.tints.size > 64) this.tints.clear();
-      const sheet = document.createElement("canvas");
-      sheet.width = image.naturalWidth;
-      sheet.height = image.naturalHeight;
-      const context = sheet.getContext("2d");
-      context.drawImage(image, 0, 0);
-      context.globalCompositeOperation = "multiply";
-      context.fillStyle = `rgb(${channels.join(",")})`;
-      context.fillRect(0, 0, sheet.width, sheet.height);
-      context.globalCompositeOperation = "destination-in";
-      context.drawImage(image, 0, 0);
-      this.tints.set(key, sheet);
-    }
-    return this.tints.get(key);
-  }
-
-  text(mark) {
-    const context = this.context;
-    if (!this.paths.has(mark)) this.paths.set(mark, new Path2D(mark.path));
-    context.transform(...mark.matrix);
-    if (mark.halo) {
-      const ink = context.fillStyle;
-      context.strokeStyle = context.fillStyle = this.film.paper;
-      context.lineWidth = mark.halo;
-      context.stroke(this.paths.get(mark));
-      context.fillStyle = ink;
-    }
-    context.fill(this.paths.get(mark), "evenodd");
-  }
-
-  note(mark) {
-    const context = this.context;
-    if (mark.dot > 0) {
-      context.beginPath();
-      context.arc(0, 0, mark.dot, 0, 2 * Math.PI);
-      const ink = context.fillStyle;
-      context.fillStyle = this.film.paper;
-      context.fill();
-      context.fillStyle = context.strokeStyle = ink;
-      context.lineWidth = mark.edge;
-      context.stroke();
-    }
-    this.text(mark);
-  }
-
-  drawTrace(trace) {
-    const body = this.film.bodies[trace.body];
-    const points = trace.past.slice();
-    for (let frame = 0; frame <= this.frame; frame += 1) {
-      const shown = this.value(body.visible, frame) > 0;
-      points.push([...(shown ? this.world(trace.body, ...trace.point, frame) : [0, 0]), shown, this.time(frame)]);
-    }
-    if (trace.closing && this.frame === this.film.frames - 1) points.push(trace.closing);
-    if (trace.tail) this.drawTail(trace, points); else this.drawPath(trace, points);
-  }
-
-  drawPath(trace, points) {
-    const context = this.context;
-    context.save();
-    context.beginPath();
-    let pen = false;
-    for (const [x, y, shown] of points) {
-      if (!shown) { pen = false; continue; }
-      if (!pen) context.moveTo(x, y);
-      context.lineTo(x, y);
-      pen = true;
-    }
-    this.inkTrace(trace);
-    context.setLineDash(trace.dash);
-    context.lineCap = trace.cap;
-    context.stroke();
-    context.restore();
-  }
-
-  /* The last steps of a path several times over each other, each time fewer: what is newer is covered more often. */
-  drawTail(trace, points) {
-    const now = this.time(this.frame), bands = 12;
-    const paint = () => {
-      const context = this.context;
-      context.lineCap = trace.cap;
-      for (let band = 1; band <= bands; band += 1) {
-        const from = now - trace.tail * (1 - (band - 0.5) / bands);
-        context.globalAlpha = 1 / (bands - band + 1);
-        context.beginPath();
-        for (let k = 1; k < points.length; k += 1) {
-          const [ax, ay, seen, begin] = points[k - 1], [bx, by, still, end] = points[k];
-          if (!seen || !still || end <= from) continue;
-          const cut = Math.max(0, (from - begin) / (end - begin));
-          if (cut > 0 || k === 1 || !points[k - 2][2] || points[k - 1][3] <= from) {
-            context.moveTo(ax + cut * (bx - ax), ay + cut * (by - ay));
-          }
-          context.lineTo(bx, by);
-        }
-        context.stroke();
-      }
-    };
-    this.context.save();
-    this.inkTrace(trace);
-    this.together(this.context.globalAlpha, paint);
-    this.context.restore();
-  }
-
-  inkTrace(trace) {
-    const channels = trace.color.map((channel) => Math.round(this.value(channel, this.frame)));
-    this.context.globalAlpha = this.value(trace.opacity, this.frame);
-    this.context.strokeStyle = `rgb(${channels.join(",")})`;
-    this.context.lineWidth = trace.width;
-  }
 }
 
 for (const data of document.querySelectorAll("script[data-movimentum]")) {

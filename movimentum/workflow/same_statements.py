@@ -16,7 +16,8 @@ from movimentum.source import FarSpan, SourceText, Span, UnfoldedText
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
 
-_PART = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|(?:'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[^;])+;|.+", re.DOTALL)
+_PART = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|(?>'(?:[^'\r\n]|'')*'|//[^\r\n]*|/\*.*?\*/|[^;])++;|.+", re.DOTALL)
+"""Nothing in it is tried twice: otherwise each comment behind the last ``;`` would double the time."""
 
 
 @dataclass(frozen=True, slots=True)

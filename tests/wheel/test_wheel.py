@@ -44,7 +44,10 @@ def test_the_wheel_holds_the_grammar_and_nothing_foreign(wheel: Path) -> None:
     assert grammar == (ROOT / "grammar" / "movimentum.lark").read_bytes()
     assert "movimentum/py.typed" in names
     assert {f"movimentum/rendering/fonts/DejaVuSans.{end}" for end in ("ttf", "LICENSE")} <= set(names)
-    assert {"movimentum/vector/player.js", "movimentum/vector/page.css"} <= set(names)
+    assert {"movimentum/vector/painter.js", "movimentum/vector/player.js", "movimentum/vector/page.css"} <= set(names)
+    studio = {f"movimentum/studio/web/{name}" for name in ("index.html", "studio.css", "studio.js")}
+    assert {*studio, "movimentum/studio/gallery/four-bar.mov"} <= set(names)
+    assert not [name for name in names if "node_modules" in name]
     assert "movimentum = movimentum.__main__:main" in entry_points
     assert {name.partition("/")[0].partition("-")[0] for name in names} == {"movimentum"}
     sources = {path.relative_to(ROOT).as_posix() for path in (ROOT / "movimentum").rglob("*.py")}

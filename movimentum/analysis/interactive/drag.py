@@ -98,6 +98,14 @@ class Grip:
         """Whether nothing that the expressions are about is free to move."""
         return self._held is None
 
+    def follow_on(self, other: Grip) -> None:
+        """Begin at the pose that ``other`` has left, if it held the same parts at the same instant."""
+        mine, its = self._held, other._held
+        if mine is None or its is None or (self.piece, self.tau) != (other.piece, other.tau):
+            return
+        if mine.block.core == its.block.core:
+            self.x = np.array(other.x)
+
     def off(self) -> float:
         """The distance from the last target."""
         if self._held is not None:

@@ -1,0 +1,259 @@
+"""What the server does for one page: a thread that reads, solves and examines one text after the other.
+
+The page owns the text. Each text it sends is answered stage by stage, the newest first: work on an older one is given
+up. What a hand does at the picture is answered in between, as soon as the motion is known.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from threading import Condition, Thread
+from typing import TYPE_CHECKING, Any
+
+from movimentum.cancellation import Cancelled, cancellable
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import MovimentumError
+from movimentum.source import SourceText
+from movimentum.studio.messages import FilmShown, PictureKept, StageDone, TextTyped, Told
+from movimentum.studio.security import outside_files
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.engine import Engine, Revision
+from movimentum.workflow.read import mentioned_files
+from movimentum.workflow.same_statements import Items, items_of
+
+if TYPE_CHECKING:
+    from movimentum.solver.motion import PathMotion
+
+ADVICE_S = 3.0
+"""How long fixes are tried: nobody waits for them."""
+QUICK_S = 0.03
+"""Where the last motion took no longer, the next one is not worth a glimpse before it."""
+QUIET_S = 0.3
+"""So long after a hand has moved, nothing is examined."""
+
+
+@dataclass(slots=True)
+class TextJob:
+    """A text of the page, with what is still to be done for it. ``moved``: its motion is known."""
+
+    rev: int
+    revision: Revision
+    time: Fraction
+    todo: deque[str] = field(default_factory=lambda: deque(("read", "begin", "path", "examine", "advise")))
+    moved: bool = False
+
+    @property
+    def patient(self) -> bool:
+        """Whether what comes next can wait for a hand."""
+        return bool(self.todo) and self.todo[0] in ("examine", "advise")
+
+    @property
+    def motion(self) -> PathMotion:
+        """Its motion, which is known."""
+        return self.revision.motion
+
+
+class Desk:
+    """One page's work. ``send`` takes messages from any thread; ``folder``: below it are all files."""
+
+    def __init__(self, path: str, folder: Path, send: Callable[[Any], None], choices: Choices | None = None) -> None:
+        self.path, self.folder, self.send = path, folder, send
+        self.engine = Engine(choices)
+        self.job: TextJob | None = None
+        self.shown: TextJob | None = None
+        """The last text whose motion is known."""
+        self._items: Items | None = None
+        self._own_items: Items | None = None  # those of the script itself, without what it includes
+        self._pending: TextJob | None = None
+        self._urgent: deque[Callable[[], None]] = deque()
+        self._quiet = 0.0
+        self._took = 1.0
+        self._closed = False
+        self._condition = Condition()
+        self._thread = Thread(target=self._work, name="studio", daemon=True)
+        self._thread.start()
+
+    # --- called from the server's thread
+
+    def typed(self, message: TextTyped) -> None:
+        """Another text; what is done for the one before is given up."""
+        revision = self.engine.revise(SourceText(self.path, message.text))
+        with self._condition:
+            self._pending = TextJob(message.rev, revision, exact_time(message.time))
+            self._condition.notify()
+
+    def soon(self, work: Callable[[], None]) -> None:
+        """Do ``work`` in the page's thread, before what can wait."""
+        with self._condition:
+            self._urgent.append(work)
+            self._quiet = time.monotonic() + QUIET_S
+            self._condition.notify()
+
+    def moved_to(self, path: str, folder: Path) -> None:
+        """The script is another file from now on."""
+        self.path, self.folder = path, folder
+
+    def again(self) -> None:
+        """A file that the script uses is another one: the same text, from nothing."""
+        job = self._pending or self.job
+        if job is None:
+            return
+        self._items = self._own_items = None
+        revision = self.engine.revise(SourceText(self.path, job.revision.source.text))
+        with self._condition:
+            self._pending = TextJob(job.rev, revision, job.time)
+            self._condition.notify()
+
+    def close(self) -> None:
+        """The page is gone."""
+        with self._condition:
+            self._closed = True
+            self._condition.notify()
+        self.engine.revise(SourceText(self.path, ""))  # gives up what is being done
+
+    def known(self, rev: int) -> TextJob | None:
+        """The text with that number, if it is the newest one or the one shown."""
+        return next((job for job in (self.job, self.shown) if job is not None and job.rev == rev), None)
+
+    # --- the page's thread
+
+    def _work(self) -> None:
+        while True:
+            with self._condition:
+                while not (self._closed or self._pending or self._urgent or self._ready()):
+                    self._condition.wait(self._patience())
+                if self._closed:
+                    return
+                if self._pending is not None:
+                    self.job, self._pending = self._pending, None
+                    continue
+                task = self._urgent.popleft() if self._urgent else None
+            try:
+                if task is not None:
+                    task()
+                elif self.job is not None:
+                    self._advance(self.job)
+            except Cancelled:
+                pass
+            except Exception as problem:
+                self._bug(problem, None if task is not None else self.job)
+
+    def _ready(self) -> bool:
+        job = self.job
+        if job is None or not job.todo or job.revision.outdated:
+            return False
+        return not job.patient or time.monotonic() >= self._quiet
+
+    def _patience(self) -> float | None:
+        job = self.job
+        return max(0.01, self._quiet - time.monotonic()) if job is not None and job.patient else None
+
+    def _advance(self, job: TextJob) -> None:
+        stage = job.todo[0]
+        done = {
+            "read": self._read,
+            "begin": self._begin,
+            "path": self._path,
+            "examine": self._examine,
+            "advise": self._advise,
+        }[stage]
+
+        def unwanted() -> bool:
+            return self._closed or job.revision.outdated or (job.patient and bool(self._urgent))
+
+        with cancellable(unwanted):
+            done(job)
+        if job.todo and job.todo[0] == stage:
+            job.todo.popleft()
+
+    def _say(self, job: TextJob, stage: str, found: tuple[Diagnostic, ...], *, final: bool = False) -> None:
+        from movimentum.studio.pictures import diagnostics_told
+
+        told = diagnostics_told(found, job.revision.source)
+        self.send(StageDone(job.rev, stage, told, final, job.revision.moves))
+
+    def _read(self, job: TextJob) -> None:
+        revision = job.revision
+        away = outside_files(self.folder, mentioned_files(revision.source))
+        if away:
+            job.todo.clear()
+            message = f"{away[0]} is not below the script's folder: the studio reads no file elsewhere"
+            self._say(job, "read", (Diagnostic("asset/outside", Severity.ERROR, message),), final=True)
+            return
+        if self._own_items is not None and self._own_items.same_as(items_of(revision.source)):
+            self.send(PictureKept(job.rev, None))  # at once; where its parts stand follows
+        if not revision.moves:
+            job.todo = deque(("read", "advise"))
+            self._say(job, "read", revision.diagnostics, final=True)
+            return
+        items = items_of(revision.timeline.scene.source)
+        if self._items is not None and self.shown is not None and self._items.same_as(items):
+            from movimentum.studio.pictures import scene_told
+
+            assert revision.motion is not None  # the same, found at once
+            job.moved, self.shown = True, job
+            job.todo = deque(("read", "examine", "advise"))
+            self.send(PictureKept(job.rev, scene_told(revision.timeline)))
+        self._say(job, "read", revision.scene.diagnostics)
+
+    def _begin(self, job: TextJob) -> None:
+        from movimentum.studio.pictures import scene_told, some_pictures
+
+        timeline = job.revision.timeline
+        if self._took <= QUICK_S:
+            return
+        try:
+            poses = job.revision.glimpse(job.time)
+            if poses is None:
+                return
+            film = some_pictures(timeline, poses)
+        except (MovimentumError, ArithmeticError, ValueError):
+            return  # the motion says what is wrong
+        self.send(FilmShown(job.rev, True, float(poses.times[0]), scene_told(timeline), film))
+
+    def _path(self, job: TextJob) -> None:
+        from movimentum.studio.pictures import scene_told, whole_film
+
+        begun = time.perf_counter()
+        try:
+            motion = job.revision.motion
+            film, _ = whole_film(motion)
+        except MovimentumError as error:
+            job.todo = deque(("path", "advise"))
+            self._say(job, "path", error.diagnostics, final=True)
+            return
+        self._took = time.perf_counter() - begun
+        self._items = items_of(motion.timeline.scene.source)
+        self._own_items = items_of(job.revision.source)
+        job.moved, self.shown = True, job
+        self.send(FilmShown(job.rev, False, float(job.time), scene_told(motion.timeline), film))
+
+    def _examine(self, job: TextJob) -> None:
+        self._say(job, "examine", job.revision.diagnostics)
+
+    def _advise(self, job: TextJob) -> None:
+        self._say(job, "advise", job.revision.advice(ADVICE_S), final=True)
+
+    def _bug(self, problem: Exception, job: TextJob | None) -> None:
+        """Tell it, and go on with the next text."""
+        traceback.print_exception(problem, file=sys.stderr)
+        words = f"{type(problem).__name__}: {problem}"
+        if job is None:
+            self.send(Told(f"a bug in Movimentum: {words}", "error"))
+            return
+        job.todo.clear()
+        self._say(
+            job, "bug", (Diagnostic("internal/bug", Severity.ERROR, f"a bug in Movimentum: {words}"),), final=True
+        )
+
+
+def exact_time(time: float) -> Fraction:
+    """A time from a page, which counts frames in floats."""
+    return Fraction(time).limit_denominator(10**6)

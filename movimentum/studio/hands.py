@@ -1,0 +1,152 @@
+"""A hand at the picture: parts that are free follow it, the others say why they do not."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from movimentum.analysis.freedom.motions import free_motions_at
+from movimentum.analysis.interactive.drag import Grip
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.expressions import Expr, add, const, mul, symbol
+from movimentum.scene.model import AnchorCoordinate
+from movimentum.solver.segment_motion import Unsolved
+from movimentum.studio.desk import Desk, TextJob, exact_time
+from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseLeft, TimeLooked
+from movimentum.studio.moments import piece_at
+
+if TYPE_CHECKING:
+    from movimentum.solver.motion import PathMotion
+
+
+class Hands:
+    """What a page's hands hold, and where they have left everything."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._grip: Grip | None = None
+        self._number = -1
+        self._held: tuple[int, Fraction] | None = None
+        self._before = np.zeros((0, 4))
+        self._places = np.zeros((0, 4))
+        self._mine = np.zeros(0, dtype=bool)  # the things that this grip has moved
+
+    def look(self, message: TimeLooked) -> None:
+        """Say what is free."""
+        job = self._desk.known(message.rev)
+        if job is None or not job.moved:
+            return
+        found = free_motions_at(job.motion, exact_time(message.time))
+        poses = job.motion.poses_at([exact_time(message.time)])
+        things = job.motion.timeline.scene.things
+        motions: list[dict[str, Any]] = []
+        for motion in found:
+            arrows: list[list[float]] = []
+            for ref, velocity in motion.velocities:
+                x, y = poses.world(ref.thing, things[ref.thing].anchors[ref.anchor].local)[0].tolist()
+                arrows.append([ref.thing, x, y, *velocity])
+            words = motion.words + (" (a wish says where it goes)" if motion.drawn else "")
+            motions.append({"words": words, "wished": motion.drawn, "arrows": arrows})
+        free = sorted({thing for motion in found for thing in motion.things})
+        self._desk.send(MotionsFree(message.rev, message.time, motions, free))
+
+    def grab(self, message: PartGrabbed) -> None:
+        """Take hold of a point of a part."""
+        job = self._desk.known(message.rev)
+        if job is None or not job.moved or not 0 <= message.thing < len(job.motion.timeline.scene.things):
+            self._desk.send(Grabbed(message.grip, "late", "the motion is not known yet"))
+            return
+        motion, instant = job.motion, exact_time(message.time)
+        piece, tau = piece_at(motion, instant)
+        stretch = motion.stretches[motion.timeline.segment_at(instant)]
+        thing = motion.timeline.scene.things[message.thing]
+        if isinstance(piece, Unsolved) or not thing.anchors:
+            words = "there is no solution at this time" if isinstance(piece, Unsolved) else f"`{thing.name}` is no body"
+            self._desk.send(Grabbed(message.grip, "fixed", words))
+            return
+        poses = motion.poses_at([instant])
+        self._before = np.concatenate([poses.origin[:, 0], poses.direction[:, 0]], axis=1)
+        if self._held != (message.rev, instant) or len(self._places) != len(self._before):
+            self._grip, self._places = None, self._before.copy()
+        held = grabbed_point(motion, message, self._places[message.thing])
+        try:
+            grip = Grip(stretch, piece, tau, held)
+        except (KeyError, ValueError):  # it is not among what the step is about
+            words = f"nothing in this step says anything about `{thing.name}`: it stays as drawn"
+            self._desk.send(Grabbed(message.grip, "fixed", words))
+            return
+        if grip.fixed:
+            self._desk.send(Grabbed(message.grip, "fixed", self._why(job, thing.name, message.anchor, instant)))
+            return
+        if self._grip is not None:
+            grip.follow_on(self._grip)
+        self._grip, self._number, self._held = grip, message.grip, (message.rev, instant)
+        self._mine = self._stirred(grip.placements())
+        self._desk.send(Grabbed(message.grip, "free"))
+
+    def move(self, message: HandMoved) -> None:
+        """Pull what is held to where the hand is."""
+        if self._grip is None or message.grip != self._number:
+            return
+        begun = time.perf_counter()
+        self._grip.move(message.to)
+        after = self._grip.placements()
+        self._mine |= self._stirred(after)
+        self._places[self._mine] = after[self._mine]
+        places = self._places.ravel().tolist()
+        took = 1000.0 * (time.perf_counter() - begun)
+        self._desk.send(PlacesMoved(message.grip, message.move, took, places))
+
+    def _stirred(self, after: FloatArray) -> BoolArray:
+        """Which things are not where the film has them."""
+        assert self._grip is not None
+        return np.abs(after - self._before).max(axis=1) > 1e-9 * max(1.0, self._grip.stretch.plan.size)
+
+    def leave(self, _: PoseLeft) -> None:
+        """Forget what was dragged."""
+        self._grip, self._held, self._number = None, None, -1
+
+    def placed_at(self, job: TextJob, instant: Fraction) -> FloatArray:
+        """(N, 4): where everything is on show at an instant, hands included."""
+        if self._held == (job.rev, instant) and len(self._places):
+            return self._places
+        poses = job.motion.poses_at([instant])
+        return np.concatenate([poses.origin[:, 0], poses.direction[:, 0]], axis=1)
+
+    def _why(self, job: TextJob, thing: str, anchor: str, instant: Fraction) -> str:
+        from movimentum.studio.questions import asked
+
+        return asked(job, "why", f"{thing}.{anchor}" if anchor else thing, instant)[0]
+
+
+def grabbed_point(motion: PathMotion, message: PartGrabbed, place: Sequence[float] | FloatArray) -> tuple[Expr, Expr]:
+    """x and y of the point of a thing that was grabbed, which is at ``place`` (see `PlacesMoved`)."""
+    thing = motion.timeline.scene.things[message.thing]
+    number = next((n for n, anchor in enumerate(thing.anchors) if anchor.name == message.anchor), None)
+    if number is not None:
+        return _coordinate(thing.number, number, 0), _coordinate(thing.number, number, 1)
+    x, y, c, s = (float(value) for value in place)
+    dx, dy = message.at[0] - x, message.at[1] - y
+    local = np.array([c * dx + s * dy, -s * dx + c * dy])
+    places = np.array([anchor.local for anchor in thing.anchors])
+    far = int(np.argmax(np.hypot(*(places - places[0]).T)))
+    u = places[far] - places[0]
+    square = float(u @ u)
+    if square == 0.0:  # one point: it is that which is pulled
+        return _coordinate(thing.number, 0, 0), _coordinate(thing.number, 0, 1)
+    v = local - places[0]
+    along, beside = float(u @ v) / square, float(u[0] * v[1] - u[1] * v[0]) / square
+    (ax, ay), (bx, by) = ([_coordinate(thing.number, n, axis) for axis in (0, 1)] for n in (0, far))
+    ux, uy = add(bx, mul(const(-1.0), ax)), add(by, mul(const(-1.0), ay))
+    return (
+        add(ax, add(mul(const(along), ux), mul(const(-beside), uy))),
+        add(ay, add(mul(const(along), uy), mul(const(beside), ux))),
+    )
+
+
+def _coordinate(thing: int, anchor: int, axis: int) -> Expr:
+    return symbol(AnchorCoordinate(thing, anchor, axis))

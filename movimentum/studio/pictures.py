@@ -1,0 +1,165 @@
+"""What a page draws of a script: the display list of its motion, and what each part of it is about."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from movimentum.diagnostics import Diagnostic, to_json
+from movimentum.drawing.options import PictureOptions
+from movimentum.expressions import Expr, symbols
+from movimentum.rendering.prepare import prepare_drawing
+from movimentum.rendering.stream import concatenate
+from movimentum.scene.model import AnchorCoordinate, Bearing, Ending, GearPair, Scene, ThingAngle, ThingProperty
+from movimentum.source import FarSpan, SourceText, Span
+from movimentum.vector.film import Film, make_film
+from movimentum.vector.page import film_data
+from movimentum.workflow.frames import PoseChunks
+
+if TYPE_CHECKING:
+    from movimentum.scene.model import Claim, Constraint, Thing
+    from movimentum.solver.motion import PathMotion
+    from movimentum.solver.poses import Poses
+    from movimentum.timeline.model import Timeline
+
+MOST_EXACT = 100_000
+"""Poses whose places are sent with all digits; of more, only what is drawn."""
+MOST_FRAMES = 20_000
+"""Frames of a film that are shown; a longer one is shown up to there."""
+
+
+def whole_film(motion: PathMotion) -> tuple[dict[str, Any], Film]:
+    """The film of a motion, as the page's painter takes it."""
+    timeline = motion.timeline
+    chunks = tuple(PoseChunks(motion, range(min(timeline.frame_count, MOST_FRAMES)), False, drawn=True))
+    options = PictureOptions()
+    if timeline.loops:
+        options = PictureOptions(closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
+    film = _film(timeline.scene, chunks, timeline.fps, options)
+    return _data(film), film
+
+
+def some_pictures(timeline: Timeline, poses: Poses) -> dict[str, Any]:
+    """Several poses as the frames of a film."""
+    return _data(_film(timeline.scene, (poses,), timeline.fps, PictureOptions()))
+
+
+def _film(scene: Scene, chunks: Sequence[Poses], fps: Fraction, options: PictureOptions) -> Film:
+    prepared = prepare_drawing(scene, chunks, options)
+    poses = concatenate(list(chunks))
+    title = Path(scene.source.path).stem
+    return make_film(scene, prepared, poses, title, fps, 0, everything=True)
+
+
+def _data(film: Film) -> dict[str, Any]:
+    data = film_data(film)
+    data["numbers"] = list(film.bodies)
+    data["pivots"] = [motion.pivot for motion in film.bodies.values()]
+    data["exact"] = ""
+    data["solved"] = film.poses.solved.astype(int).tolist()
+    if film.poses.origin.size // 2 <= MOST_EXACT:
+        places = np.concatenate([film.poses.origin, film.poses.direction], axis=2)  # (N, F, 4)
+        data["exact"] = base64.b64encode(np.ascontiguousarray(places, dtype="<f8").tobytes()).decode("ascii")
+    return data
+
+
+# --- what it is about -----------------------------------------------------------------------------------
+
+
+def scene_told(timeline: Timeline) -> dict[str, Any]:
+    """Things, statements, steps and constants of a scene, with their places in the script."""
+    scene = timeline.scene
+    return {
+        "start": float(timeline.start),
+        "end": float(timeline.end),
+        "fps": float(timeline.fps),
+        "frames": min(timeline.frame_count, MOST_FRAMES),
+        "loops": timeline.loops,
+        "sized": scene.config.size is not None,
+        "steps": [float(step.time) for step in scene.steps],
+        "things": [_thing(thing, scene.source) for thing in scene.things],
+        "statements": [
+            {"span": place, "things": sorted(about(item)), "wish": _wish(item, scene)}
+            for step in scene.steps
+            for item in (*step.statements, *step.claims)
+            if not isinstance(item, Ending) and (place := placed(scene.source, item.span)) is not None
+        ],
+        "constants": [
+            {
+                "name": item.name,
+                "value": float(item.value[0].value),
+                "least": item.least,
+                "most": item.most,
+                "unit": item.unit,
+                "span": placed(scene.source, item.expression),
+            }
+            for item in scene.constants
+            if len(item.value) == 1 and item.least is not None and item.most is not None
+        ],
+    }  # fmt: skip
+
+
+def _thing(thing: Thing, source: SourceText) -> dict[str, Any]:
+    return {
+        "name": thing.name,
+        "shape": thing.shape.value,
+        "span": placed(source, thing.span),
+        "body": thing.is_body,
+        "hidden": thing.hidden,
+        "radius": thing.radius,
+        "width": thing.width,
+        "through": [[ref.thing, ref.anchor] for ref in thing.through],
+        "anchors": {anchor.name: list(anchor.local) for anchor in thing.anchors},
+    }
+
+
+def about(item: Any) -> set[int]:
+    """The numbers of the things that a statement or claim mentions."""
+    found: set[int] = set()
+    sides: tuple[Expr, ...] = (*item.left, *item.right)
+    for payload in symbols(*sides):
+        match payload:
+            case AnchorCoordinate() | ThingAngle() | ThingProperty():
+                found.add(payload.thing)
+            case GearPair():
+                found |= {payload.first, payload.second}
+            case Bearing():
+                found |= {payload.start.thing, payload.end.thing}
+            case _:
+                pass
+    return found
+
+
+def _wish(item: Constraint | Claim, scene: Scene) -> list[float] | None:
+    """Where a wish pulls an anchor to, if it is a place that the script states with two numbers."""
+    anchor = getattr(item, "anchor", None)
+    if item.relation.value != "~" or anchor is None or len(item.right) != 2:
+        return None
+    x, y = (side.value for side in item.right)
+    return None if x is None or y is None else [anchor.thing, anchor.anchor, float(x), float(y)]
+
+
+def placed(source: SourceText, span: Span) -> list[int] | None:
+    """Where a span is in the script; None if it is in another file."""
+    real = getattr(source, "real", None)
+    found = real(span) if real is not None else span
+    return None if isinstance(found, FarSpan) else [found.start, found.end]
+
+
+def diagnostics_told(found: Sequence[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
+    """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns."""
+    told = to_json(found, source)
+    for item, diagnostic in zip(told, found, strict=True):
+        span = diagnostic.span
+        here = span is not None and not isinstance(span, FarSpan)
+        item["from"], item["to"] = (span.start, span.end) if here and span is not None else (None, None)
+        tried = [fix for fix in diagnostic.fixes if fix.tried]
+        for fix, each in zip(item.get("fixes", ()), tried, strict=True):
+            for place, edit in zip(fix["edits"], each.edits, strict=True):
+                place["from"], place["to"] = edit.span.start, edit.span.end
+    return told

@@ -1,0 +1,131 @@
+"""The server: one page of files, and a socket for each page that is open."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import socket
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from movimentum.studio import disk
+from movimentum.studio.messages import MAX_MESSAGE_BYTES, BadMessage, received, sent
+from movimentum.studio.page import Page
+from movimentum.studio.security import HEADERS, LOOPBACK, Gate, lasting_token, policy
+from movimentum.workflow.choices import Choices
+
+FILES = {
+    "studio.js": ("movimentum.studio", "web/studio.js", "text/javascript"),
+    "studio.css": ("movimentum.studio", "web/studio.css", "text/css"),
+    "painter.js": ("movimentum.vector", "painter.js", "text/javascript"),
+}
+"""What the page needs: its address, where it is in the package, and what it is."""
+CLOSED_BAD, CLOSED_REFUSED = 1003, 1008
+
+
+def studio_app(gate: Gate, script: str | None, folder: Path, choices: Choices) -> Starlette:
+    """The web application."""
+
+    def index(request: Request) -> Response:
+        if reason := gate.refused(request.headers):
+            return _refusal(reason)
+        if not gate.knows(request.query_params.get("token", "")):
+            return _refusal("the token is missing or wrong: open the address that `movimentum studio` has printed")
+        nonce = secrets.token_urlsafe(16)
+        text = files("movimentum.studio").joinpath("web/index.html").read_text(encoding="utf-8")
+        page = text.replace("{nonce}", nonce)
+        headers = {**HEADERS, "Content-Security-Policy": policy(nonce)}
+        return Response(page, media_type="text/html", headers=headers)
+
+    def asset(request: Request) -> Response:
+        if reason := gate.refused(request.headers):
+            return _refusal(reason)
+        found = FILES.get(request.path_params["name"])
+        if found is None:
+            return PlainTextResponse("there is no such file\n", 404, headers=HEADERS)
+        package, place, kind = found
+        data = files(package).joinpath(place).read_bytes()
+        return Response(data, media_type=kind, headers=HEADERS)
+
+    async def connect(websocket: WebSocket) -> None:
+        if gate.refused(websocket.headers, socket=True) or not gate.knows(websocket.query_params.get("token", "")):
+            await websocket.close(CLOSED_REFUSED)
+            return
+        await websocket.accept()
+        await _serve_page(websocket, lambda send: Page(script, folder, choices, send))
+
+    routes = [Route("/", index), WebSocketRoute("/socket", connect), Route("/{name}", asset)]
+    return Starlette(routes=routes)
+
+
+def _refusal(reason: str) -> Response:
+    return PlainTextResponse(f"refused: {reason}\n", 403, headers=HEADERS)
+
+
+async def _serve_page(websocket: WebSocket, begun: Callable[[Callable[[Any], None]], Page]) -> None:
+    """Pass messages on until the page is gone."""
+    loop = asyncio.get_running_loop()
+    waiting: asyncio.Queue[str] = asyncio.Queue()
+
+    def send(message: Any) -> None:  # from any thread
+        data = sent(message)
+        with suppress(RuntimeError):  # the loop has ended
+            loop.call_soon_threadsafe(waiting.put_nowait, data)
+
+    async def pump() -> None:
+        while True:
+            await websocket.send_text(await waiting.get())
+
+    page = begun(send)
+    pumping, watching = asyncio.create_task(pump()), asyncio.create_task(page.watch())
+    try:
+        while True:
+            page.take(received(await websocket.receive_text()))
+    except BadMessage as problem:
+        with suppress(RuntimeError):
+            await websocket.close(CLOSED_BAD, str(problem))
+    except (WebSocketDisconnect, KeyError, RuntimeError):
+        pass
+    finally:
+        page.close()
+        for task in (pumping, watching):
+            task.cancel()
+            with suppress(asyncio.CancelledError, Exception):
+                await task
+
+
+def serve(script: str | None, port: int, choices: Choices, ready: Callable[[str], None]) -> None:
+    """Serve until interrupted; ``ready`` is given the address as soon as it answers. `OSError`: the port is taken."""
+    folder = Path(script).resolve().parent if script is not None else Path.cwd()
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    if sys.platform != "win32":
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listening.bind((LOOPBACK, port))
+    listening.listen(64)
+    port = listening.getsockname()[1]
+    gate = Gate(port, lasting_token(port, disk.kept("studio-secret")))
+    sys.setswitchinterval(0.001)  # messages do not wait for the solver
+    config = uvicorn.Config(
+        studio_app(gate, script, folder, choices),
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        ws="websockets-sansio",
+        ws_max_size=MAX_MESSAGE_BYTES,
+        ws_per_message_deflate=False,  # nothing leaves the machine
+        timeout_graceful_shutdown=1,
+        lifespan="off",
+    )
+    ready(gate.url)
+    uvicorn.Server(config).run(sockets=[listening])

@@ -1,0 +1,284 @@
+/* Buttons, keys, sliders, questions and plots. */
+/* global MovimentumPainter */
+import {button, byId, make, toggle} from "./dom.js";
+
+const TOOLS = [
+  ["select", "Select", "Select and drag (V)", "v"], ["anchor", "Anchor", "Make points (A)", "a"],
+  ["rod", "Rod", "Rods from point to point (R)", "r"], ["angle", "Angle", "Fix the angle of two rods (G)", "g"],
+  ["fix", "Fix", "Fix a point (F)", "f"], ["attract", "Attract", "Pull a point somewhere (T)", "t"],
+  ["delete", "Delete", "Remove (D)", "d"], ["shape", "Shape", "Edit the shape of a part (E)", "e"],
+];
+
+export class Controls {
+  constructor(app) {
+    this.app = app;
+    this.buttons = {};
+    this.drawTools();
+    this.drawViews();
+    this.point = -1;
+    document.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  drawTools() {
+    const {app} = this, bar = byId("tools");
+    for (const [tool, text, title] of TOOLS) {
+      this.buttons[tool] = button(bar, `tool-${tool}`, text, title, () => this.choose(tool), {"aria-pressed": String(tool === "select")});
+    }
+    button(bar, "clear", "Clear", "Empty the script (undo brings it back)", () => app.editor.apply([{from: 0, to: app.editor.text.length, text: ""}]));
+    button(bar, "undo", "↶", "Undo (Ctrl-Z)", () => app.editor.undo());
+    button(bar, "redo", "↷", "Redo (Ctrl-Y)", () => app.editor.redo());
+  }
+
+  drawViews() {
+    const {app} = this, {stage} = app, bar = byId("views");
+    const shown = (name) => (on) => { stage[name] = on; stage.draw(); };
+    this.views = {
+      n: toggle(bar, "names", "Names", "Names of points (N)", stage.names, shown("names")),
+      p: toggle(bar, "points", "Points", "All points (P)", stage.points, shown("points")),
+      l: toggle(bar, "traces", "Traces", "The paths of points (L)", stage.tracing, shown("tracing")),
+      m: toggle(bar, "arrows", "Free", "Arrows for the motions that are free (M)", stage.arrows, shown("arrows")),
+      i: toggle(bar, "info", "Info", "What is known about the scene and what is selected (I)", false, (on) => { this.info = on; this.showInfo(); }),
+    };
+    button(bar, "zoom-out", "−", "Zoom out (−)", () => stage.zoom(1 / 1.25));
+    button(bar, "fit", "Fit", "The whole picture (0)", () => stage.fit());
+    button(bar, "zoom-in", "+", "Zoom in (+)", () => stage.zoom(1.25));
+    button(bar, "screenshot", "PNG", "Save this picture as PNG", () => this.screenshot());
+    button(bar, "full", "Full", "Full screen", () => {
+      if (document.fullscreenElement) document.exitFullscreen(); else byId("showing").requestFullscreen();
+    });
+    const expression = make("input", {type: "text", placeholder: "plot: Rod.B.x", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
+    expression.addEventListener("change", () => this.plot(expression.value.trim()));
+    bar.append(expression);
+  }
+
+  choose(tool) {
+    for (const [name, made] of Object.entries(this.buttons)) made.setAttribute("aria-pressed", String(name === tool));
+    this.app.pointer.choose(tool);
+  }
+
+  key(event) {
+    const {app} = this, control = event.ctrlKey || event.metaKey;
+    if (control && event.key.toLowerCase() === "s") { event.preventDefault(); app.files.save(); return; }
+    if (control && event.key.toLowerCase() === "e") { event.preventDefault(); app.editor.focus(); return; }
+    const inEditor = event.target.closest && event.target.closest("#editor");
+    if (event.key === "Escape" && inEditor) { app.stage.canvas.focus(); return; }
+    if (inEditor || byId("dialog").open) return;
+    if (control && !event.altKey && ["z", "y"].includes(event.key.toLowerCase()) && event.target.tagName !== "INPUT") {
+      event.preventDefault();
+      if (event.key.toLowerCase() === "y" || event.shiftKey) app.editor.redo(); else app.editor.undo();
+      return;
+    }
+    if (control || event.altKey) return;
+    const name = event.target.tagName;
+    if (name === "SELECT" || name === "TEXTAREA" || (name === "INPUT" && event.target.type !== "range")) return;
+    if (this.plain(event, name)) event.preventDefault();
+  }
+
+  plain(event, element) {
+    const {app} = this, {clock, stage} = app, {key} = event;
+    const slider = element === "INPUT" && event.target !== clock.scrubber;
+    const tool = TOOLS.find((each) => each[3] === key.toLowerCase());
+    if (key === " ") { if (element === "BUTTON") return false; clock.toggle(); }
+    else if (key === "ArrowLeft" && !slider) clock.step(-1);
+    else if (key === "ArrowRight" && !slider) clock.step(1);
+    else if (key === "Home" && !slider) { clock.pause(); clock.seek(0); }
+    else if (key === "End" && !slider) { clock.pause(); clock.seek(clock.frames - 1); }
+    else if (key === "Escape") { app.pointer.cancel(); app.hand.leave(); app.selectThing(null); stage.draw(); }
+    else if (key === "+" || key === "=") stage.zoom(1.25);
+    else if (key === "-") stage.zoom(1 / 1.25);
+    else if (key === "0") stage.fit();
+    else if (key === "." || key === ",") this.nextPoint(key === "." ? 1 : -1);
+    else if (key === "Enter" && event.target === stage.canvas) this.usePoint();
+    else if (key === "Delete" || key === "Backspace") { if (app.selected) app.useTool("delete", [stage.scene.things[app.selected.thing].name], []); }
+    else if (this.views[key.toLowerCase()]) this.views[key.toLowerCase()].click();
+    else if (tool) this.choose(tool[0]);
+    else return false;
+    return true;
+  }
+
+  /* Points one after the other, for those without a mouse. */
+  nextPoint(by) {
+    const {app} = this, anchors = app.stage.anchors();
+    if (!anchors.length) return;
+    this.point = (this.point + by + anchors.length) % anchors.length;
+    app.stage.hovered = anchors[this.point];
+    app.hint(anchors[this.point].name);
+    app.stage.draw();
+  }
+
+  usePoint() {
+    const {app} = this, hit = app.stage.hovered;
+    if (!hit) return;
+    const at = hit.at || [0, 0];
+    const {tool} = app.pointer;
+    app.pointer[tool]({tool, hit, at, dragged: false, grip: null}, at);
+  }
+
+  /* --- what is known --- */
+
+  freedom(motions) {
+    this.motions = motions;
+    this.showInfo();
+  }
+
+  selection(hit) {
+    this.chosen = hit;
+    this.showInfo();
+  }
+
+  claims(diagnostics) {
+    byId("problems").dataset.claims = diagnostics.some((item) => item.code.startsWith("claim/") && item.severity === "error") ? "broken" : "";
+  }
+
+  showInfo() {
+    const {app} = this, place = byId("answer"), hit = this.chosen;
+    place.hidden = !(this.info || hit);
+    if (place.hidden) return;
+    const rows = [];
+    if (hit) {
+      rows.push(make("b", {text: hit.name}), make("span", {class: "bar"},
+        ...["why", "formula"].map((question) => make("button", {type: "button", "data-testid": `ask-${question}`, text: question, onclick: () => app.ask(question, hit.name)})),
+        make("button", {type: "button", "data-testid": "ask-solutions", text: "solutions", onclick: () => app.ask("solutions", "")}),
+        make("button", {type: "button", text: "plot", onclick: () => this.plot(hit.anchor ? hit.name : `${hit.name}.angle`)}),
+        make("button", {type: "button", text: "×", "aria-label": "Close", onclick: () => app.selectThing(null)})));
+    }
+    if (this.info) {
+      const {stage} = app;
+      const count = stage.scene ? stage.scene.things.length : 0;
+      rows.push(make("p", {text: `${count} things, ${app.clock.frames} frames`}));
+      (this.motions || []).forEach((motion, k) => rows.push(make("p", {text: `free ${k + 1}: ${motion.words}`})));
+      if (this.motions && !this.motions.length) rows.push(make("p", {text: "Nothing is free at this time."}));
+    }
+    this.answerPlace = make("pre", {});
+    place.replaceChildren(...rows, this.answerPlace);
+  }
+
+  answer(question, name, words, choices, film) {
+    const place = byId("answer");
+    place.hidden = false;
+    if (!this.answerPlace || !place.contains(this.answerPlace)) {
+      this.answerPlace = make("pre", {});
+      const close = make("button", {type: "button", text: "×", "aria-label": "Close", onclick: () => { place.hidden = true; }});
+      place.replaceChildren(make("span", {class: "bar"}, make("b", {text: name || question}), close), this.answerPlace);
+    }
+    const use = ({statement}) => { if (statement) this.app.useTool("state", [statement], []); };
+    const rows = choices.map((choice, k) => {
+      const title = choice.statement || choice.words;
+      const made = make("button", {type: "button", class: "fix", title, "data-testid": `choose-${k}`, onclick: () => use(choice)});
+      if (film && choice.frame !== null) made.append(this.thumbnail(film, choice.frame, choice.current));
+      made.append(make("span", {text: title}));
+      return made;
+    });
+    this.answerPlace.replaceChildren(make("span", {text: words}), make("div", {class: film ? "cards" : ""}, ...rows));
+  }
+
+  /* A small picture of one frame of a film. */
+  thumbnail(film, frame, current) {
+    const canvas = make("canvas", {class: current ? "thumbnail current" : "thumbnail", role: "img", "aria-label": current ? "the pose on show" : "another pose"});
+    const fine = window.devicePixelRatio || 1, scale = Math.min(150 / film.width, 110 / film.height);
+    canvas.width = Math.max(1, film.width * scale * fine);
+    canvas.height = Math.max(1, film.height * scale * fine);
+    canvas.style.width = `${film.width * scale}px`;
+    const painter = new MovimentumPainter({...film, background: film.background || film.paper}, canvas);
+    painter.frame = frame;
+    painter.tracing = false;
+    painter.load();
+    painter.draw();
+    return canvas;
+  }
+
+  /* --- constants as sliders --- */
+
+  constants(found) {
+    const place = byId("sliders");
+    if (found === null) return;
+    const same = this.sliders && this.sliders.map((item) => item.name).join() === found.map((item) => item.name).join();
+    if (!same) {
+      this.sliders = found.map((item) => {
+        const input = make("input", {type: "range", min: item.least, max: item.most, step: "any", value: item.value, "aria-label": item.name, "data-testid": `slider-${item.name}`});
+        const output = make("output", {});
+        const made = {name: item.name, input, output, item};
+        input.addEventListener("input", () => this.slid(made));
+        input.addEventListener("change", () => { if (this.scrub) this.scrub.live.done(); this.scrub = null; });
+        return made;
+      });
+      place.replaceChildren(...this.sliders.map(({name, input, output}) => make("label", {}, make("span", {text: name}), input, output)));
+    }
+    found.forEach((item, k) => {
+      const made = this.sliders[k];
+      made.item = item;
+      if (document.activeElement !== made.input) made.input.value = String(item.value);
+      made.output.textContent = `${Number(item.value.toPrecision(5))}${item.unit ? ` ${item.unit}` : ""}`;
+    });
+  }
+
+  /* A slider moves the number in the text; one way of it is one step to undo. */
+  slid(made) {
+    const {item} = made, {app} = this;
+    if (!this.scrub || this.scrub.name !== item.name) {
+      if (!item.range || app.spansRev !== app.rev) return;
+      this.scrub = {name: item.name, live: app.editor.scrubbed(item.range)};
+    }
+    const step = (item.most - item.least) / 200;
+    const digits = Math.max(0, Math.ceil(-Math.log10(step)));
+    this.scrub.live.set(Number(Number(made.input.value).toFixed(digits)).toString());
+  }
+
+  /* --- plots --- */
+
+  plot(expression) {
+    const place = byId("plot");
+    this.plotting = expression;
+    place.hidden = !expression;
+    if (expression) this.app.send({kind: "plot", rev: this.app.shownRev, expression});
+  }
+
+  plotted({expression, rows, words}) {
+    const place = byId("plot");
+    if (expression !== this.plotting) return;
+    if (words) { place.replaceChildren(make("p", {text: words})); return; }
+    const canvas = make("canvas", {"data-testid": "plot", role: "img", "aria-label": `${expression} over time`, title: expression});
+    place.replaceChildren(make("span", {text: expression}), canvas);
+    const values = rows.flat().filter((value) => value !== null);
+    const low = Math.min(...values), high = Math.max(...values), span = high - low || 1;
+    const paint = () => {
+      const fine = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+      canvas.width = width * fine;
+      canvas.height = height * fine;
+      const context = canvas.getContext("2d");
+      context.scale(fine, fine);
+      const x = (k) => rows.length < 2 ? 0 : k * width / (rows.length - 1);
+      (rows[0] || []).forEach((_, column) => {
+        context.strokeStyle = ["#0072b2", "#d55e00"][column % 2];
+        context.beginPath();
+        rows.forEach((row, k) => {
+          if (row[column] === null) return;
+          const y = 4 + (height - 8) * (high - row[column]) / span;
+          if (k && rows[k - 1][column] !== null) context.lineTo(x(k), y); else context.moveTo(x(k), y);
+        });
+        context.stroke();
+      });
+      context.strokeStyle = "#888";
+      context.beginPath();
+      context.moveTo(x(this.app.clock.frame), 0);
+      context.lineTo(x(this.app.clock.frame), height);
+      context.stroke();
+    };
+    paint();
+    this.repaint = paint;
+  }
+
+  /* Another time is shown. */
+  moved() {
+    if (this.repaint && !byId("plot").hidden) this.repaint();
+  }
+
+  screenshot() {
+    const {canvas} = this.app.stage;
+    canvas.toBlob((blob) => {
+      const link = make("a", {href: URL.createObjectURL(blob), download: `${this.app.files.stem()}.png`});
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    });
+  }
+}

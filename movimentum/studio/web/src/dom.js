@@ -1,0 +1,32 @@
+/* Elements without markup: whatever a script names a thing, it is only ever text. */
+export function make(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name === "text") made.textContent = value;
+    else if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else if (value === true) made.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) made.setAttribute(name, value);
+  }
+  made.append(...children);
+  return made;
+}
+
+export const byId = (id) => document.getElementById(id);
+
+/* A button of a toolbar; after the mouse, keys go on to where they were. */
+export function button(bar, testid, text, title, act, more = {}) {
+  const made = make("button", {type: "button", "data-testid": testid, text, title, "aria-label": title, ...more});
+  made.addEventListener("click", (event) => { act(event); if (event.detail > 0) made.blur(); });
+  bar.append(made);
+  return made;
+}
+
+/* A button that is on or off. */
+export function toggle(bar, testid, text, title, on, act) {
+  const made = button(bar, testid, text, title, () => {
+    const pressed = made.getAttribute("aria-pressed") !== "true";
+    made.setAttribute("aria-pressed", String(pressed));
+    act(pressed);
+  }, {"aria-pressed": String(on)});
+  return made;
+}

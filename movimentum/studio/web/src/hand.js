@@ -1,0 +1,88 @@
+/* Dragging: what is free follows by way of the server, what is driven moves the time, what is fixed says why. */
+export class Hand {
+  constructor(app) {
+    this.app = app;
+    this.count = 0;
+    this.current = null;
+    this.times = [];
+  }
+
+  grab(hit, at) {
+    const {app} = this;
+    this.count += 1;
+    const grip = {number: this.count, hit, at, state: "asked", wanted: null, waiting: false, moves: 0, done: false};
+    grip.local = app.stage.localPoint(hit.thing, hit.at || at);
+    this.current = grip;
+    app.send({kind: "grab", rev: app.shownRev, grip: grip.number, thing: hit.thing, anchor: hit.anchor || "", at: hit.at || at, time: app.clock.time});
+    return grip;
+  }
+
+  grabbed({grip: number, state, words}) {
+    const grip = this.current;
+    if (!grip || grip.number !== number) return;
+    grip.state = state;
+    grip.words = words;
+    if (state === "fixed" && this.app.pointer.driven(grip.hit)) grip.state = "driven";
+    if (grip.wanted) this.move(grip, grip.wanted);
+  }
+
+  move(grip, at) {
+    grip.wanted = at;
+    if (grip.state === "free") this.pull(grip);
+    else if (grip.state === "driven") this.scrub(grip, at);
+    else if (grip.state === "fixed") this.refuse(grip);
+    else if (grip.state === "late") this.app.hint(grip.words);
+  }
+
+  /* Only one move is under way at a time: the newest place goes next. */
+  pull(grip) {
+    if (grip.waiting || !grip.wanted) return;
+    grip.waiting = true;
+    grip.moves += 1;
+    this.app.send({kind: "move", grip: grip.number, move: grip.moves, to: grip.wanted});
+    grip.wanted = null;
+  }
+
+  moved({grip: number, ms, places}) {
+    const grip = this.current;
+    this.times.push(ms);
+    if (!grip || grip.number !== number) return;
+    grip.waiting = false;
+    this.app.stage.held = Float64Array.from(places);
+    this.app.stage.draw();
+    if (grip.wanted) this.pull(grip);
+  }
+
+  scrub(grip, at) {
+    const {stage, clock} = this.app;
+    grip.path = grip.path || stage.path(grip.hit.thing, grip.local);
+    let best = clock.frame, least = Infinity;
+    const size = Math.max(1, stage.rect[2] - stage.rect[0]);
+    grip.path.forEach(([x, y], frame) => {
+      const apart = Math.abs(frame - clock.frame);
+      const away = Math.hypot(x - at[0], y - at[1]) + 0.02 * size * Math.min(apart, clock.frames - apart) / clock.frames;
+      if (away < least) { least = away; best = frame; }
+    });
+    if (best !== clock.frame) clock.seek(best);
+  }
+
+  refuse(grip) {
+    if (grip.told) return;
+    grip.told = true;
+    this.app.tellWhy(grip.hit.name, grip.words);
+  }
+
+  drop(grip, at, dragged) {
+    if (!dragged) return;
+    this.move(grip, at);
+  }
+
+  leave() {
+    const {app} = this;
+    if (!app.stage.held) return false;
+    app.stage.held = null;
+    app.send({kind: "leave", rev: app.shownRev});
+    app.stage.draw();
+    return true;
+  }
+}

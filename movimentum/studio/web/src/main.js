@@ -1,0 +1,281 @@
+/* The studio: script and motion as two views of one thing. */
+import {Places} from "./places.js";
+import {Link} from "./link.js";
+import {Editor} from "./editor.js";
+import {Stage} from "./stage.js";
+import {Clock} from "./clock.js";
+import {Pointer} from "./pointer.js";
+import {Hand} from "./hand.js";
+import {showProblems} from "./problems.js";
+import {FileWork} from "./files.js";
+import {Controls} from "./controls.js";
+import {byId} from "./dom.js";
+
+class App {
+  constructor() {
+    this.rev = 0;
+    this.shownRev = 0;
+    this.diagnostics = [];
+    this.settled = false;
+    this.keys = new Map();
+    this.keyMs = [];
+    this.begun = false;
+    this.pressed = 0;
+    this.selected = null;
+    this.stage = new Stage(byId("stage"));
+    this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.controls.moved(); }, settled: () => this.look()});
+    this.editor = new Editor(byId("editor"), {changed: (update) => this.changed(update), moved: () => this.cursorMoved()});
+    this.hand = new Hand(this);
+    this.pointer = new Pointer(this);
+    this.files = new FileWork(this);
+    this.controls = new Controls(this);
+    window.addEventListener("keydown", () => { this.pressed = performance.now(); }, true);
+    const url = new URL("socket", window.location.href);
+    url.protocol = "ws:";
+    url.search = window.location.search;
+    this.link = new Link(url, {message: (message) => this.receive(message), state: (on) => this.connection(on)});
+  }
+
+  send(message) {
+    return this.link.send(message);
+  }
+
+  hint(words) {
+    byId("hint").textContent = words || "";
+  }
+
+  connection(on) {
+    const place = byId("link");
+    place.textContent = on ? "" : "no connection: what you type is kept here";
+    place.dataset.on = String(on);
+  }
+
+  /* --- the text --- */
+
+  changed(update) {
+    this.rev += 1;
+    const now = performance.now();
+    const byKey = update.transactions.some((each) => each.isUserEvent("input") || each.isUserEvent("delete") || each.isUserEvent("undo"));
+    if (byKey) this.keys.set(this.rev, now - this.pressed < 1000 && this.pressed ? this.pressed : now);
+    this.places = null;
+    this.files.changed();
+    this.settled = false;
+    this.submit();
+  }
+
+  submit() {
+    this.send({kind: "text", rev: this.rev, text: this.editor.text, time: this.clock.time});
+    this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev);
+  }
+
+  get offsets() {
+    this.places = this.places || new Places(this.editor.text);
+    return this.places;
+  }
+
+  /* --- what the server says --- */
+
+  receive(message) {
+    const {kind} = message;
+    const act = {
+      welcome: () => this.files.welcome(message),
+      stage: () => this.stageDone(message),
+      film: () => this.filmShown(message),
+      same: () => this.pictureKept(message),
+      free: () => this.motionsFree(message),
+      grabbed: () => this.hand.grabbed(message),
+      moved: () => this.hand.moved(message),
+      edits: () => this.edited(message),
+      answer: () => this.answered(message),
+      plotted: () => this.controls.plotted(message),
+      disk: () => this.files.diskChanged(message),
+      saved: () => this.files.saveDone(message),
+      opened: () => this.files.opened(message),
+      progress: () => this.files.renderAdvanced(message),
+      told: () => this.hint(message.words),
+    }[kind];
+    if (act) act();
+  }
+
+  stageDone({rev, stage, diagnostics, final, understood}) {
+    if (rev !== this.rev) return;
+    if (stage === "read" && !final) {
+      this.settled = false;
+      const kept = this.diagnostics.filter((item) => item.severity !== "error");
+      if (kept.length === this.diagnostics.length) return; // what was said holds until more is known
+      this.diagnostics = kept;
+    } else {
+      const {offsets} = this;
+      this.diagnostics = diagnostics.map((item) => ({...item, at: item.from === null ? null : offsets.span([item.from, item.to])}));
+      this.settled = true;
+    }
+    if (final && (!understood || stage === "path")) this.keys.delete(rev);
+    this.showDiagnostics();
+    this.controls.claims(diagnostics);
+  }
+
+  showDiagnostics() {
+    this.editor.squiggle(this.diagnostics.map((item) => ({...item, from: item.at ? item.at[0] : null, to: item.at ? item.at[1] : null})));
+    const blank = !this.editor.text.trim(); // a blank sheet is no mistake
+    showProblems(byId("problems"), blank ? [] : this.diagnostics, {
+      settled: this.settled,
+      calm: blank ? "Draw with the tools, or type." : "Everything is determined and agrees.",
+      poses: () => this.ask("solutions", ""),
+      go: (item) => { if (item.from !== null) { this.editor.select(this.offsets.span([item.from, item.to])); this.editor.focus(); } },
+      fix: (fix) => this.editor.apply(fix.edits.map((edit) => ({from: this.offsets.unit(edit.from), to: this.offsets.unit(edit.to), text: edit.text}))),
+    });
+  }
+
+  filmShown({rev, glimpse, scene, film}) {
+    if (rev < this.shownRev) return;
+    this.useScene(rev, scene);
+    this.stage.frame = this.clock.frame;
+    this.stage.show(film, scene, glimpse);
+    this.pictured(rev);
+  }
+
+  pictureKept({rev, scene}) {
+    if (rev < this.shownRev) return;
+    if (scene === null) { this.pictured(rev, true); return; }
+    this.useScene(rev, scene);
+    this.stage.draw();
+    this.pictured(rev);
+  }
+
+  /* Steps, statements and things of the text that is shown. */
+  useScene(rev, scene) {
+    this.clock.film(scene);
+    if (rev === this.rev) {
+      const {offsets} = this;
+      scene.things.forEach((thing) => { thing.range = thing.span ? offsets.span(thing.span) : null; });
+      scene.statements.forEach((item) => { item.range = offsets.span(item.span); });
+      scene.constants.forEach((item) => { item.range = item.span ? offsets.span(item.span) : null; });
+      this.spansRev = rev;
+    }
+    this.stage.scene = scene;
+    this.controls.constants(rev === this.rev ? scene.constants : null);
+  }
+
+  pictured(rev, early = false) {
+    this.shownRev = rev;
+    for (const [number, begun] of [...this.keys]) {
+      if (number > rev) continue;
+      if (number === rev) this.keyMs.push(performance.now() - begun);
+      this.keys.delete(number);
+    }
+    this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev);
+    if (early) return;
+    this.stage.lit = new Set();
+    this.look();
+  }
+
+  /* What is free at the time on show? */
+  look() {
+    if (this.stage.picture && !this.stage.glimpse && !this.clock.playing) {
+      this.send({kind: "look", rev: this.shownRev, time: this.clock.time});
+    }
+  }
+
+  motionsFree({rev, time, motions, things}) {
+    if (rev !== this.shownRev || Math.abs(time - this.clock.time) > 1e-9) return;
+    this.stage.free = {motions, things};
+    this.controls.freedom(motions);
+    this.stage.draw();
+  }
+
+  /* --- picture and text --- */
+
+  selectThing(hit) {
+    const {stage} = this;
+    this.selected = hit;
+    const thing = hit && stage.scene.things[hit.thing];
+    if (!thing || this.spansRev !== this.rev) {
+      this.editor.mark([]);
+      this.controls.selection(null);
+      stage.lit = new Set();
+      return;
+    }
+    stage.lit = new Set([hit.thing]);
+    const about = stage.scene.statements.filter((item) => item.things.includes(hit.thing)).map((item) => [...item.range, "mov-about"]);
+    this.editor.mark([...about, ...(thing.range ? [[...thing.range, "mov-thing"]] : [])]);
+    if (thing.range) this.editor.select(thing.range);
+    this.controls.selection(hit);
+  }
+
+  cursorMoved() {
+    const {stage} = this, place = this.editor.cursor;
+    if (!stage.scene || this.spansRev !== this.rev) return;
+    const covers = (range) => range && range[0] <= place && place <= range[1];
+    const lit = new Set();
+    for (const item of stage.scene.statements) if (covers(item.range)) item.things.forEach((thing) => lit.add(thing));
+    stage.scene.things.forEach((thing, number) => { if (covers(thing.range)) lit.add(number); });
+    stage.lit = lit;
+    this.editor.mark([]);
+    stage.draw();
+  }
+
+  useTool(tool, names, points) {
+    this.send({kind: "tool", rev: this.rev, tool, names, points, time: this.clock.time});
+  }
+
+  edited({rev, edits, select, words}) {
+    if (words) this.hint(words);
+    if (rev !== this.rev || !edits.length) return;
+    const {offsets} = this;
+    const changes = edits.map((edit) => ({from: offsets.unit(edit.from), to: offsets.unit(edit.to), text: edit.text}));
+    this.editor.apply(changes);
+    if (select.length) this.editor.select(this.offsets.span(select));
+  }
+
+  ask(question, name) {
+    this.send({kind: "ask", rev: this.shownRev, question, name, time: this.clock.time});
+  }
+
+  answered({question, name, words, choices, film}) {
+    this.controls.answer(question, name, words, choices, film);
+  }
+
+  tellWhy(name, words) {
+    this.hint(`${name} cannot be moved. ${words}`);
+  }
+
+  state() {
+    const anchors = Object.fromEntries(this.stage.anchors().map(({name, at}) => [name, at]));
+    return {
+      rev: this.rev,
+      shownRev: this.shownRev,
+      time: this.clock.time,
+      frame: this.clock.frame,
+      frames: this.clock.frames,
+      playing: this.clock.playing,
+      anchors,
+      diagnostics: this.diagnostics,
+      settled: this.settled,
+      glimpse: this.stage.glimpse,
+      dragMs: [...this.hand.times],
+      keyMs: [...this.keyMs],
+      free: this.stage.free.motions.map(({words, arrows}) => ({words, arrows})),
+      lit: [...this.stage.lit].map((number) => this.stage.scene.things[number].name),
+      zoom: this.stage.view().scale,
+      saved: !this.files.dirty,
+    };
+  }
+
+  toScreen(point) {
+    return this.stage.toScreen(point);
+  }
+}
+
+const app = new App();
+window.movimentum = {
+  state: () => app.state(),
+  toScreen: (point) => app.toScreen(point),
+  seek: (frame) => app.clock.seek(frame),
+  text: () => app.editor.text,
+  disconnect: () => app.link.socket.close(),
+  cursor: () => app.editor.cursor,
+  select: (from, to = from) => { app.editor.view.dispatch({selection: {anchor: from, head: to}}); app.editor.focus(); },
+  selected: () => app.editor.selected,
+  scroll: (top = null) => app.editor.scroll(top),
+};
+

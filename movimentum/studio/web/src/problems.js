@@ -1,0 +1,26 @@
+/* What is wrong, with buttons that mend it. */
+import {make} from "./dom.js";
+
+export function showProblems(place, diagnostics, {go, fix, poses, settled, calm}) {
+  let number = 0;
+  const rows = diagnostics.map((item) => {
+    const where = item.line === null ? "" : `line ${item.line}`;
+    const row = make("div", {class: `problem ${item.severity}`},
+      make("button", {type: "button", class: "go", title: "Show the place", onclick: () => go(item)},
+        make("b", {text: item.severity}), make("span", {class: "where", text: where}), make("span", {text: item.message})),
+      ...item.notes.map((note) => make("p", {text: note})));
+    const fixes = item.fixes || [];
+    const titles = new Set(fixes.map((each) => each.title));
+    for (const help of item.helps) if (!titles.has(help)) row.append(make("p", {text: `help: ${help}`}));
+    for (const each of fixes) {
+      row.append(make("button", {type: "button", class: "fix", "data-testid": `fix-${number}`, text: each.title, onclick: () => fix(each)}));
+      number += 1;
+    }
+    if (item.code === "constraint/ambiguous") {
+      row.append(make("button", {type: "button", class: "fix", "data-testid": "poses", text: "show all poses", onclick: poses}));
+    }
+    return row;
+  });
+  const words = diagnostics.length ? "" : settled ? calm : "";
+  place.replaceChildren(...rows, ...(words ? [make("p", {class: "calm", text: words})] : []));
+}
