@@ -8,6 +8,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 from fractions import Fraction
+from importlib import import_module
 from typing import BinaryIO
 
 from PIL import Image
@@ -28,7 +29,11 @@ class WebpCoder:
         if box is None:
             return None
         box = Box(box.left & ~1, box.top & ~1, box.right, box.bottom)  # the container holds half the offset
-        webp = saved(image.crop(box), "WEBP", lossless=True, quality=0, method=_EFFORT, exact=True)
+        try:
+            webp = saved(image.crop(box), "WEBP", lossless=True, quality=0, method=_EFFORT, exact=True)
+        except KeyError:  # Pillow could not load its library, and said nothing: this import says why
+            import_module("PIL._webp")
+            raise
         parts = [(kind, data) for kind, data in _riff_chunks(webp) if kind in (b"ALPH", b"VP8 ", b"VP8L")]
         return FramePiece(box, b"".join(_chunk(kind, data) for kind, data in parts))
 
