@@ -4,11 +4,11 @@
     >>> script = mv.load("scripts/slider-crank.mov")
     >>> motion = script.solve()
     >>> motion
-    Motion(slider-crank.mov: 51 frames, 6 things, 0 to 2)
+    Motion(slider-crank.mov: 50 frames, 7 things, 0 to 2)
     >>> motion["Rod.B"].shape  # (frames, 2), world pixels, y up
-    (51, 2)
+    (50, 2)
     >>> motion.velocity("Rod.B").shape  # exact, not differences
-    (51, 2)
+    (50, 2)
 
 The stages one by one are in `movimentum.stages`. Names are imported when they are first used, so ``import movimentum``
 costs nothing.

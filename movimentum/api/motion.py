@@ -75,11 +75,11 @@ class Motion:
     >>> import movimentum as mv
     >>> motion = mv.load("scripts/slider-crank.mov").solve()
     >>> motion
-    Motion(slider-crank.mov: 51 frames, 6 things, 0 to 2)
+    Motion(slider-crank.mov: 50 frames, 7 things, 0 to 2)
     >>> motion.times[:3].tolist(), motion.solved.all().item()
     ([0.0, 0.04, 0.08], True)
     >>> motion["Rod.B"].shape, motion["Rod.angle"].shape, motion["Rod.B.x"].shape
-    ((51, 2), (51,), (51,))
+    ((50, 2), (50,), (50,))
     >>> motion["(Rod.B - Rod.A).l"].round(9)[:2].tolist()  # any expression of the language
     [165.0, 165.0]
     >>> motion["Rod.C"]
@@ -221,7 +221,7 @@ class Motion:
 
         >>> import movimentum as mv
         >>> mv.load("scripts/trammel.mov").solve().poses(0, 3).angle.shape  # things, frames
-        (4, 3)
+        (5, 3)
         """
         return self.solution.motion.poses(first, self.timeline.frame_count if stop is None else stop)
 
@@ -251,7 +251,7 @@ class Motion:
         >>> import movimentum as mv, tempfile, os
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     mv.load("scripts/trammel.mov").solve().save(os.path.join(folder, "poses.csv")).frames
-        51
+        50
         """
         from movimentum.interop.tables import SUFFIXES
         from movimentum.workflow.tabulate import tabulate

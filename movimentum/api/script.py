@@ -115,7 +115,7 @@ class Script:
     >>> [thing.name for thing in script.scene.things][:2]
     ['Frame', 'Piston']
     >>> script.timeline.frame_count
-    51
+    50
     """
 
     source: SourceText
