@@ -21,7 +21,7 @@ from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.source import SourceText
-from movimentum.studio.messages import FilmShown, PictureKept, StageDone, TextTyped, Told
+from movimentum.studio.messages import FilmShown, PictureKept, StageDone, TextTyped, Told, WorkStopped
 from movimentum.studio.security import outside_files
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine, Revision
@@ -95,6 +95,12 @@ class Desk:
             self._urgent.append(work)
             self._quiet = time.monotonic() + QUIET_S
             self._condition.notify()
+
+    def stop(self, message: WorkStopped) -> None:
+        """Give up what is being done for a text."""
+        job = self._pending or self.job
+        if job is not None and job.rev == message.rev:
+            self.engine.revise(job.revision.source)
 
     def moved_to(self, path: str, folder: Path) -> None:
         """The script is another file from now on."""

@@ -29,19 +29,24 @@ if TYPE_CHECKING:
 
 MOST_EXACT = 100_000
 """Poses whose places are sent with all digits; of more, only what is drawn."""
-MOST_FRAMES = 20_000
-"""Frames of a film that are shown; a longer one is shown up to there."""
+MOST_FRAMES, MOST_POSES = 20_000, 1_000_000
+"""Frames of a film that are shown, and poses (things times frames); a longer one is shown up to there."""
 
 
 def whole_film(motion: PathMotion) -> tuple[dict[str, Any], Film]:
     """The film of a motion, as the page's painter takes it."""
     timeline = motion.timeline
-    chunks = tuple(PoseChunks(motion, range(min(timeline.frame_count, MOST_FRAMES)), False, drawn=True))
+    chunks = tuple(PoseChunks(motion, range(frames_shown(timeline)), False, drawn=True))
     options = PictureOptions()
     if timeline.loops:
         options = PictureOptions(closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
     film = _film(timeline.scene, chunks, timeline.fps, options)
     return _data(film), film
+
+
+def frames_shown(timeline: Timeline) -> int:
+    """How many frames of a film the page has."""
+    return min(timeline.frame_count, MOST_FRAMES, max(1, MOST_POSES // max(1, len(timeline.scene.things))))
 
 
 def some_pictures(timeline: Timeline, poses: Poses) -> dict[str, Any]:
@@ -78,7 +83,8 @@ def scene_told(timeline: Timeline) -> dict[str, Any]:
         "start": float(timeline.start),
         "end": float(timeline.end),
         "fps": float(timeline.fps),
-        "frames": min(timeline.frame_count, MOST_FRAMES),
+        "frames": frames_shown(timeline),
+        "all": timeline.frame_count,
         "loops": timeline.loops,
         "sized": scene.config.size is not None,
         "steps": [float(step.time) for step in scene.steps],
