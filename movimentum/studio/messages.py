@@ -246,13 +246,15 @@ class Grabbed:
 @dataclass(frozen=True, slots=True)
 class PlacesMoved:
     """Where everything is after move ``move`` of a hand: of each thing the world place of its local origin and its
-    direction (cosine, sine), one after the other. ``ms``: what the server took for it.
+    direction (cosine, sine), one after the other. ``ms``: what the server took for it. ``symbols``: a film of one frame
+    with the marks that are drawn anew in every pose (springs and the like), if there are any.
     """
 
     grip: int
     move: int
     ms: float
     places: list[float]
+    symbols: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)

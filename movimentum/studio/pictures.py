@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, to_json
+from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.options import PictureOptions
 from movimentum.expressions import Expr, symbols
 from movimentum.rendering.prepare import prepare_drawing
@@ -42,6 +45,18 @@ def whole_film(motion: PathMotion) -> tuple[dict[str, Any], Film]:
         options = PictureOptions(closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
     film = _film(timeline.scene, chunks, timeline.fps, options)
     return _data(film), film
+
+
+def moved_symbols(film: Film, poses: Poses, places: FloatArray) -> dict[str, Any] | None:
+    """Springs and the like, which are drawn anew in every pose, where all things are at ``places`` (N, 4): a film of
+    one frame with these marks alone. ``poses`` (F = 1) has the rest. None if there are none.
+    """
+    symbols = tuple(item for item in film.prepared.things if isinstance(item.mark, SymbolMark))
+    if not symbols:
+        return None
+    there = replace(poses, origin=places[:, None, :2], direction=places[:, None, 2:])
+    prepared = replace(film.prepared, things=symbols, traces=(), overlays=(), paths=())
+    return film_data(make_film(film.scene, prepared, there, film.title, film.fps, 0))
 
 
 def frames_shown(timeline: Timeline) -> int:
