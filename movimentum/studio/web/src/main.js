@@ -65,9 +65,10 @@ class App {
 
   submit() {
     this.send({kind: "text", rev: this.rev, text: this.editor.text, time: this.clock.time});
-    this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev);
     clearTimeout(this.waiting);
+    clearTimeout(this.paling);
     this.waiting = setTimeout(() => this.busy(true), 700);
+    this.paling = setTimeout(() => this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev), 200);
   }
 
   /* What takes long says so, and can be stopped. */
@@ -123,7 +124,10 @@ class App {
       this.diagnostics = kept;
     } else {
       const {offsets} = this;
-      this.diagnostics = diagnostics.map((item) => ({...item, at: item.from === null ? null : offsets.span([item.from, item.to])}));
+      const rank = {error: 0, warning: 1, note: 2};
+      this.diagnostics = diagnostics
+        .map((item) => ({...item, at: item.from === null ? null : offsets.span([item.from, item.to])}))
+        .sort((a, b) => rank[a.severity] - rank[b.severity]); // the worst first, and its fixes
       this.settled = true;
     }
     if (final) this.busy(false);
@@ -185,9 +189,7 @@ class App {
       this.keys.delete(number);
     }
     this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev);
-    if (early) return;
-    this.stage.lit = new Set();
-    this.look();
+    if (!early) this.stage.lit = new Set();
   }
 
   /* What is free at the time on show? */
