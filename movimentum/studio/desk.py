@@ -21,7 +21,7 @@ from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.source import SourceText
-from movimentum.studio.messages import FilmShown, PictureKept, StageDone, TextTyped, Told
+from movimentum.studio.messages import FilmShown, PictureKept, StageDone, TextTyped, Told, WorkStopped
 from movimentum.studio.security import outside_files
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine, Revision
@@ -30,6 +30,7 @@ from movimentum.workflow.same_statements import Items, items_of
 
 if TYPE_CHECKING:
     from movimentum.solver.motion import PathMotion
+    from movimentum.vector.film import Film
 
 ADVICE_S = 3.0
 """How long fixes are tried: nobody waits for them."""
@@ -41,13 +42,14 @@ QUIET_S = 0.3
 
 @dataclass(slots=True)
 class TextJob:
-    """A text of the page, with what is still to be done for it. ``moved``: its motion is known."""
+    """A text of the page, with what is still to be done for it. ``moved``: its motion and its ``film`` are known."""
 
     rev: int
     revision: Revision
     time: Fraction
     todo: deque[str] = field(default_factory=lambda: deque(("read", "begin", "path", "examine", "advise")))
     moved: bool = False
+    film: Film | None = None
 
     @property
     def patient(self) -> bool:
@@ -95,6 +97,12 @@ class Desk:
             self._urgent.append(work)
             self._quiet = time.monotonic() + QUIET_S
             self._condition.notify()
+
+    def stop(self, message: WorkStopped) -> None:
+        """Give up what is being done for a text."""
+        job = self._pending or self.job
+        if job is not None and job.rev == message.rev:
+            self.engine.revise(job.revision.source)
 
     def moved_to(self, path: str, folder: Path) -> None:
         """The script is another file from now on."""
@@ -198,7 +206,7 @@ class Desk:
             from movimentum.studio.pictures import scene_told
 
             assert revision.motion is not None  # the same, found at once
-            job.moved, self.shown = True, job
+            job.moved, job.film, self.shown = True, self.shown.film, job
             job.todo = deque(("read", "examine", "advise"))
             self.send(PictureKept(job.rev, scene_told(revision.timeline)))
         self._say(job, "read", revision.scene.diagnostics)
@@ -224,7 +232,7 @@ class Desk:
         begun = time.perf_counter()
         try:
             motion = job.revision.motion
-            film, _ = whole_film(motion)
+            film, job.film = whole_film(motion)
         except MovimentumError as error:
             job.todo = deque(("path", "advise"))
             self._say(job, "path", error.diagnostics, final=True)

@@ -18,9 +18,12 @@ from movimentum.solver.segment_motion import Unsolved
 from movimentum.studio.desk import Desk, TextJob, exact_time
 from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseLeft, TimeLooked
 from movimentum.studio.moments import piece_at
+from movimentum.studio.pictures import moved_symbols
 
 if TYPE_CHECKING:
     from movimentum.solver.motion import PathMotion
+    from movimentum.solver.poses import Poses
+    from movimentum.vector.film import Film
 
 
 class Hands:
@@ -33,6 +36,8 @@ class Hands:
         self._held: tuple[int, Fraction] | None = None
         self._before = np.zeros((0, 4))
         self._places = np.zeros((0, 4))
+        self._film: Film | None = None
+        self._poses: Poses | None = None
         self._mine = np.zeros(0, dtype=bool)  # the things that this grip has moved
 
     def look(self, message: TimeLooked) -> None:
@@ -86,6 +91,7 @@ class Hands:
             grip.follow_on(self._grip)
         self._grip, self._number, self._held = grip, message.grip, (message.rev, instant)
         self._mine = self._stirred(grip.placements())
+        self._film, self._poses = job.film, poses
         self._desk.send(Grabbed(message.grip, "free"))
 
     def move(self, message: HandMoved) -> None:
@@ -98,8 +104,11 @@ class Hands:
         self._mine |= self._stirred(after)
         self._places[self._mine] = after[self._mine]
         places = self._places.ravel().tolist()
+        symbols = None
+        if self._film is not None and self._poses is not None:
+            symbols = moved_symbols(self._film, self._poses, self._places)
         took = 1000.0 * (time.perf_counter() - begun)
-        self._desk.send(PlacesMoved(message.grip, message.move, took, places))
+        self._desk.send(PlacesMoved(message.grip, message.move, took, places, symbols))
 
     def _stirred(self, after: FloatArray) -> BoolArray:
         """Which things are not where the film has them."""

@@ -16,6 +16,7 @@ from movimentum.studio.gestures import use
 from movimentum.studio.hands import Hands
 from movimentum.studio.questions import plot, tell
 from movimentum.studio.renders import Rendering
+from movimentum.studio.wire import BadMessage
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import mentioned_files
 
@@ -63,6 +64,8 @@ class Page:
             case m.TextTyped():
                 self._text = message.text
                 desk.typed(message)
+            case m.WorkStopped():
+                desk.stop(message)
             case m.HandMoved():
                 desk.soon(lambda: hands.move(message))
             case m.PartGrabbed():
@@ -100,7 +103,7 @@ class Page:
                 if message.job in self._renderings:
                     self._renderings[message.job].cancel()
             case _:
-                raise m.BadMessage("nobody takes this message")
+                raise BadMessage("nobody takes this message")
 
     async def watch(self) -> None:
         """Look at the script and at what it uses, again and again."""

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, to_json
+from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.options import PictureOptions
 from movimentum.expressions import Expr, symbols
 from movimentum.rendering.prepare import prepare_drawing
@@ -29,19 +32,36 @@ if TYPE_CHECKING:
 
 MOST_EXACT = 100_000
 """Poses whose places are sent with all digits; of more, only what is drawn."""
-MOST_FRAMES = 20_000
-"""Frames of a film that are shown; a longer one is shown up to there."""
+MOST_FRAMES, MOST_POSES = 20_000, 1_000_000
+"""Frames of a film that are shown, and poses (things times frames); a longer one is shown up to there."""
 
 
 def whole_film(motion: PathMotion) -> tuple[dict[str, Any], Film]:
     """The film of a motion, as the page's painter takes it."""
     timeline = motion.timeline
-    chunks = tuple(PoseChunks(motion, range(min(timeline.frame_count, MOST_FRAMES)), False, drawn=True))
+    chunks = tuple(PoseChunks(motion, range(frames_shown(timeline)), False, drawn=True))
     options = PictureOptions()
     if timeline.loops:
         options = PictureOptions(closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
     film = _film(timeline.scene, chunks, timeline.fps, options)
     return _data(film), film
+
+
+def moved_symbols(film: Film, poses: Poses, places: FloatArray) -> dict[str, Any] | None:
+    """Springs and the like, which are drawn anew in every pose, where all things are at ``places`` (N, 4): a film of
+    one frame with these marks alone. ``poses`` (F = 1) has the rest. None if there are none.
+    """
+    symbols = tuple(item for item in film.prepared.things if isinstance(item.mark, SymbolMark))
+    if not symbols:
+        return None
+    there = replace(poses, origin=places[:, None, :2], direction=places[:, None, 2:])
+    prepared = replace(film.prepared, things=symbols, traces=(), overlays=(), paths=())
+    return film_data(make_film(film.scene, prepared, there, film.title, film.fps, 0))
+
+
+def frames_shown(timeline: Timeline) -> int:
+    """How many frames of a film the page has."""
+    return min(timeline.frame_count, MOST_FRAMES, max(1, MOST_POSES // max(1, len(timeline.scene.things))))
 
 
 def some_pictures(timeline: Timeline, poses: Poses) -> dict[str, Any]:
@@ -78,7 +98,8 @@ def scene_told(timeline: Timeline) -> dict[str, Any]:
         "start": float(timeline.start),
         "end": float(timeline.end),
         "fps": float(timeline.fps),
-        "frames": min(timeline.frame_count, MOST_FRAMES),
+        "frames": frames_shown(timeline),
+        "all": timeline.frame_count,
         "loops": timeline.loops,
         "sized": scene.config.size is not None,
         "steps": [float(step.time) for step in scene.steps],

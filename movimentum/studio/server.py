@@ -20,9 +20,10 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from movimentum.studio import disk
-from movimentum.studio.messages import MAX_MESSAGE_BYTES, BadMessage, received, sent
+from movimentum.studio.messages import MAX_MESSAGE_BYTES
 from movimentum.studio.page import Page
 from movimentum.studio.security import HEADERS, LOOPBACK, Gate, lasting_token, policy
+from movimentum.studio.wire import BadMessage, received, sent
 from movimentum.workflow.choices import Choices
 
 FILES = {

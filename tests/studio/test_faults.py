@@ -122,6 +122,40 @@ def test_typing_goes_on_while_a_large_script_is_solved(opened: Opened) -> None:
     assert state["rev"] > 10
 
 
+@pytest.mark.slow
+def test_what_takes_long_says_so_and_is_stopped(opened: Opened) -> None:
+    text = (ROOT / "scripts" / "penrose-twenty.mov").read_text(encoding="utf-8")
+    tab = opened(text)
+    tab.until("s.shownRev === s.rev && !s.glimpse && s.settled", 120_000)
+    tab.page.evaluate("movimentum.select(movimentum.text().length)")
+    number = text.index("[", text.index("@")) + 1
+    tab.page.evaluate("place => movimentum.select(place)", number)
+    shown = tab.state["shownRev"]
+    tab.page.keyboard.insert_text("7")  # another scene altogether
+    busy = "() => !document.getElementById('busy').hidden || movimentum.state().shownRev > " + str(shown)
+    tab.page.wait_for_function(busy)
+    if not tab.page.evaluate("document.getElementById('busy').hidden"):
+        tab.testid("stop").click()
+        assert "Stopped" in tab.testid("told").inner_text()
+    tab.focus()
+    tab.page.keyboard.press("Control+z")
+    state = tab.until("s.shownRev === s.rev && !s.glimpse", 120_000)
+    assert state["shownRev"] > shown
+
+
+def test_without_the_extra_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from movimentum.cli import studio as command
+    from movimentum.cli.app import run_command_line
+
+    monkeypatch.setattr(command, "find_spec", lambda name: None if name == "starlette" else object())
+    assert run_command_line(["studio", "--no-open"]) == 2
+    said = capsys.readouterr()
+    assert "pip install 'movimentum[studio]'" in said.err
+    assert said.out == ""
+
+
 def test_usage(tmp_path: Path) -> None:
     missing = movimentum("studio", "missing.mov", "--no-open", cwd=tmp_path)
     assert missing.returncode == 2

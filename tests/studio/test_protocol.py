@@ -10,11 +10,12 @@ from typing import Any
 import pytest
 
 from movimentum.studio import messages
-from movimentum.studio.messages import INCOMING, OUTGOING, BadMessage, TextTyped, ToolUsed, received, sent
+from movimentum.studio.messages import INCOMING, OUTGOING, TextTyped, ToolUsed
 from movimentum.studio.schema import TARGET, schema, schema_text
 from movimentum.studio.security import Gate, OutsideFolder, inside, lasting_token, outside_files, policy
 from movimentum.studio.tokens import TARGET as TOKENS
 from movimentum.studio.tokens import tokens_script
+from movimentum.studio.wire import BadMessage, received, sent
 
 TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool, "null": type(None), "object": dict}
 

@@ -43,12 +43,12 @@ export class Hand {
     grip.wanted = null;
   }
 
-  moved({grip: number, ms, places}) {
+  moved({grip: number, ms, places, symbols}) {
     const grip = this.current;
     this.times.push(ms);
     if (!grip || grip.number !== number) return;
     grip.waiting = false;
-    this.app.stage.held = Float64Array.from(places);
+    this.app.stage.hold(Float64Array.from(places), symbols);
     this.app.stage.draw();
     if (grip.wanted) this.pull(grip);
   }
@@ -80,7 +80,7 @@ export class Hand {
   leave() {
     const {app} = this;
     if (!app.stage.held) return false;
-    app.stage.held = null;
+    app.stage.hold(null, null);
     app.send({kind: "leave", rev: app.shownRev});
     app.stage.draw();
     return true;

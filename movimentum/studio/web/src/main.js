@@ -9,7 +9,7 @@ import {Hand} from "./hand.js";
 import {showProblems} from "./problems.js";
 import {FileWork} from "./files.js";
 import {Controls} from "./controls.js";
-import {byId} from "./dom.js";
+import {byId, make} from "./dom.js";
 
 class App {
   constructor() {
@@ -65,7 +65,25 @@ class App {
 
   submit() {
     this.send({kind: "text", rev: this.rev, text: this.editor.text, time: this.clock.time});
-    this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev);
+    clearTimeout(this.waiting);
+    clearTimeout(this.paling);
+    this.waiting = setTimeout(() => this.busy(true), 700);
+    this.paling = setTimeout(() => this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev), 200);
+  }
+
+  /* What takes long says so, and can be stopped. */
+  busy(on) {
+    clearTimeout(this.waiting);
+    const place = byId("busy");
+    const late = on && this.link.ready && (this.rev !== this.shownRev || this.stage.glimpse);
+    place.hidden = !late;
+    if (!late) return;
+    const stop = make("button", {type: "button", text: "Stop", "data-testid": "stop", onclick: () => {
+      this.send({kind: "stop", rev: this.rev});
+      this.busy(false);
+      this.hint("Stopped. The next change of the text is solved again.");
+    }});
+    place.replaceChildren(make("progress", {"aria-label": "Solving"}), make("span", {text: "solving …"}), stop);
   }
 
   get offsets() {
@@ -106,9 +124,13 @@ class App {
       this.diagnostics = kept;
     } else {
       const {offsets} = this;
-      this.diagnostics = diagnostics.map((item) => ({...item, at: item.from === null ? null : offsets.span([item.from, item.to])}));
+      const rank = {error: 0, warning: 1, note: 2};
+      this.diagnostics = diagnostics
+        .map((item) => ({...item, at: item.from === null ? null : offsets.span([item.from, item.to])}))
+        .sort((a, b) => rank[a.severity] - rank[b.severity]); // the worst first, and its fixes
       this.settled = true;
     }
+    if (final) this.busy(false);
     if (final && (!understood || stage === "path")) this.keys.delete(rev);
     this.showDiagnostics();
     this.controls.claims(diagnostics);
@@ -131,11 +153,14 @@ class App {
     this.useScene(rev, scene);
     this.stage.frame = this.clock.frame;
     this.stage.show(film, scene, glimpse);
+    if (!glimpse && rev === this.rev) this.busy(false);
+    if (scene.all > scene.frames) this.hint(`The film has ${scene.all} frames; the first ${scene.frames} are shown.`);
     this.pictured(rev);
   }
 
   pictureKept({rev, scene}) {
     if (rev < this.shownRev) return;
+    if (rev === this.rev) this.busy(false);
     if (scene === null) { this.pictured(rev, true); return; }
     this.useScene(rev, scene);
     this.stage.draw();
@@ -164,9 +189,7 @@ class App {
       this.keys.delete(number);
     }
     this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev);
-    if (early) return;
-    this.stage.lit = new Set();
-    this.look();
+    if (!early) this.stage.lit = new Set();
   }
 
   /* What is free at the time on show? */

@@ -124,7 +124,10 @@ export class Pointer {
       return;
     }
     if (!active.dragged) return;
-    if (active.grip) app.hand.move(active.grip, at);
+    if (active.grip) {
+      stage.hovered = null;
+      app.hand.move(active.grip, at);
+    }
     if (active.tool === "rod" || (active.tool === "attract" && active.hit) || (active.tool === "shape" && active.hit)) {
       stage.hovered = stage.hit(at, {anchorsOnly: true});
       stage.band = [active.hit && active.hit.at ? active.hit.at : active.at, at];

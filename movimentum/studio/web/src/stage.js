@@ -36,6 +36,19 @@ class Picture extends MovimentumPainter {
     return this.world(index, x - px, y - py, frame);
   }
 
+  /* Springs and the like are drawn anew where a hand has moved what they are at. */
+  symbol(mark) {
+    const other = this.stage.held && this.stage.symbols;
+    const marks = this.film.marks.filter((each) => each.kind === "symbol");
+    if (!other || other.marks.length !== marks.length) { super.symbol(mark); return; }
+    const {poses, frame} = this;
+    this.poses = this.floats(other.poses);
+    this.frame = 0;
+    super.symbol(other.marks[marks.indexOf(mark)]);
+    this.poses = poses;
+    this.frame = frame;
+  }
+
   lay(context) {
     const [left, bottom, right, top] = this.stage.paper();
     this.stage.transform(context);
@@ -146,6 +159,12 @@ export class Stage {
   }
 
   /* --- what is shown --- */
+
+  /* Where hands have left everything; null: nothing is moved. */
+  hold(places, symbols) {
+    this.held = places;
+    this.symbols = symbols;
+  }
 
   show(film, scene, glimpse) {
     const [a, , , d, e, f] = film.toImage;
