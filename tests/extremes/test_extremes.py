@@ -404,6 +404,7 @@ def test_ten_thousand_still_things_beside_a_four_bar():
     )
     assert (with_still.unknowns, with_still.equations) == (plain.unknowns, plain.equations)
     # a backdrop is not worth a note; the three that are drawn where a joint begins may have been forgotten
-    assert len(examination.diagnostics) == 3
-    assert all("was it forgotten?" in note for item in examination.diagnostics for note in item.notes)
+    told = [item for item in examination.diagnostics if item.code != "loop/possible"]
+    assert len(told) == 3
+    assert all("was it forgotten?" in note for item in told for note in item.notes)
     assert np.ptp(poses.origin[3:], axis=1).max() == 0.0

@@ -38,7 +38,9 @@ def drives_of(path: Path) -> list[str]:
     scene = understand(source_of(path, text))
     if len(scene.steps) != 2 or scene.steps[0].time != 0:
         return []
-    statements = (scene.source.slice(c.span) for c in scene.constraints() if c.relation is Relation.EQUAL)
+    own = len(text)  # not those of loops and parts, which would have to be held all at once
+    stated = (c.span for c in scene.constraints() if c.relation is Relation.EQUAL and c.span.end <= own)
+    statements = (scene.source.slice(span) for span in stated)
     return [s for s in statements if (SINCE.search(s) or TIME.search(s)) and not PAST.search(s)]
 
 

@@ -70,7 +70,11 @@ def test_many_large_pictures_are_refused_before_any_is_decoded(tmp_path: Path) -
 
 
 def _scene(folder: Path, sprite: str, script: str) -> Path:
-    png(folder / sprite)
+    if sprite.endswith(".svg"):
+        circle = '<circle cx="5" cy="5" r="4" fill="red"/>'
+        (folder / sprite).write_text(f'<svg xmlns="http://www.w3.org/2000/svg" width="10" height="10">{circle}</svg>')
+    else:
+        png(folder / sprite)
     (folder / script).write_text(SPRITE.format(sprite))
     return folder / script
 

@@ -16,9 +16,6 @@ from urllib.parse import urlsplit
 import pytest
 
 from tests.command import environment
-from tests.drawing.conftest import browser
-
-__all__ = ["browser"]
 
 PATIENCE_MS = 20_000
 

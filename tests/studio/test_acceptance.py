@@ -18,10 +18,10 @@ import pytest
 
 from tests.command import ROOT, environment
 from tests.studio.conftest import Studio, Tab, solved, wait_for
+from tests.studio.scripts import FOUR_BAR
 
 Opened = Callable[..., Tab]
 SCRIPTS = sorted((ROOT / "scripts").glob("*.mov"))
-FOUR_BAR = (ROOT / "scripts" / "four-bar.mov").read_text(encoding="utf-8")
 FREED = FOUR_BAR.replace("Crank.angle = 180*.t;", "")
 AMBIGUOUS = FOUR_BAR.replace("Rocker.C.y > Rocker.D.y;", "")
 

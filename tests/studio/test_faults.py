@@ -9,9 +9,9 @@ import pytest
 
 from tests.command import LONG, ROOT, movimentum
 from tests.studio.conftest import Studio, Tab, wait_for
+from tests.studio.scripts import FOUR_BAR
 
 Opened = Callable[..., Tab]
-FOUR_BAR = (ROOT / "scripts" / "four-bar.mov").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,8 +14,7 @@ from movimentum.studio.gestures import NothingToDo, _carried_out, edits_between
 from movimentum.studio.messages import ToolUsed
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
-
-FOUR_BAR = (Path(__file__).resolve().parents[2] / "scripts" / "four-bar.mov").read_text(encoding="utf-8")
+from tests.studio.scripts import FOUR_BAR
 
 
 class StillHands:

@@ -15,9 +15,9 @@ from movimentum.studio.messages import FileOpened, LinkageWanted, SaveDone, Save
 from movimentum.workflow.choices import Choices
 from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for
+from tests.studio.scripts import FOUR_BAR
 
 Opened = Callable[..., Tab]
-FOUR_BAR = (ROOT / "scripts" / "four-bar.mov").read_text(encoding="utf-8")
 AMBIGUOUS = FOUR_BAR.replace("Rocker.C.y > Rocker.D.y;", "")
 SLIDER = """\
 .let R = 50 .range(20, 80);
