@@ -183,6 +183,30 @@ def test_6_a_freed_four_bar_follows_the_mouse(opened: Opened) -> None:
     assert times[int(0.95 * len(times))] <= 33 * BUSY
 
 
+def test_what_is_dragged_arrives_however_fast_the_hand_was(opened: Opened) -> None:
+    tab = opened(FREED)
+    before = tab.settled()["anchors"]
+    ax, ay = before["Crank.A"]
+    tab.drag(before["Crank.B"], [ax, ay + 50], steps=2)
+    deadline = time.monotonic() + 5
+    while math.dist(tab.state["anchors"]["Crank.B"], [ax, ay + 50]) > 0.2:
+        assert time.monotonic() < deadline
+    tab.page.keyboard.press("Escape")
+    assert tab.state["anchors"]["Crank.B"] == pytest.approx(before["Crank.B"], abs=1e-6)
+
+
+def test_an_empty_script_is_a_blank_sheet(opened: Opened) -> None:
+    tab = opened(FOUR_BAR)
+    tab.settled()
+    tab.testid("clear").click()
+    state = tab.until("s.rev === s.shownRev && Object.keys(s.anchors).length === 0")
+    assert tab.text() == ""
+    assert "Draw with the tools" in tab.testid("problems").inner_text()
+    tab.page.keyboard.press("Control+z")
+    tab.until(f"s.shownRev > {state['rev']} && !s.glimpse")
+    assert tab.text() == FOUR_BAR
+
+
 def test_7_a_driven_part_moves_the_time_and_a_fixed_one_says_why_not(opened: Opened) -> None:
     tab = opened(FOUR_BAR)
     state = tab.settled()

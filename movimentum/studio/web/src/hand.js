@@ -40,6 +40,8 @@ export class Hand {
     grip.waiting = true;
     grip.moves += 1;
     this.app.send({kind: "move", grip: grip.number, move: grip.moves, to: grip.wanted});
+    if (grip.target !== grip.wanted) grip.off = Infinity;
+    grip.target = grip.wanted;
     grip.wanted = null;
   }
 
@@ -50,7 +52,18 @@ export class Hand {
     grip.waiting = false;
     this.app.stage.hold(Float64Array.from(places), symbols);
     this.app.stage.draw();
+    if (!grip.wanted && !grip.done && this.nearer(grip)) grip.wanted = grip.target;
     if (grip.wanted) this.pull(grip);
+  }
+
+  /* A move takes a few steps only: what is still coming nearer is pulled on. */
+  nearer(grip) {
+    const {stage} = this.app;
+    const [x, y] = stage.picture.place(grip.hit.thing, grip.local, stage.picture.frame);
+    const off = Math.hypot(x - grip.target[0], y - grip.target[1]);
+    const before = grip.off;
+    grip.off = off;
+    return off > 0.05 && off < 0.98 * before;
   }
 
   scrub(grip, at) {

@@ -58,6 +58,7 @@ class App {
     const byKey = update.transactions.some((each) => each.isUserEvent("input") || each.isUserEvent("delete") || each.isUserEvent("undo"));
     if (byKey) this.keys.set(this.rev, now - this.pressed < 1000 && this.pressed ? this.pressed : now);
     this.places = null;
+    this.selected = null; // what it was may have another number now
     this.files.changed();
     this.settled = false;
     this.submit();
@@ -131,6 +132,12 @@ class App {
       this.settled = true;
     }
     if (final) this.busy(false);
+    if (final && !understood && !this.editor.text.trim()) {
+      this.stage.clear();
+      this.clock.film({frames: 1, fps: 24, start: 0, steps: []});
+      this.shownRev = rev;
+      this.stage.canvas.classList.remove("stale");
+    }
     if (final && (!understood || stage === "path")) this.keys.delete(rev);
     this.showDiagnostics();
     this.controls.claims(diagnostics);

@@ -186,6 +186,15 @@ export class Stage {
     this.draw();
   }
 
+  /* A blank sheet. */
+  clear() {
+    this.picture = this.scene = this.held = null;
+    this.free = {motions: [], things: []};
+    this.lit = new Set();
+    this.rect = BLANK;
+    this.draw();
+  }
+
   pictureFrame() {
     return this.glimpse ? 0 : Math.min(this.frame, this.picture.film.frames - 1);
   }
