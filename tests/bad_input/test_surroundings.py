@@ -297,6 +297,7 @@ SLOW = pytest.mark.slow
 OTHERS = [pytest.param(name, marks=SLOW) for name in ("ascii", "cp437", "utf-16", "shift-jis")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["cp1252", *OTHERS])
 def test_any_encoding_of_the_output(tmp_path: Path, encoding: str) -> None:
     script = tmp_path / "kürbel → 漢 😀.mov"
@@ -339,6 +340,7 @@ def test_golden_frames_need_a_name(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_recording_and_checking_at_once(script: Path) -> None:
     assert movimentum("golden", "record", script).returncode == 0
     many = [

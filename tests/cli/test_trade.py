@@ -149,6 +149,7 @@ def test_trade_as_json_orders_the_tiers(script: Path) -> None:
     assert steps == sorted(steps, reverse=True)
 
 
+@pytest.mark.slow
 def test_trade_plots(script: Path, tmp_path: Path) -> None:
     done = movimentum("trade", script, "-o", tmp_path / "plot.svg", "--format", "json")
     assert done.returncode == 0, done.stderr

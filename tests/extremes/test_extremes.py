@@ -341,6 +341,7 @@ def chain(count):
     return f".config(10); {things} @0 L0.a=[0,0]; L0.angle=90*.t; {places} @1"
 
 
+@pytest.mark.slow
 def test_a_thousand_things_in_a_chain():
     sizes = {}
     for count in (100, 1000):
@@ -391,6 +392,7 @@ def test_a_strip_of_dyads_is_solved_one_after_the_other():
     assert 9.5 < sizes[500] / sizes[50] < 10.5
 
 
+@pytest.mark.slow
 def test_ten_thousand_still_things_beside_a_four_bar():
     still = "\n".join(
         f"S{i} : .bar a=[{i % 100 * 10},{i // 100 * 10}] b=[{i % 100 * 10 + 5},{i // 100 * 10}];" for i in range(10_000)

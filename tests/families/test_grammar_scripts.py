@@ -162,6 +162,7 @@ def _clocks_apart(chance: random.Random) -> str:
     return without + apart
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", [_cancelling, _enormous, _wished, _clocks_apart])
 def test_families_that_once_were_bugs(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], family: Callable[[random.Random], str]

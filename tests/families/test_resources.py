@@ -191,6 +191,7 @@ def test_equal_expressions_that_share_their_parts_are_compared_in_one_pass() -> 
     assert one == other
 
 
+@pytest.mark.slow
 def test_ten_thousand_notes_are_told_as_a_few_and_a_number(tmp_path: Path) -> None:
     notes = [Diagnostic("a/b", Severity.NOTE, str(k)) for k in range(1000)]
     errors = [Diagnostic("a/c", Severity.ERROR, str(k)) for k in range(300)]

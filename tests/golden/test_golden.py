@@ -218,6 +218,7 @@ def test_the_command_line(folder):
     assert run("movimentum", "golden", "check", "crank.mov", cwd=folder).returncode == 0
 
 
+@pytest.mark.slow
 def test_the_plugin(folder):
     installed = any(point.name == "movimentum" for point in entry_points(group="pytest11"))
     named = () if installed else ("-p", "movimentum.golden.plugin")

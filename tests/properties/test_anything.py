@@ -41,6 +41,7 @@ def survey(seeds):
     assert found["fault 0"] > len(seeds) // 6
 
 
+@pytest.mark.slow
 def test_random_scripts():
     survey(range(36))
 

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -137,6 +138,7 @@ def null_space_size(motion, poses, frame):
     return len(columns) - int(np.sum(singular > 1e-6 * singular[0]))
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=40)
 @given(st.integers(0, 10**6), st.integers(1, 4), st.integers(0, 3))
 def test_the_reported_freedom_is_the_null_space_of_an_independent_jacobian(seed, count, dropped):

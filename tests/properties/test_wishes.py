@@ -76,6 +76,7 @@ def check(seed: int) -> None:
     assert (motion.poses_at(times).origin == poses.origin[:, ::2]).all(), (seed, text)
 
 
+@pytest.mark.slow
 def test_random_wishes() -> None:
     for seed in range(6):
         check(seed)

@@ -98,6 +98,7 @@ def test_arrows_of_a_four_bar_are_the_velocities_of_its_pins(scale: int, tmp_pat
     assert near.max() < LONGEST + 2  # none at the pins that stand still
 
 
+@pytest.mark.slow
 def test_the_arrow_of_a_crank_keeps_its_sense_all_the_way_round(tmp_path: Path) -> None:
     """It is found anew in each pose."""
     for degrees in (0, 45, 90, 135, 200, 270, 359):

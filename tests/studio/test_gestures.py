@@ -39,6 +39,7 @@ def used(text: str, tool: str, names: tuple[str, ...] = (), points: Any = (), ti
     return after
 
 
+@pytest.mark.slow
 def test_a_four_bar_from_nothing() -> None:
     text = ""
     for place in ((100, 100), (150.4, 199.6), (300, 220), (350, 100)):
