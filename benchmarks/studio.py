@@ -61,6 +61,7 @@ def keys(page: Any, place: int, count: int) -> list[float]:
     page.evaluate("place => movimentum.select(place)", place)
     for number in range(count):
         page.keyboard.press("Backspace" if number % 2 else str(1 + number // 2 % 9))
+        time.sleep(0.2)  # asking the page meanwhile would be measured too
         settle(page)
     return page.evaluate("movimentum.state().keyMs")
 
@@ -73,7 +74,7 @@ def drag(page: Any, name: str, moves: int) -> list[float]:
         page.mouse.move(*page.evaluate("p => movimentum.toScreen(p)", target if move else [x, y]))
         if not move:
             page.mouse.down()
-    time.sleep(0.3)
+    time.sleep(2.0)  # taking hold of a large scene takes a while, and its last moves arrive
     page.mouse.up()
     return page.evaluate("movimentum.state().dragMs")
 
