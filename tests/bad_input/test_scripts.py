@@ -134,6 +134,7 @@ def test_scaling_beyond_the_limit_is_refused(room: Path) -> None:
     assert "limit/pixels" in refused(room, HEAD + "@0 Rod.A = [1,1]; Rod.angle = 0;\n@1\n", 1, "--scale", "1e6")
 
 
+@pytest.mark.slow
 def test_a_decompression_bomb_is_refused(room: Path) -> None:
     Image.new("1", (40_000, 40_000)).save(room / "bomb.png")
     assert (room / "bomb.png").stat().st_size < 300_000

@@ -371,6 +371,7 @@ def strip(count):
     return f".config(10); {' '.join(things)} @0 {' '.join(places)} @1"
 
 
+@pytest.mark.slow
 def test_a_strip_of_dyads_is_solved_one_after_the_other():
     sizes = {}
     for count in (50, 500):

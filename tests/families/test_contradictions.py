@@ -93,6 +93,7 @@ def judged(seeds, sizes):
     return counts
 
 
+@pytest.mark.slow
 def test_one_wrong_number_is_named():
     counts = judged(range(10), (5, 8, 12))
     assert counts["right"] == 10

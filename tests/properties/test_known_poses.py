@@ -57,6 +57,7 @@ def test_a_scene_moved_turned_and_scaled_moves_alike(seed, count, turn, factor, 
             assert np.max(np.abs(q - expected)) < 1e-8 * factor
 
 
+@pytest.mark.slow
 @STEADY
 @given(known_poses(), st.integers(2, 5))
 def test_more_frames_keep_those_there_were(built, times):

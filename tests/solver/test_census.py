@@ -94,6 +94,7 @@ def slider_crank_error(crank, rod, offset, start, side):
     return compared(text, "L.B", slider)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", COUNTS)
 def test_slider_cranks(count):
     random = np.random.default_rng(count)
@@ -238,6 +239,7 @@ def census_of_triads(count, seed):
     )
 
 
+@pytest.mark.slow
 def test_triads():
     census_of_triads(6, 3)
 

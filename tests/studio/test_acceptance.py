@@ -20,6 +20,8 @@ from tests.command import ROOT, environment
 from tests.studio.conftest import Studio, Tab, solved, wait_for
 from tests.studio.scripts import FOUR_BAR
 
+pytestmark = pytest.mark.slow
+
 Opened = Callable[..., Tab]
 SCRIPTS = sorted((ROOT / "scripts").glob("*.mov"))
 FREED = FOUR_BAR.replace("Crank.angle = 180*.t;", "")

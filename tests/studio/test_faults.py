@@ -11,6 +11,8 @@ from tests.command import LONG, ROOT, movimentum
 from tests.studio.conftest import Studio, Tab, wait_for
 from tests.studio.scripts import FOUR_BAR
 
+pytestmark = pytest.mark.slow
+
 Opened = Callable[..., Tab]
 
 

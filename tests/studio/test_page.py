@@ -17,6 +17,8 @@ from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for
 from tests.studio.scripts import FOUR_BAR
 
+pytestmark = pytest.mark.slow
+
 Opened = Callable[..., Tab]
 AMBIGUOUS = FOUR_BAR.replace("Rocker.C.y > Rocker.D.y;", "")
 SLIDER = """\
