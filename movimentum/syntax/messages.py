@@ -116,7 +116,7 @@ def _definition_after(
 ) -> tuple[Diagnostic, int, bool] | None:
     """The error, if what was read as an anchor's name (up to ``before``, and a colon behind it) begins a definition."""
     name = re.search(r"[A-Za-z][A-Za-z0-9_]*$", text[max(start, before - 200) : before])
-    if accepted != frozenset({"EQUAL"}) or name is None:
+    if not accepted <= {"EQUAL", "LSQB", "WORD"} or name is None:  # an anchor's name, or that of a point's thing
         return None
     place = before - len(name[0])
     end = _end_before(text, start, place)
