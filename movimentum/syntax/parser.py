@@ -57,7 +57,7 @@ def parse(
         if isinstance(found, ScriptTree):
             break
         error, start = found
-        if not (errors and error.span is not None and _is_left_over(text, error)):
+        if not (errors and _is_left_over(text, error)):
             errors.append(error)
         if start >= len(text) or len(errors) >= MAX_ERRORS:
             raise ScriptError(errors)

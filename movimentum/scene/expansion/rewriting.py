@@ -53,10 +53,6 @@ class Rewriter:
             return made
         return self._no_value(made, scope.place(root.span))
 
-    def thing(self, root: Expression, scope: Scope) -> Expression | None:
-        """The name of a thing."""
-        return self.expression(root, scope)
-
     def is_anchor(self, node: Expression) -> bool:
         """Whether a rewritten node is an anchor of a thing."""
         if not (isinstance(node, Member) and isinstance(node.operand, Name)):
