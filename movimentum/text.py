@@ -46,3 +46,8 @@ def rational(text: str, *, exponents: bool = False) -> Fraction | None:
     if match is None or (match[3] and not exponents) or (match[4] is not None and int(match[4]) == 0):
         return None
     return Fraction(match[1] + match[2] + (match[3] or "")) / int(match[4] or 1)
+
+
+def fraction_text(value: Fraction) -> str:
+    """A whole number as it is, any other (or a huge one) with six digits."""
+    return str(value) if value.denominator == 1 and abs(value) < 10**9 else f"{float(value):.6g}"

@@ -11,6 +11,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.expressions import ONE, ZERO, Expr, call, clock, div, ratio, substitute, walk
 from movimentum.scene.model import Claim, Constraint, Relation, Scene
+from movimentum.text import fraction_text
 from movimentum.timeline.model import HeldClaim, Segment, Timeline
 from movimentum.timeline.trains import Trains
 
@@ -53,7 +54,9 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                     Severity.ERROR,
                     f"the animation would have {_counted(frames)} frames, more than the limit of {max_frames:,}",
                     scene.steps[-1].span,
-                    notes=(f"from {_shown(start)} to {_shown(end)} at {_shown(rate)} frames per time unit",),
+                    notes=(
+                        f"from {fraction_text(start)} to {fraction_text(end)} at {fraction_text(rate)} frames per time unit",
+                    ),
                     helps=(
                         f"raise the limit with `--max-frames {_counted(frames, '')}`, or lower the rate with `--fps`",
                     ),
@@ -227,10 +230,6 @@ def _replaced(sides: tuple[Sides, Sides], value: Callable[[Expr], Expr | None]) 
 
 def _visible(scene: Scene, step: int) -> frozenset[int]:
     return frozenset(thing.number for thing in scene.things if scene.mentioned.get(thing.number, 0) <= step)
-
-
-def _shown(value: Fraction) -> str:
-    return str(value) if value.denominator == 1 and abs(value) < 10**9 else f"{float(value):.6g}"
 
 
 def _counted(number: int, separator: str = ",") -> str:

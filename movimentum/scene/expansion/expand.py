@@ -32,6 +32,7 @@ from movimentum.syntax.tree import (
     StepHeader,
     Text,
 )
+from movimentum.text import fraction_text
 
 
 @dataclass(slots=True)
@@ -200,9 +201,9 @@ class _Expansion:
         if before is not None and time < before.time:
             self.findings.error(
                 "timeline/order",
-                f"this step is at {_shown(time)}, earlier than the previous step",
+                f"this step is at {fraction_text(time)}, earlier than the previous step",
                 span,
-                labels=(Label(before.span, f"at {_shown(before.time)}"),),
+                labels=(Label(before.span, f"at {fraction_text(before.time)}"),),
                 helps=("write the steps in the order of their times",),
             )
         strand.steps.append(StepAt(time, span))
@@ -279,7 +280,3 @@ def _timed_copy(strand: _Strand, order: list[StepAt], end: Fraction) -> Iterator
         if following is None and end > time:
             following = end
         yield Timed(each.statement, bisect_left(times, time), following)
-
-
-def _shown(time: Fraction) -> str:
-    return str(time) if time.denominator == 1 and abs(time) < 10**9 else f"{float(time):.6g}"
