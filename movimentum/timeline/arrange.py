@@ -55,7 +55,8 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                     f"the animation would have {_counted(frames)} frames, more than the limit of {max_frames:,}",
                     scene.steps[-1].span,
                     notes=(
-                        f"from {fraction_text(start)} to {fraction_text(end)} at {fraction_text(rate)} frames per time unit",
+                        f"from {fraction_text(start)} to {fraction_text(end)} "
+                        f"at {fraction_text(rate)} frames per time unit",
                     ),
                     helps=(
                         f"raise the limit with `--max-frames {_counted(frames, '')}`, or lower the rate with `--fps`",
