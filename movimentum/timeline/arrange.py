@@ -47,6 +47,7 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
     start, end = scene.steps[0].time, scene.steps[-1].time
     frames = int((end - start) * rate) + 1
     if frames > max_frames:
+        span = f"from {fraction_text(start)} to {fraction_text(end)}"
         raise ScriptError(
             [
                 Diagnostic(
@@ -54,10 +55,7 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                     Severity.ERROR,
                     f"the animation would have {_counted(frames)} frames, more than the limit of {max_frames:,}",
                     scene.steps[-1].span,
-                    notes=(
-                        f"from {fraction_text(start)} to {fraction_text(end)} "
-                        f"at {fraction_text(rate)} frames per time unit",
-                    ),
+                    notes=(f"{span} at {fraction_text(rate)} frames per time unit",),
                     helps=(
                         f"raise the limit with `--max-frames {_counted(frames, '')}`, or lower the rate with `--fps`",
                     ),
