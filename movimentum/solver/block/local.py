@@ -11,12 +11,15 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.newton import newton
+from movimentum.solver.block.one_instant import OneInstant
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 
 Probe = Callable[[FloatArray], BlockProblem]
 """A block's problem at given offsets."""
 
+ITERATIONS = 8
+"""Newton steps onto a path from a prediction; one that needs more is too far from it."""
 SMALLEST_STEP = 1e-10
 """Of the stretch to be followed: where even that fails, the path ends."""
 
@@ -104,5 +107,10 @@ class Local:
 
     def corrected(self, tau: float, x: FloatArray) -> tuple[FloatArray, bool]:
         """Newton from core values ``x`` (n,) at an instant: where it ends (n,), and whether that is a solution."""
-        outcome = newton(self.at(tau), x[None, :], iterations=8)
+        problem = self.at(tau)
+        if self.block.is_square and problem.sparse is None and len(x):
+            found = OneInstant(problem).corrected(x, ITERATIONS)
+            if found is not None:
+                return found
+        outcome = newton(problem, x[None, :], iterations=ITERATIONS)
         return outcome.x[0], bool(outcome.converged[0])
