@@ -14,6 +14,7 @@ from movimentum.scene.model import Scene
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.pose_state import Carry, as_drawn
 from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.continuation.tracks import Choice, Gap
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.double_roots import with_redundant_rows
@@ -23,7 +24,6 @@ from movimentum.solver.reuse import Known, scene_key, segment_key
 from movimentum.solver.segment_motion import Failure, FailureKind, PathBeginning, PathReason, SegmentMotion, Unsolved
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.deceptive import deceptive
-from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 from movimentum.solver.start.rejections import TurnedDown
 from movimentum.solver.start.resumption import Branch, first_beginning, times_after
 from movimentum.solver.start.search import select

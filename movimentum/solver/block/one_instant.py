@@ -48,8 +48,8 @@ class OneInstant:
         for _ in range(iterations):
             charge()
             residual, wide = self._linearized(x)
-            lengths = np.sqrt(np.einsum("mn,mn->m", wide, wide))
-            step = np.linalg.solve(wide / lengths[:, None], residual / lengths)
+            lengths: FloatArray = np.sqrt(np.einsum("mn,mn->m", wide, wide))
+            step = np.asarray(np.linalg.solve(wide / lengths[:, None], residual / lengths), dtype=np.float64)
             size = float(np.max(np.abs(step)))
             if not size < np.inf or not lengths.all():
                 return None

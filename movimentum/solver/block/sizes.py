@@ -12,6 +12,9 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import ThingAngle
 
+SELECTOR_TOLERANCE = 1e-9
+"""Of the scene's size: an inequality that is violated by less than that is just met."""
+
 
 def scale_of(plan: Plan, unknowns: Sequence[int]) -> FloatArray:
     """The natural size of each unknown: 1 for a direction, a radian for an angle, else the scene's size."""

@@ -17,8 +17,10 @@ from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled, toward
 
-LONGEST = 0.3
-"""In units of the unknowns' scale: the longest step toward the pose to begin with."""
+STEPS = (0.3, 0.07, 0.02)
+"""In units of the unknowns' scale: the longest step toward the pose to begin with, and shorter ones for where that
+leaps to another side of an inequality.
+"""
 TO_BEGIN = Damping(weak=1e-3)
 """Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
 TRACE = 1e-6
@@ -120,16 +122,18 @@ def least(
     origin: FloatArray,
     pull: FloatArray,
     wished: NDArray[np.intp],
+    longest: float,
 ) -> FloatArray | None:
     """The core values (n,) under the block's equations, from ``start``, where ``turns`` are least, or where there are
     none, the distance from ``origin`` in the block's metric; None where there is no getting there.
 
     The directions in ``held`` are fixed; ``pull`` is the gradient that the known part of the same poses adds. The
-    errors ``wished`` (numbers) of the block's wishes come before both.
+    errors ``wished`` (numbers) of the block's wishes come before both. ``longest``: no step is longer, in units of the
+    unknowns' scale.
     """
     if problem.sparse is None:
-        return _dense_least(problem, start, turns, held, origin, pull, wished)
-    return _sparse_least(problem, start, turns, held, origin, pull, wished)
+        return _dense_least(problem, start, turns, held, origin, pull, wished, longest)
+    return _sparse_least(problem, start, turns, held, origin, pull, wished, longest)
 
 
 def _dense_least(
@@ -140,13 +144,14 @@ def _dense_least(
     origin: FloatArray,
     pull: FloatArray,
     wished: NDArray[np.intp],
+    most: float,
 ) -> FloatArray | None:
     """Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18)."""
     block, scale = problem.block, problem.scale
     assert isinstance(block, Free)
     metric = block.metric.dense
     x = start.copy()
-    longest, nearest = LONGEST, np.inf
+    longest, nearest = most, np.inf
     for _ in range(80 if not len(wished) else 240):
         residual = problem.residual(x[None])
         jacobian = problem.jacobian(x[None])
@@ -162,7 +167,7 @@ def _dense_least(
             errors, wish_rows = (item[0, wished] for item in problem.wishes(x[None]))
             # as near as can be may be a stretched pose, which full steps would jump over for ever
             off = float(np.linalg.norm(errors))
-            longest = 0.5 * longest if off > nearest else min(LONGEST, 1.2 * longest)
+            longest = 0.5 * longest if off > nearest else min(most, 1.2 * longest)
             nearest = min(nearest, off)
             along = wish_rows @ free
             restore = restore + free @ toward(along, -(errors + wish_rows @ restore), TO_BEGIN)
@@ -215,6 +220,7 @@ def _sparse_least(
     origin: FloatArray,
     pull: FloatArray,
     wished: NDArray[np.intp],
+    longest: float,
 ) -> FloatArray | None:
     """The same steps from sparse saddle point systems (`solver.block.sparse`)."""
     from movimentum.solver.block.sparse import QuadraticProgram
@@ -243,7 +249,7 @@ def _sparse_least(
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         if not np.isfinite(size):
             return None
-        x = x + step * min(1.0, LONGEST / max(size, 1e-300))
+        x = x + step * min(1.0, longest / max(size, 1e-300))
         if size < 1e-12:
             break
     return x

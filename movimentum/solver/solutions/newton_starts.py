@@ -4,7 +4,7 @@ turned pose.
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free, Newton
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import relative_error
-from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.free.initial_pose import Turn, least, turns_of
+from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, scale_of
+from movimentum.solver.free.initial_pose import STEPS, Turn, least, turns_of
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.solutions.homotopy import AllSolutions
 
@@ -207,8 +207,7 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     """
     block, scale, one = problem.block, problem.scale, problem.first()
     assert isinstance(block, Free)
-    origin = carried_values(plan, block, carry)
-    metric = block.metric
+    origin, metric = carried_values(plan, block, carry), block.metric
     pull = _pull(plan, block, one, carry, origin)
     known = carry.now.known
     unknowns = plan.system.unknowns
@@ -222,26 +221,30 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     here = not any(unknowns[n].thing in known for n in block.core)
     wished = _immediate(block) if here else np.zeros(0, dtype=np.intp)
 
-    def least_from(begin: FloatArray) -> FloatArray | None:
+    def least_from(begin: FloatArray, longest: float = STEPS[0]) -> FloatArray | None:
         held: list[tuple[Turn, float]] = []
         x: FloatArray | None = begin
         if fresh:
-            x = least(one, begin, fresh, [], origin, pull, wished)
+            x = least(one, begin, fresh, [], origin, pull, wished, longest)
             if x is None:
                 return None
             held = [(turn, turn.heading(x)) for turn in fresh]
-        y = least(one, x, [], held, origin, pull, wished)
+        y = least(one, x, [], held, origin, pull, wished, longest)
         x, good = projected(one, x if y is None else y)
         return x if good else None
 
-    def cost(x: FloatArray) -> tuple[float, float, float]:
-        turn = float(sum(turn.angle(x) ** 2 for turn in fresh))
-        off = float(np.sum((one.wishes(x[None])[0][0, wished] / plan.size) ** 2))
-        return round(off, 9), round(turn, 9), metric.square(x - origin)
+    sides = _sides(plan, one)
 
-    nearest = least_from(origin)
+    def unmet(x: FloatArray) -> float:
+        return round(float(np.sum((one.wishes(x[None])[0][0, wished] / plan.size) ** 2)), 9)
+
+    def cost(x: FloatArray) -> tuple[bool, float, float, float]:
+        turn = float(sum(turn.angle(x) ** 2 for turn in fresh))
+        return not sides(x), unmet(x), round(turn, 9), metric.square(x - origin)
+
+    nearest = _on_its_side(least_from, origin, sides)
     if nearest is not None and freedom_of(one, nearest) > 0:
-        if not len(wished) or cost(nearest)[0] == 0.0:
+        if not len(wished) or unmet(nearest) == 0.0:
             return Starts([nearest], True)
         # the wish is not met from there: perhaps it can be from elsewhere (a stretched chain cannot tell how to fold)
         begins = sorted(newton_starts(plan, problem, carry).solutions, key=cost)[:BEGINS]
@@ -255,6 +258,34 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
         return Starts([nearest, *others], starts.complete)
     found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
     return Starts([min(found, key=cost)] if found else [], True)
+
+
+Sides = Callable[[FloatArray], bool]
+"""Whether core values (n,) satisfy the inequalities about what a block finds and is given."""
+
+
+def _on_its_side(
+    least_from: Callable[[FloatArray, float], FloatArray | None], origin: FloatArray, sides: Sides
+) -> FloatArray | None:
+    """Where ``least_from`` leads from ``origin``, by shorter steps where long ones leap to another side."""
+    nearest = least_from(origin, STEPS[0])
+    if nearest is None or not sides(origin) or sides(nearest):
+        return nearest
+    shorter = (least_from(origin, longest) for longest in STEPS[1:])
+    return next((x for x in shorter if x is not None and sides(x)), nearest)
+
+
+def _sides(plan: Plan, one: BlockProblem) -> Sides:
+    known = {*one.block.unknowns, *one.inputs}
+    stated = zip(plan.system.selectors, plan.selectors, strict=True)
+    own = [function for selector, function in stated if symbol_numbers(selector.value) <= known]
+    least = -SELECTOR_TOLERANCE * plan.size
+
+    def satisfied(x: FloatArray) -> bool:
+        there = one.completed(x[None])
+        return all(float(np.ravel(value(there, one.clocks)[0])[0]) >= least for value in own)
+
+    return satisfied
 
 
 def _pull(plan: Plan, block: Free, one: BlockProblem, carry: Carry, origin: FloatArray) -> FloatArray:

@@ -11,12 +11,12 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.start.costs import squared
 from movimentum.solver.start.rejections import Rejection
 
 CHECK_TOLERANCE = 1e-8
 """Relative residual above which a redundant equation contradicts."""
-SELECTOR_TOLERANCE = 1e-9
 
 
 class Judgements:

@@ -20,7 +20,7 @@ from movimentum.solver.block.local import Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
-from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, track_scale
 from movimentum.solver.continuation.folds import CLOSED, fold_near
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, NodeTrack, SignTrack, StillTrack
 from movimentum.solver.kinds.dispatch import evaluate
@@ -28,7 +28,6 @@ from movimentum.solver.kinds.newton import probe_of
 from movimentum.solver.path.follow import instant
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection
-from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 
 BEFORE, AFTER = 1e-6, 1e-9
 """Of the stretch: how long before its end a path's pose tells which branch it is on, and how long after its beginning

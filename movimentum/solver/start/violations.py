@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.solver.block.change_points import find_events
+from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 
 DISAGREES = 1e-7
 """Of an equation's terms: a redundant one that is off by more does not hold."""
