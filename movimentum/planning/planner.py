@@ -10,9 +10,11 @@ from itertools import islice
 from movimentum.cancellation import look
 from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute, symbol, walk
 from movimentum.planning.blocks.build import make_block
+from movimentum.planning.blocks.kept import KeptBlocks, block_key
 from movimentum.planning.blocks.kinds import Assign, Block
 from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
 from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.lowering.body_frames import KnownFrames
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.polynomial import Polynomial, from_expression, plus
 from movimentum.planning.lowering.system import build_system, with_rates, with_rigidity
@@ -51,10 +53,10 @@ class Structure:
         return _structure(self.base, self.driven, merged)
 
 
-def structure_of(scene: Scene, segment: Segment) -> Structure:
-    """The equations of ``segment`` in groups; raises `CyclicRateError`."""
-    found = _structured(build_system(scene, segment))
-    return _structured(build_system(scene, segment, rolling=True)) if _rolls(found) else found
+def structure_of(scene: Scene, segment: Segment, frames: KnownFrames) -> Structure:
+    """The equations of ``segment`` in groups; raises `CyclicRateError`. ``frames``: see `body_frames`."""
+    found = _structured(build_system(scene, segment, frames))
+    return _structured(build_system(scene, segment, frames, rolling=True)) if _rolls(found) else found
 
 
 def _rolls(found: Structure) -> bool:
@@ -81,8 +83,10 @@ def _structure(base: System, driven: frozenset[int], merged: frozenset[int]) -> 
     return Structure(base, driven, merged, system, decomposition)
 
 
-def compile_structure(structure: Structure, size: float) -> Plan:
-    """Compile the blocks of a structure; ``size`` is the scene's size in world pixels (for scaling)."""
+def compile_structure(structure: Structure, size: float, kept: KeptBlocks) -> Plan:
+    """Compile the blocks of a structure; ``size`` is the scene's size in world pixels (for scaling). Blocks that were
+    made before are in ``kept``.
+    """
     system, decomposition, driven = structure.system, structure.decomposition, structure.driven
     hanging = measured(system, decomposition.groups)
     moved = partial(in_what_moves, system, driven, hanging)
@@ -97,7 +101,13 @@ def compile_structure(structure: Structure, size: float) -> Plan:
         look()
         for e in group.equations:
             folded[e] = _folded(folded[e], constants)
-        block = make_block(len(blocks), replace(system, equations=folded), group, clocks, moving, size)
+        number, rows = len(blocks), [folded[e] for e in group.equations]
+        key = size, block_key(number, system, rows, group, clocks, moving)
+        block = None if key[1] is None else kept.get(key)
+        if block is None:
+            block = make_block(number, replace(system, equations=folded), group, clocks, moving, size)
+            if key[1] is not None:
+                kept.keep(key, block)
         block = with_wishes(block, system.wishes, known, clocks)
         blocks.append(block)
         known |= set(block.unknowns)
@@ -163,7 +173,7 @@ def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
     return replace(
         equation,
         residual=residual,
-        unknowns=equation.unknowns - constants.keys(),
+        unknowns=equation.unknowns - frozenset(constants),
         targets=tuple(n for n in equation.targets if n not in constants),
         polynomial=from_expression(residual) if form is None and equation.form is Form.PLAIN else form,
         original=None if equation.original is None else substitute(equation.original, value),

@@ -13,6 +13,8 @@ from threading import Lock
 from typing import Generic, TypeVar
 
 from movimentum.expressions import Expr, walk
+from movimentum.planning.blocks.kept import KeptBlocks
+from movimentum.planning.lowering.body_frames import KnownFrames
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure, compile_structure, structure_of
 from movimentum.scene.model import Anchor, Constraint, Scene, ThingProperty
@@ -47,6 +49,8 @@ class Known:
     _stretches: dict[Hashable, _Entry[SegmentMotion]] = field(default_factory=dict[Hashable, _Entry[SegmentMotion]])
     _structures: dict[Hashable, _Entry[Structure]] = field(default_factory=dict[Hashable, _Entry[Structure]])
     _plans: dict[Hashable, _Entry[Plan]] = field(default_factory=dict[Hashable, _Entry[Plan]])
+    _blocks: KeptBlocks = field(default_factory=KeptBlocks)
+    _framed: tuple[Scene, KnownFrames] | None = None
     _timelines: int = 0
     _given: int = 0
     _lock: Lock = field(default_factory=Lock)
@@ -55,6 +59,7 @@ class Known:
         """Another timeline is solved: forget what the last ones had no use for."""
         with self._lock:
             self._timelines += 1
+            self._blocks.begin(KEPT)
             for kept in (self._numbers, self._stretches, self._structures, self._plans):
                 for key in [key for key, entry in kept.items() if entry.used < self._timelines - KEPT]:
                     del kept[key]
@@ -83,7 +88,7 @@ class Known:
         """The equations of a segment in groups, as `structure_of`."""
         found = self._found(self._structures, key)
         if found is None:
-            found = structure_of(scene, segment)
+            found = structure_of(scene, segment, self._frames_of(scene))
             self._keep(self._structures, key, found)
             return found
         system, base = (replace(each, scene=scene, segment=segment) for each in (found.system, found.base))
@@ -95,10 +100,17 @@ class Known:
         found = self._found(self._plans, known)
         if found is None:
             self.planned += 1
-            found = compile_structure(structure, size)
+            found = compile_structure(structure, size, self._blocks)
             self._keep(self._plans, known, found)
             return found
         return _of(found, structure.system.scene, structure.system.segment)
+
+    def _frames_of(self, scene: Scene) -> KnownFrames:
+        """The frames that segments of ``scene`` have needed, if it is the scene last asked for."""
+        with self._lock:
+            if self._framed is None or self._framed[0] is not scene:
+                self._framed = scene, {}
+            return self._framed[1]
 
     def _found(self, kept: dict[Hashable, _Entry[T]], key: Hashable) -> T | None:
         with self._lock:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from movimentum.planning.blocks.kept import KeptBlocks
 from movimentum.planning.codegen.generate import structures_compiled
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.rendering.images import image_size
@@ -28,7 +29,7 @@ def compiled_for(text, path=SCRIPTS / "x.mov"):
     timeline = arrange(build(parse(source), source, image_size))
     before = structures_compiled()
     for segment in timeline.segments:
-        compile_structure(structure_of(timeline.scene, segment), 100.0).schedule(True)
+        compile_structure(structure_of(timeline.scene, segment, {}), 100.0, KeptBlocks()).schedule(True)
     return structures_compiled() - before
 
 

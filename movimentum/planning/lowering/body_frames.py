@@ -89,11 +89,16 @@ def stated_point(thing: Thing, local: Point) -> Vector:
     )
 
 
-def body_frames(scene: Scene, active: Iterable[Constraint]) -> dict[int, BodyFrame]:
+KnownFrames = dict[tuple[int, int, tuple[int, ...]], BodyFrame]
+"""Frames of one scene's things that were found before: by thing, anchor at the origin, and anchors to turn towards."""
+
+
+def body_frames(scene: Scene, active: Iterable[Constraint], known: KnownFrames) -> dict[int, BodyFrame]:
     """Each thing's frame: its origin is an anchor that an equation names on its own, so that the pose is as sparse as
     the script, its x axis goes through the next anchor that an equation names.
 
-    A thing whose angle a constraint mentions is not turned: its direction is that angle's, exactly.
+    A thing whose angle a constraint mentions is not turned: its direction is that angle's, exactly. Frames that are
+    found are added to the ``known`` ones.
     """
     origins: dict[int, int] = {}
     joined: dict[int, set[int]] = {}
@@ -117,7 +122,8 @@ def body_frames(scene: Scene, active: Iterable[Constraint]) -> dict[int, BodyFra
         thing = scene.things[t]
         if thing.anchors:
             others = () if t in measured else (*sorted(joined.get(t, ())), *sorted(anchors))
-            result[t] = _frame(thing, origins.get(t, 0), others)
+            key = t, origins.get(t, 0), others
+            result[t] = known[key] if key in known else known.setdefault(key, _frame(thing, *key[1:]))
     return result
 
 

@@ -7,299 +7,55 @@ unknowns at all. Every equation keeps the number of its constraint (or of the ri
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 
 from movimentum.expressions import (
     ONE,
-    ZERO,
     Expr,
     add,
     call,
-    const,
     mul,
     sub,
-    substitute,
     symbol,
-    symbols,
 )
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.body_frames import DRAWN, BodyFrame, body_frames
-from movimentum.planning.lowering.calculus import differentiate
-from movimentum.planning.lowering.equations import Equation, Form, Inequality, System, Wish
-from movimentum.planning.lowering.integrals import closed_form
-from movimentum.planning.lowering.polynomial import Polynomial
-from movimentum.planning.lowering.rewriting import along_line, angle_rows, cancelled, squared
+from movimentum.planning.lowering.body_frames import DRAWN, KnownFrames, body_frames
+from movimentum.planning.lowering.builder import SystemBuilder, can_be_seen_turning
+from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.lowering.unknowns import (
-    Accumulated,
     PoseCos,
-    PosePart,
     PoseSin,
     PoseX,
     PoseY,
     Rate,
-    Unknown,
     symbol_numbers,
     unknown_number,
 )
 from movimentum.scene.model import (
-    AnchorCoordinate,
-    Anonymous,
-    Bearing,
-    Constraint,
-    Relation,
     Scene,
-    Thing,
     ThingAngle,
-    ThingProperty,
-    VariableComponent,
 )
-from movimentum.scene.names import symbol_name
 from movimentum.timeline.model import Segment
 
 
-class _Builder:
-    """Collects unknowns and equations while a segment is lowered."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        segment: Segment,
-        frames: dict[int, BodyFrame],
-        shift: tuple[float, float],
-        *,
-        rolling: bool = False,
-    ) -> None:
-        self.scene = scene
-        self.segment = segment
-        self.unknowns: list[Unknown] = []
-        self.number_of: dict[Hashable, int] = {}
-        self.equations: list[Equation] = []
-        self.selectors: list[Inequality] = []
-        self.wishes: list[Wish] = []
-        self.frames = frames
-        self.shift = shift
-        self.memo: dict[Expr, Expr] = {}
-        self.constraint: Constraint | None = None
-        self.integrals = 0
-        self.rolling = rolling
-
-    # unknowns
-
-    def unknown(self, payload: Hashable, name: str) -> int:
-        number = self.number_of.get(payload)
-        if number is None:
-            number = self.number_of[payload] = len(self.unknowns)
-            self.unknowns.append(Unknown(number, payload, name))
-        return number
-
-    def pose(self, thing: int, kind: type[PosePart]) -> Expr:
-        suffix = {PoseX: "x", PoseY: "y", PoseCos: "cos", PoseSin: "sin"}[kind]
-        return symbol(self.unknown(kind(thing), f"{self.scene.things[thing].name}.{suffix}"))
-
-    def lower(self, expr: Expr) -> Expr:
-        return substitute(expr, self._leaf, self.memo)
-
-    def _leaf(self, node: Expr) -> Expr | None:
-        if node.op == "integral":
-            return self._integral(node)
-        if node.op == "derivative":
-            return self.total_derivative(self.memo[node.args[0]])
-        if node.op != "symbol":
-            return None
-        payload = node.payload
-        match payload:
-            case AnchorCoordinate(thing, anchor, axis):
-                point = self.scene.things[thing].anchors[anchor]
-                dx, dy = self.frames[thing].stated(point.coordinates, point.local)
-                base = self.pose(thing, PoseX if axis == 0 else PoseY)
-                if self.shift[axis] != 0.0:
-                    base = add(base, const(self.shift[axis]))
-                if dx.value == 0.0 and dy.value == 0.0:
-                    return base
-                c, s = self.pose(thing, PoseCos), self.pose(thing, PoseSin)
-                if axis == 0:
-                    return add(base, sub(mul(dx, c), mul(dy, s)))
-                return add(base, add(mul(dx, s), mul(dy, c)))
-            case ThingAngle(thing):
-                return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.angle"))
-            case ThingProperty(thing, name):
-                return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.{name}"))
-            case Bearing():
-                return self._bearing(payload)
-            case VariableComponent(name, axis):
-                return symbol(self.unknown(payload, name if axis is None else f"{name}.{'xy'[axis]}"))
-            case Anonymous(number, axis, _):
-                return symbol(self.unknown(payload, f"_{number}" if axis is None else f"_{number}.{'xy'[axis]}"))
-            case _:
-                raise TypeError(payload)
-
-    def _bearing(self, bearing: Bearing) -> Expr:
-        """A direction between two anchors: an unknown that follows them, or (``rolling``) may determine them."""
-        if bearing in self.number_of:
-            return symbol(self.number_of[bearing])
-        number = self.unknown(bearing, symbol_name(self.scene, bearing))
-        ends = ((AnchorCoordinate(p.thing, p.anchor, axis) for axis in (0, 1)) for p in (bearing.start, bearing.end))
-        (x0, y0), (x1, y1) = ([self.lower(symbol(coordinate)) for coordinate in each] for each in ends)
-        seen = call("atan2d", sub(y1, y0), sub(x1, x0))
-        assert self.constraint is not None
-        if self.rolling:
-            self._equate(seen, symbol(number), self.constraint.number)
-            return symbol(number)
-        self.equations.append(
-            Equation(
-                number=len(self.equations),
-                residual=sub(symbol(number), seen),
-                unknowns=frozenset({number, *symbol_numbers(seen)}),
-                targets=(number,),
-                constraint=self.constraint.number,
-                form=Form.WINDING,
-            )
-        )
-        return symbol(number)
-
-    def _integral(self, node: Expr) -> Expr:
-        integrand = self.memo[node.args[0]]
-        start = node.start
-        if not symbols(integrand):
-            closed = closed_form(integrand, start)
-            if closed is not None:
-                return closed
-        owner = -1 if self.constraint is None else self.constraint.number
-        payload = Accumulated((owner, node))
-        value = symbol(self.unknown(payload, f".i#{self.integrals}"))
-        self.integrals += 1
-        number = self.number_of[payload]
-        self.equations.append(
-            Equation(
-                number=len(self.equations),
-                residual=sub(value, Expr("integral", (integrand,), start)),
-                unknowns=frozenset({number, *symbol_numbers(integrand)}),
-                targets=(number,),
-                constraint=None if self.constraint is None else self.constraint.number,
-                form=Form.INTEGRAL,
-                integrand=integrand,
-            )
-        )
-        return value
-
-    def rate(self, unknown: int) -> Expr:
-        """The time derivative of an unknown, as an unknown of its own (an integral's is its integrand)."""
-        payload = self.unknowns[unknown].payload
-        if isinstance(payload, Accumulated):
-            for equation in self.equations:
-                if equation.form is Form.INTEGRAL and equation.targets == (unknown,):
-                    assert equation.integrand is not None
-                    return equation.integrand
-        return symbol(self.unknown(Rate(unknown), f"{self.unknowns[unknown].name}'"))
-
-    def total_derivative(self, expr: Expr) -> Expr:
-        def leaf(node: Expr) -> Expr:
-            if node.op == "clock":
-                return ONE
-            if node.op == "symbol":
-                return self.rate(unknown_number(node.payload))
-            if node.op == "integral":
-                return node.args[0]
-            return ZERO
-
-        return differentiate(expr, leaf)
-
-    # rows
-
-    def add_equation(
-        self,
-        residual: Expr,
-        form: Polynomial | None,
-        constraint: int | None,
-        thing: int | None = None,
-        original: Expr | None = None,
-    ) -> None:
-        if form is not None and poly.occurring(form) != symbols(residual):
-            original, residual = original or residual, poly.to_expression(form)  # something cancelled
-        unknowns = poly.occurring(form) if form is not None else symbol_numbers(residual)
-        self.equations.append(
-            Equation(
-                number=len(self.equations),
-                residual=residual,
-                unknowns=frozenset(unknowns),
-                targets=tuple(sorted(unknowns)),
-                polynomial=form,
-                constraint=constraint,
-                thing=thing,
-                original=original,
-            )
-        )
-
-    def constrain(self, constraint: Constraint) -> None:
-        self.constraint = constraint
-        self.memo = {}  # integrals belong to their constraint
-        pairs = [(self.lower(a), self.lower(b)) for a, b in zip(constraint.left, constraint.right, strict=True)]
-        match constraint.relation:
-            case Relation.EQUAL:
-                for left, right in pairs:
-                    self._equate(left, right, constraint.number)
-            case Relation.BELOW:
-                self.selectors.append(
-                    Inequality(sub(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
-                )
-            case Relation.ABOVE:
-                self.selectors.append(
-                    Inequality(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
-                )
-            case Relation.WISH:
-                errors = tuple(_apart(a, b) for a, b in pairs)
-                about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
-                self.wishes.append(Wish(errors, constraint.number, about, constraint.speed))
-        self.constraint = None
-
-    def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
-        """An equation about an angle between vectors; with a place on its other side (``P.y = .a(u,v)``) it is none."""
-        places = {n for n in symbol_numbers(right) if isinstance(self.unknowns[n].payload, PosePart)}
-        return None if places and right.op != "atan2d" else angle_rows(left, right)
-
-    def _equate(self, left: Expr, right: Expr, number: int) -> None:
-        residual = sub(left, right)
-        form = poly.from_expression(residual)
-        if form is None:
-            measure = along_line(left, right) or along_line(right, left)
-            if measure is not None:
-                self.add_equation(measure, poly.from_expression(measure), number, original=residual)
-                return
-            rewritten = self._angle(left, right) or self._angle(right, left) or squared(residual)
-            if rewritten is not None:
-                row, side = rewritten
-                if symbols(row):
-                    self.selectors.append(Inequality(side, None, equation_of=number))
-                    self.add_equation(row, poly.from_expression(row), number, original=residual)
-                    return
-            self.add_equation(cancelled(residual), form, number)
-            return
-        self.add_equation(residual, form, number)
-
-
-def _apart(left: Expr, right: Expr) -> Expr:
-    """What the sides of a wish differ by; an angle between vectors is meant modulo a turn."""
-    error = sub(left, right)
-    if "atan2d" not in (left.op, right.op):
-        return error
-    half = const(180.0)
-    return sub(call("mod", add(error, half), const(360.0)), half)
-
-
-def build_system(scene: Scene, segment: Segment, *, rolling: bool = False) -> System:
+def build_system(scene: Scene, segment: Segment, known: KnownFrames, *, rolling: bool = False) -> System:
     """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`.
 
-    ``rolling``: directions between gears' centres may say where the centres are (one rolls on the other).
+    ``rolling``: directions between gears' centres may say where the centres are (one rolls on the other). ``known`` are
+    the frames that other segments of the scene have needed.
     """
-    builder = _Builder(scene, segment, body_frames(scene, segment.active), scene_shift(scene), rolling=rolling)
+    builder = SystemBuilder(
+        scene, segment, body_frames(scene, segment.active, known), scene_shift(scene), rolling=rolling
+    )
+    builder.number_poses()
     for constraint in segment.active:
         builder.constrain(constraint)
     return _finished(builder)
 
 
-def _finished(builder: _Builder) -> System:
+def _finished(builder: SystemBuilder) -> System:
     return System(
         scene=builder.scene,
         segment=builder.segment,
@@ -313,8 +69,8 @@ def _finished(builder: _Builder) -> System:
     )
 
 
-def _reopened(system: System) -> _Builder:
-    builder = _Builder(system.scene, system.segment, system.frames, system.shift)
+def _reopened(system: System) -> SystemBuilder:
+    builder = SystemBuilder(system.scene, system.segment, system.frames, system.shift)
     builder.unknowns = list(system.unknowns)
     builder.number_of = dict(system.number_of)
     builder.equations = list(system.equations)
@@ -346,7 +102,7 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
         angle = system.number_of.get(ThingAngle(t))
         builder.pose(t, PoseX)
         builder.pose(t, PoseY)
-        if c is None and s is None and not _can_be_seen_turning(thing):
+        if c is None and s is None and not can_be_seen_turning(thing):
             continue
         cosine, sine = builder.pose(t, PoseCos), builder.pose(t, PoseSin)
         if angle is not None and t in driven:
@@ -377,11 +133,6 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
             )
         )
     return _finished(builder)
-
-
-def _can_be_seen_turning(thing: Thing) -> bool:
-    """Whether a turn would move an anchor; a thing with one anchor that no constraint turns stays as it is."""
-    return any(anchor.local != thing.anchors[0].local for anchor in thing.anchors)
 
 
 def with_rates(system: System, equations: Iterable[int]) -> System:
