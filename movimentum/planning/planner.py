@@ -102,12 +102,9 @@ def compile_structure(structure: Structure, size: float, kept: KeptBlocks) -> Pl
         for e in group.equations:
             folded[e] = _folded(folded[e], constants)
         number, rows = len(blocks), [folded[e] for e in group.equations]
-        key = size, block_key(number, system, rows, group, clocks, moving)
-        block = None if key[1] is None else kept.get(key)
-        if block is None:
-            block = make_block(number, replace(system, equations=folded), group, clocks, moving, size)
-            if key[1] is not None:
-                kept.keep(key, block)
+        make = partial(make_block, number, replace(system, equations=folded), group, clocks, moving, size)
+        key = block_key(number, system, rows, group, clocks, moving)
+        block = make() if key is None else kept.block((size, key), group.equations, make)
         block = with_wishes(block, system.wishes, known, clocks)
         blocks.append(block)
         known |= set(block.unknowns)

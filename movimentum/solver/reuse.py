@@ -8,16 +8,17 @@ text is exchanged. Nothing is a warm start, so a motion never depends on what wa
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field, replace
-from threading import Lock
-from typing import Generic, TypeVar
+from dataclasses import replace
+from itertools import count
 
 from movimentum.expressions import Expr, walk
+from movimentum.kept import Kept
 from movimentum.planning.blocks.kept import KeptBlocks
 from movimentum.planning.lowering.body_frames import KnownFrames
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure, compile_structure, structure_of
 from movimentum.scene.model import Anchor, Constraint, Scene, ThingProperty
+from movimentum.solver.basis.memory import Memory
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.source import Span
@@ -27,69 +28,57 @@ KEPT = 4
 """Timelines after which what none of them has needed is forgotten."""
 
 
-T = TypeVar("T")
-
-
-@dataclass(slots=True)
-class _Entry(Generic[T]):
-    value: T
-    used: int
-
-
-@dataclass(slots=True, eq=False)
 class Known:
-    """Motions and plans of segments solved before, by everything that they depend on. Threads may share it.
+    """Motions and plans of segments solved before, by everything that they depend on. Threads may share it."""
 
-    ``solved`` and ``planned`` count the segments that had to be: what was taken over is not in them.
-    """
+    def __init__(self) -> None:
+        self._numbers = Kept[int](KEPT)
+        self._next = count(1)
+        self._stretches = Kept[SegmentMotion](KEPT)
+        self._structures = Kept[Structure](KEPT)
+        self._plans = Kept[Plan](KEPT)
+        self._blocks = KeptBlocks(KEPT)
+        self._framed: tuple[Scene, KnownFrames] | None = None
+        self.memory = Memory(KEPT)
 
-    solved: int = 0
-    planned: int = 0
-    _numbers: dict[Hashable, _Entry[int]] = field(default_factory=dict[Hashable, _Entry[int]])
-    _stretches: dict[Hashable, _Entry[SegmentMotion]] = field(default_factory=dict[Hashable, _Entry[SegmentMotion]])
-    _structures: dict[Hashable, _Entry[Structure]] = field(default_factory=dict[Hashable, _Entry[Structure]])
-    _plans: dict[Hashable, _Entry[Plan]] = field(default_factory=dict[Hashable, _Entry[Plan]])
-    _blocks: KeptBlocks = field(default_factory=KeptBlocks)
-    _framed: tuple[Scene, KnownFrames] | None = None
-    _timelines: int = 0
-    _given: int = 0
-    _lock: Lock = field(default_factory=Lock)
+    @property
+    def solved(self) -> int:
+        """How many segments had to be solved so far: what was taken over does not count."""
+        return self._stretches.made
+
+    @property
+    def blocks_made(self) -> int:
+        """How many blocks had to be made so far, of those that are kept."""
+        return self._blocks.made
 
     def begin(self) -> None:
         """Another timeline is solved: forget what the last ones had no use for."""
-        with self._lock:
-            self._timelines += 1
-            self._blocks.begin(KEPT)
-            for kept in (self._numbers, self._stretches, self._structures, self._plans):
-                for key in [key for key, entry in kept.items() if entry.used < self._timelines - KEPT]:
-                    del kept[key]
+        for kept in (self._numbers, self._stretches, self._structures, self._plans, self._blocks, self.memory):
+            kept.begin()
 
     def number(self, key: Hashable) -> int:
         """A number that stands for ``key``, and for no other: a key of keys is then as short as they are many."""
-        with self._lock:
-            entry = self._numbers.get(key)
-            if entry is None:
-                self._given += 1
-                entry = self._numbers[key] = _Entry(self._given, self._timelines)
-            entry.used = self._timelines
-            return entry.value
+        found = self._numbers.get(key)
+        if found is None:
+            found = next(self._next)
+            self._numbers.keep(key, found)
+        return found
 
     def stretch(self, key: Hashable, scene: Scene, segment: Segment) -> SegmentMotion | None:
         """The motion kept under ``key``, for a segment that differs in nothing but where it stands in the text."""
-        found = self._found(self._stretches, key)
+        found = self._stretches.get(key)
         return None if found is None else _moved(found, scene, segment)
 
     def keep(self, key: Hashable, stretch: SegmentMotion) -> None:
         """Keep a segment's motion."""
-        self.solved += 1
-        self._keep(self._stretches, key, stretch)
+        self._stretches.keep(key, stretch)
 
     def structure(self, key: Hashable, scene: Scene, segment: Segment) -> Structure:
         """The equations of a segment in groups, as `structure_of`."""
-        found = self._found(self._structures, key)
+        found = self._structures.get(key)
         if found is None:
             found = structure_of(scene, segment, self._frames_of(scene))
-            self._keep(self._structures, key, found)
+            self._structures.keep(key, found)
             return found
         system, base = (replace(each, scene=scene, segment=segment) for each in (found.system, found.base))
         return replace(found, system=system, base=base)
@@ -97,32 +86,19 @@ class Known:
     def plan(self, key: Hashable, structure: Structure, size: float) -> Plan:
         """The plan of a structure, as `compile_structure`; ``key`` is that of its segment."""
         known = key, structure.merged, size
-        found = self._found(self._plans, known)
+        found = self._plans.get(known)
         if found is None:
-            self.planned += 1
             found = compile_structure(structure, size, self._blocks)
-            self._keep(self._plans, known, found)
+            self._plans.keep(known, found)
             return found
         return _of(found, structure.system.scene, structure.system.segment)
 
     def _frames_of(self, scene: Scene) -> KnownFrames:
         """The frames that segments of ``scene`` have needed, if it is the scene last asked for."""
-        with self._lock:
-            if self._framed is None or self._framed[0] is not scene:
-                self._framed = scene, {}
-            return self._framed[1]
-
-    def _found(self, kept: dict[Hashable, _Entry[T]], key: Hashable) -> T | None:
-        with self._lock:
-            entry = kept.get(key)
-            if entry is None:
-                return None
-            entry.used = self._timelines
-            return entry.value
-
-    def _keep(self, kept: dict[Hashable, _Entry[T]], key: Hashable, value: T) -> None:
-        with self._lock:
-            kept[key] = _Entry(value, self._timelines)
+        framed = self._framed
+        if framed is None or framed[0] is not scene:
+            framed = self._framed = scene, {}
+        return framed[1]
 
 
 def _of(plan: Plan, scene: Scene, segment: Segment) -> Plan:

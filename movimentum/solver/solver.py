@@ -12,6 +12,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure
 from movimentum.scene.model import Scene
 from movimentum.solver.assembly import carry_at, held
+from movimentum.solver.basis.memory import remembering
 from movimentum.solver.basis.pose_state import Carry, as_drawn
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
@@ -54,6 +55,12 @@ def solve(timeline: Timeline, begin: Carry | None = None, known: Known | None = 
     size = scene_size(scene)
     work = _Work(scene, size, known or Known())
     work.known.begin()
+    with remembering(work.known.memory):
+        return PathMotion(timeline, _solved(work, timeline, begin, known), size)
+
+
+def _solved(work: _Work, timeline: Timeline, begin: Carry | None, known: Known | None) -> tuple[SegmentMotion, ...]:
+    scene = work.scene
     whole = 0 if known is None else known.number(scene_key(scene))
     carry = begin or as_drawn(scene)
     key = 0
@@ -72,7 +79,7 @@ def solve(timeline: Timeline, begin: Carry | None = None, known: Known | None = 
             if known is not None and begin is None:
                 work.known.keep(key, stretch)
         stretches.append(stretch)
-    return PathMotion(timeline, tuple(stretches), size)
+    return tuple(stretches)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -112,11 +112,28 @@ def test_another_number_plans_no_more_than_a_restatement() -> None:
     assert structures_compiled() == before
 
 
+@pytest.mark.parametrize(("name", "asked"), [("walschaerts", "Radius.F.y"), ("stephenson", "Link.S.x")])
+def test_who_asks_for_one_more_value_has_nothing_followed_again(name: str, asked: str) -> None:
+    path = ROOT / "scripts" / f"{name}.mov"
+    text = path.read_text(encoding="utf-8")
+    engine = Engine()
+    before = engine.revise(SourceText(str(path), text)).motion
+    found, made, steps = engine.known.memory.made, engine.known.blocks_made, len(before.stretches)
+    first = text.index("\n@1")
+    after = engine.revise(SourceText(str(path), f"{text[:first]} asked = {asked};{text[first:]}")).motion
+    assert engine.known.memory.made == found
+    assert engine.known.blocks_made - made <= 2 * steps
+    one, two = (motion.poses(0, motion.timeline.frame_count) for motion in (before, after))
+    assert one.origin.tobytes() == two.origin.tobytes()
+    assert one.direction.tobytes() == two.direction.tobytes()
+
+
 def test_what_was_not_used_for_long_is_forgotten() -> None:
     engine = _engine()
     for number in range(8):
         _solved_for(engine, STEPS.replace("P=[30,0]", f"P=[{31 + number},0]"))
     assert len(engine.known._stretches) <= 5 * 4  # pyright: ignore[reportPrivateUsage]
+    assert len(engine.known.memory) <= 5 * 8
     assert _solved_for(engine, STEPS) == 4
 
 

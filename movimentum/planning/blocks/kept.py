@@ -2,47 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Sequence
+from collections.abc import Callable, Collection, Hashable, Sequence
+from dataclasses import replace
 from fractions import Fraction
+from itertools import count
 
 from movimentum.expressions import walk
-from movimentum.planning.blocks.kinds import Block
+from movimentum.kept import Kept
+from movimentum.planning.blocks.kinds import Block, Newton
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.structure.decompose import Group
 
 
-class KeptBlocks:
-    """Blocks by everything that `blocks.build.make_block` reads; what was last used too long ago is forgotten.
+class KeptBlocks(Kept[Block]):
+    """Blocks by everything that `blocks.build.make_block` reads, but for the numbers of their equations.
 
     Free blocks and differential equations are not kept: they read the things' anchors, too.
     """
 
-    def __init__(self) -> None:
-        self.made = 0
-        self._kept: dict[Hashable, tuple[Block, int]] = {}
-        self._age = 0
+    def __init__(self, generations: int) -> None:
+        super().__init__(generations)
+        self._identities = count(1)
 
-    def begin(self, kept: int) -> None:
-        """Another timeline is planned: forget what the last ``kept`` had no use for."""
-        self._age += 1
-        old = [key for key, (_, used) in list(self._kept.items()) if used < self._age - kept]
-        for key in old:
-            self._kept.pop(key, None)
-
-    def get(self, key: Hashable) -> Block | None:
-        """The block kept under ``key``."""
-        found = self._kept.get(key)
-        if found is None:
-            return None
-        self._kept[key] = found[0], self._age
-        return found[0]
-
-    def keep(self, key: Hashable, block: Block) -> None:
-        """Keep a block that had to be made."""
-        self.made += 1
-        self._kept[key] = block, self._age
+    def block(self, key: Hashable, equations: tuple[int, ...], make: Callable[[], Block]) -> Block:
+        """The block under ``key`` with these numbers of its ``equations``, made where it is not kept."""
+        block = self.get(key)
+        if block is None:
+            block = replace(make(), identity=next(self._identities))
+            self.keep(key, block)
+        if block.equations == equations:
+            return block
+        if not isinstance(block, Newton):
+            return replace(block, equations=equations)
+        now = dict(zip(block.equations, equations, strict=True))
+        return replace(block, equations=equations, row_equations=tuple(now[e] for e in block.row_equations))
 
 
 def block_key(
@@ -62,7 +57,7 @@ def block_key(
             starts[node.start] = clocks.number(node.start)
     return (
         number,
-        group,
+        group.unknowns,
         tuple(map(_row_key, rows)),
         tuple(starts.items()),
         frozenset(n for n in reads if n in moving),
@@ -72,4 +67,4 @@ def block_key(
 
 def _row_key(row: Equation) -> Hashable:
     form = None if row.polynomial is None else tuple(row.polynomial.items())
-    return row.number, row.residual, row.unknowns, row.targets, form, row.constraint, row.thing, row.form, row.original
+    return row.residual, row.unknowns, row.targets, form, row.form, row.original

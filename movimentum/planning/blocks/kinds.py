@@ -25,6 +25,7 @@ class BlockBase:
     ``inputs``     the unknowns of earlier blocks that it reads
     ``moving``     whether anything in it can change with time
     ``phases``     compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
+    ``identity``   blocks of one identity differ in the numbers of their equations at most; 0 is unlike any other
     ``formulas``   closed forms, where the block has them: every unknown with its expression, the core first, in an
                    order in which each uses only inputs and those before it
     """
@@ -39,6 +40,7 @@ class BlockBase:
     moving: bool
     phases: Compiled | None = None
     formulas: tuple[tuple[int, Expr], ...] = ()
+    identity: int = 0
 
     @property
     def free(self) -> bool:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from movimentum.planning.lowering.equations import Equation, System
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin
-from movimentum.planning.structure.graph import groups, maximum_matching, reachable, strong_components
+from movimentum.planning.structure.graph import groups, in_order, maximum_matching, reachable, strong_components
 from movimentum.scene.model import ThingAngle
 
 
@@ -76,7 +76,7 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
     of_held = {n: group for group in held for n in group.unknowns}
     result: list[Group] = []
     after: list[Group] = []
-    for component in strong_components(depends):
+    for component in in_order(strong_components(depends), depends):
         if component[0] in of_held:
             result.append(of_held[component[0]])
         elif component[0] not in free_columns:

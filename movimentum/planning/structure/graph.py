@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence, Set
+from heapq import heapify, heappop, heappush
 
 
 def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[int], list[int]]:
@@ -188,3 +189,30 @@ def groups(count: int, links: Sequence[tuple[int, int]]) -> list[list[int]]:
     for node in range(count):
         members.setdefault(find(node), []).append(node)
     return sorted(members.values())
+
+
+def in_order(components: Sequence[Sequence[int]], successors: Sequence[Sequence[int]]) -> list[list[int]]:
+    """The same ``components`` of a graph, each after those that it has an edge to, and the smallest node first where
+    there is a choice: the order depends on the graph alone, not on how it was searched.
+    """
+    of = {node: i for i, component in enumerate(components) for node in component}
+    awaited: list[set[int]] = [
+        {of[other] for node in component for other in successors[node]} for component in components
+    ]
+    waiting: list[list[int]] = [[] for _ in components]
+    for i, others in enumerate(awaited):
+        others.discard(i)
+        for other in others:
+            waiting[other].append(i)
+    left = [len(others) for others in awaited]
+    ready = [(min(component), i) for i, component in enumerate(components) if not left[i]]
+    heapify(ready)
+    result: list[list[int]] = []
+    while ready:
+        _, i = heappop(ready)
+        result.append(list(components[i]))
+        for other in waiting[i]:
+            left[other] -= 1
+            if not left[other]:
+                heappush(ready, (min(components[other]), other))
+    return result

@@ -37,6 +37,11 @@ def limited(count: int) -> Generator[list[int], None, None]:
             around[0] -= count - left[0]
 
 
+def is_limited() -> bool:
+    """Whether linearizations are counted against a limit."""
+    return _left.get() is not None
+
+
 def charge(count: int = 1) -> None:
     """Count linearizations; raises `GivenUp` where there are too many, `Cancelled` where nobody waits any more."""
     look()

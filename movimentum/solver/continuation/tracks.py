@@ -4,7 +4,7 @@ at once and on the same path.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
@@ -50,6 +50,11 @@ class StillTrack:
 
     values: tuple[float, ...]
 
+    @property
+    def key(self) -> Hashable:
+        """What the track says, to the last bit."""
+        return np.array(self.values).tobytes()
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Circles:
@@ -80,6 +85,11 @@ class SignTrack:
     switches: FloatArray
     circles: Circles | None = None
 
+    @property
+    def key(self) -> Hashable:
+        """What the track says; None where it has more to say than can be compared."""
+        return None if self.circles is not None else (self.first, self.switches.tobytes())
+
     def sign(self, tau: FloatArray) -> FloatArray | float:
         """+1 or -1 at each instant."""
         if len(self.switches) == 0:
@@ -101,6 +111,11 @@ class NodeTrack:
     rates: FloatArray
     until: float
     tolerance: float = 0.0
+
+    @property
+    def key(self) -> Hashable:
+        """What the track says, to the last bit."""
+        return _bytes(self.tau, self.values, self.rates), self.until, self.tolerance
 
     def guess(self, tau: FloatArray) -> FloatArray:
         """(n, F) cubic Hermite interpolation between nodes (held beyond the last)."""
@@ -130,6 +145,11 @@ class AngleTrack:
     tau: FloatArray
     angle: FloatArray
 
+    @property
+    def key(self) -> Hashable:
+        """What the track says, to the last bit."""
+        return _bytes(self.tau, self.angle)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TotalTrack:
@@ -138,6 +158,11 @@ class TotalTrack:
     tau: FloatArray
     total: FloatArray
 
+    @property
+    def key(self) -> Hashable:
+        """What the track says, to the last bit."""
+        return _bytes(self.tau, self.total)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlowTrack:
@@ -145,6 +170,15 @@ class FlowTrack:
 
     core: NodeTrack
     states: NodeTrack
+
+    @property
+    def key(self) -> Hashable:
+        """What the track says, to the last bit."""
+        return self.core.key, self.states.key
+
+
+def _bytes(*arrays: FloatArray) -> tuple[bytes, ...]:
+    return tuple(array.tobytes() for array in arrays)
 
 
 Track = FlowTrack | StillTrack | SignTrack | NodeTrack | AngleTrack | TotalTrack | None

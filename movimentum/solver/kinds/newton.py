@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
@@ -9,6 +11,7 @@ from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.codegen.elimination import newton_steps, pivot_order
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.memory import remembered
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import Probe
@@ -94,10 +97,33 @@ def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap
             track = drift(plan, block, probe, x, scale, grid.tau, until)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)
-            track = trace(block, probe, x, scale, grid.tau, until, rates, scale_of(plan, block.unknowns))
+            sizes = scale_of(plan, block.unknowns)
+            track = remembered(
+                lambda: _path_key(path, block, choice, grid.tau, until, sizes),
+                lambda: trace(block, probe, x, scale, grid.tau, until, rates, sizes),
+            )
     if track.until < path.end and track.until < until:
         gaps.append(Gap(track.until, path.end, block.number))
     return track
+
+
+def _path_key(
+    path: Path, block: Newton, choice: Choice, nodes: FloatArray, until: float, sizes: FloatArray
+) -> Hashable:
+    """Everything that the path of a block without freedom depends on: None where that cannot be told."""
+    above: list[Hashable] = []
+    for number in path.upstream(block.number):
+        other, track = path.plan.blocks[number], path.tracks[number]
+        key = () if track is None else track.key
+        if not other.identity or key is None:
+            return None
+        above.append((other.identity, key))
+    if not block.identity:
+        return None
+    clocks = tuple(path.segment_start - start for start in path.plan.clocks)
+    scales = sizes.tobytes(), track_scale(path.plan, block).tobytes()
+    begin = np.array([*choice.values, *(choice.rates or ())]).tobytes()
+    return "path", block.identity, begin, nodes.tobytes(), until, clocks, scales, tuple(above)
 
 
 def evaluate(path: Path, block: Newton, track: NodeTrack, state: State, instants: Instants) -> BoolArray:

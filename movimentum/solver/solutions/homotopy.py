@@ -13,7 +13,7 @@ ones (coefficient-parameter homotopy; ch. 7 there).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,7 @@ from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering import polynomial as poly
+from movimentum.solver.basis.memory import remembered
 from movimentum.solver.block.problem import BlockProblem
 
 ComplexArray = NDArray[np.complex128]
@@ -103,7 +104,19 @@ class AllSolutions:
                 ends, finished = _track(self.family, 0.1)
                 if finished:
                     return RealSolutions(self._real(ends), True, len(self.family.roots))
-            ends, finished = _track(_Problem(self.block, values, clocks, self.scale, self.degrees))
+            return remembered(lambda: self._key(values, clocks), lambda: self._every(values, clocks))
+
+    def _key(self, values: Inputs, clocks: list[float]) -> Hashable:
+        """Everything that the solutions depend on."""
+        if not self.block.identity:
+            return None
+        given = np.array([*values.values(), *clocks], dtype=np.complex128).tobytes()
+        return "solutions", self.block.identity, tuple(values), given, self.scale.tobytes()
+
+    def _every(self, values: Inputs, clocks: list[float]) -> RealSolutions:
+        """The solutions for given inputs, from those of a system that is solved at a glance."""
+        assert self.degrees is not None
+        ends, finished = _track(_Problem(self.block, values, clocks, self.scale, self.degrees))
         return RealSolutions(self._real(ends), finished, math.prod(self.degrees))
 
     def _real(self, ends: ComplexArray) -> list[FloatArray]:

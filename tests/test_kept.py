@@ -1,0 +1,50 @@
+"""What is kept, and for how long."""
+
+from __future__ import annotations
+
+import pytest
+
+from movimentum.kept import Kept
+from movimentum.solver.basis.effort import GivenUp, charge, limited
+from movimentum.solver.basis.memory import Memory, remembered, remembering
+
+
+def test_what_nobody_asks_for_is_forgotten() -> None:
+    kept = Kept[str](2)
+    kept.keep("a", "first")
+    kept.keep("b", "second")
+    for _ in range(5):
+        kept.begin()
+        assert kept.get("a") == "first"
+    assert kept.get("b") is None
+    assert (len(kept), kept.made) == (1, 2)
+
+
+def _found(key: object, calls: list[object]) -> str:
+    def find() -> str:
+        calls.append(key)
+        return f"found {key}"
+
+    return remembered(lambda: key, find)
+
+
+def test_what_is_remembered_is_found_once() -> None:
+    calls: list[object] = []
+    memory = Memory(4)
+    with remembering(memory):
+        assert [_found(key, calls) for key in (1, 2, 1)] == ["found 1", "found 2", "found 1"]
+        assert [_found(None, calls) for _ in range(2)] == ["found None"] * 2
+    assert calls == [1, 2, None, None]
+    _found(1, calls)
+    assert calls[-1] == 1  # outside, nothing is looked up
+
+
+def test_what_is_given_up_does_not_depend_on_what_was_found_before() -> None:
+    def dear() -> str:
+        charge(10)
+        return "dear"
+
+    with remembering(Memory(4)):
+        assert remembered(lambda: "dear", dear) == "dear"
+        with pytest.raises(GivenUp), limited(5):
+            remembered(lambda: "dear", dear)
