@@ -57,11 +57,10 @@ def conflicts(session: Session, argument: str) -> Answer:
     return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 
 
-def _changed(session: Session, text: str) -> Answer:
+def _changed(after: Session) -> Answer:
     """The session with another text, and the effect of the change."""
-    after = session.edited(text)
-    if session.tell is not None and (said := _at_first_sight(after)):
-        session.tell(said)
+    if after.tell is not None and (said := _at_first_sight(after)):
+        after.tell(said)
     serious = [d for d in after.work.advice if d.severity is not Severity.NOTE]
     said = f"now {_summary(after)}"
     if not serious:
@@ -132,7 +131,8 @@ def _stated(session: Session, text: str) -> Answer:
     own = tuple(
         item for item in scene.steps[step].statements if (item.key, item.relation) == (typed.key, typed.relation)
     )
-    return _changed(session, stated(scene, step, text, own))
+    changed = stated(scene, step, text, own)
+    return _changed(after if changed == trial else session.edited(changed))
 
 
 def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
@@ -174,7 +174,7 @@ def drop(session: Session, argument: str) -> Answer:
         text = stated(work.scene, session.step, f"{found[0].key} {found[0].relation} _", own)
     else:
         text = without(work.scene, own)
-    return _changed(session, text)
+    return _changed(session.edited(text))
 
 
 def _left(session: Session, item: Constraint) -> str:
@@ -196,7 +196,7 @@ def apply(session: Session, argument: str) -> Answer:
         raise refused("argument", f"suggestions go from 1 to {count}", "apply 1")
     chosen = session.suggestions[int(text) - 1]
     if isinstance(chosen, Fix):
-        after, said = _changed(session, edited(session.text, chosen.edits))
+        after, said = _changed(session.edited(edited(session.text, chosen.edits)))
         return after, f"{chosen.title}\n{said}"
     answer = session, ""
     for part in filter(None, (piece.strip() for piece in chosen.split(";"))):

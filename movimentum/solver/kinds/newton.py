@@ -173,9 +173,13 @@ def _new_stepper(path: Path, block: Newton, track: NodeTrack) -> Compiled | None
     order = pivot_order(samples * scale, block.entries)
     if len(order) < size:
         return None
-    clocks = Clocks(path.plan.clocks)
-    entries = dict(zip(block.entries, block.slopes, strict=True))
-    return compiled(newton_steps(size, entries, block.residuals, order), clocks)
+    starts = path.plan.clocks
+
+    def made() -> Compiled:
+        entries = dict(zip(block.entries, block.slopes, strict=True))
+        return compiled(newton_steps(size, entries, block.residuals, order), Clocks(starts))
+
+    return remembered(lambda: ("step", block.identity, tuple(order), starts) if block.identity else None, made)
 
 
 def probe_of(path: Path, block: Newton) -> Probe:

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -80,10 +81,14 @@ class AllSolutions:
         self, block: Newton, scale: FloatArray, input_scale: dict[int, float], *, coupled: bool = False
     ) -> None:
         self.block, self.scale, self.input_scale = block, scale, input_scale
-        square = block.rows == len(block.core) and not block.free and not coupled
-        self.degrees = degrees_of(block) if square else None
+        self.square = block.rows == len(block.core) and not block.free and not coupled
         self.asked = 0
         self.family: _Family | None = None
+
+    @cached_property
+    def degrees(self) -> list[int] | None:
+        """The degree of each equation, found when it is first needed; None where the method cannot be used."""
+        return degrees_of(self.block) if self.square else None
 
     @property
     def applicable(self) -> bool:
