@@ -98,8 +98,8 @@ class SystemBuilder:
         return symbol(self.unknown(kind(thing), f"{self.scene.things[thing].name}.{suffix}"))
 
     def number_poses(self) -> None:
-        """Number the poses of all things that constraints mention, in the order of the things: so no number, and no bit
-        of a result, depends on the order of statements, or on one more that only asks for a value.
+        """Number the poses of all things that constraints mention, in the order of the things: so their numbers depend
+        neither on the order of statements nor on one more that only asks for a value.
         """
         for t in sorted(self.frames):
             turning = (PoseCos, PoseSin) if can_be_seen_turning(self.scene.things[t]) else ()
