@@ -29,7 +29,7 @@ def compiled_for(text, path=SCRIPTS / "x.mov"):
     timeline = arrange(build(parse(source), source, image_size))
     before = structures_compiled()
     for segment in timeline.segments:
-        compile_structure(structure_of(timeline.scene, segment, {}), 100.0, KeptBlocks()).schedule(True)
+        compile_structure(structure_of(timeline.scene, segment, {}), 100.0, KeptBlocks(1)).schedule(True)
     return structures_compiled() - before
 
 

@@ -75,7 +75,7 @@ def test_a_long_chain_needs_no_recursion():
 
 def plan_of(text):
     scene = scene_of(text)
-    return compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, KeptBlocks())
+    return compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, KeptBlocks(1))
 
 
 def kernels(plan):

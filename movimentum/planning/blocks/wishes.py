@@ -146,6 +146,7 @@ def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: C
     return replace(
         block,
         wishes=rows,
+        identity=0,
         inputs=block.inputs | (symbol_numbers(*errors) - core),
         moving=True,  # it goes toward the wish even if nothing else moves
     )
