@@ -14,12 +14,12 @@ from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
 from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.beginning import begun
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.follow import instant
 from movimentum.solver.poses import Poses
 from movimentum.solver.reuse import Known, scene_key, segment_key
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion, Unsolved
-from movimentum.solver.solver import begun
 from movimentum.timeline.model import Timeline
 
 EFFORT = 400

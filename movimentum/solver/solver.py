@@ -2,37 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from movimentum.planning.plan import Plan
-from movimentum.planning.planner import Structure
-from movimentum.scene.model import Scene
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.memory import remembering
 from movimentum.solver.basis.pose_state import Carry, as_drawn
 from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.beginning import SegmentTask, Solving, begin_segment, selected, totals_of
 from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.continuation.tracks import Choice, Gap
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.double_roots import with_redundant_rows
 from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.reuse import Known, scene_key, segment_key
 from movimentum.solver.segment_motion import Failure, FailureKind, PathBeginning, PathReason, SegmentMotion, Unsolved
 from movimentum.solver.start.candidates import Selection
-from movimentum.solver.start.deceptive import deceptive
-from movimentum.solver.start.rejections import TurnedDown
 from movimentum.solver.start.resumption import Branch, first_beginning, times_after
 from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
 
 if TYPE_CHECKING:
-    from movimentum.solver.start.contradictions import Contradiction
+    pass
 
 MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is without a solution."""
@@ -53,13 +48,13 @@ def solve(timeline: Timeline, begin: Carry | None = None, known: Known | None = 
     """
     scene = timeline.scene
     size = scene_size(scene)
-    work = _Work(scene, size, known or Known())
+    work = Solving(scene, size, known or Known())
     work.known.begin()
     with remembering(work.known.memory):
         return PathMotion(timeline, _solved(work, timeline, begin, known), size)
 
 
-def _solved(work: _Work, timeline: Timeline, begin: Carry | None, known: Known | None) -> tuple[SegmentMotion, ...]:
+def _solved(work: Solving, timeline: Timeline, begin: Carry | None, known: Known | None) -> tuple[SegmentMotion, ...]:
     scene = work.scene
     whole = 0 if known is None else known.number(scene_key(scene))
     carry = begin or as_drawn(scene)
@@ -75,44 +70,16 @@ def _solved(work: _Work, timeline: Timeline, begin: Carry | None, known: Known |
             earlier = stretches[-1] if stretches else None
             if earlier is not None:
                 carry = _left_by(earlier)
-            stretch = _solve_segment(work, _Task(segment, own, carry), earlier)
+            stretch = _solve_segment(work, SegmentTask(segment, own, carry), earlier)
             if known is not None and begin is None:
                 work.known.keep(key, stretch)
         stretches.append(stretch)
     return tuple(stretches)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Work:
-    """What is the same for all segments of a timeline."""
-
-    scene: Scene
-    size: float
-    known: Known
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Task:
-    """A segment to solve, its key, and the pose before it."""
-
-    segment: Segment
-    key: int
-    carry: Carry
-
-    @property
-    def length(self) -> float:
-        """In time units."""
-        return float(self.segment.end - self.segment.start)
-
-    @property
-    def ahead(self) -> float:
-        """How far to look ahead to tell apart what meets at the beginning."""
-        return 1e-4 * self.length if self.length > 0.0 else 1e-4
-
-
-def _solve_segment(work: _Work, task: _Task, earlier: SegmentMotion | None) -> SegmentMotion:
+def _solve_segment(work: Solving, task: SegmentTask, earlier: SegmentMotion | None) -> SegmentMotion:
     segment, carry = task.segment, task.carry
-    plan, selection = _begin(work, task, earlier)
+    plan, selection = begin_segment(work, task, earlier)
     if earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended:
         # the path ended and nothing new is stated: there is still no solution on it
         stretch = SegmentMotion(segment, plan, carry, [Unsolved(0.0, task.length, carry)], [], [])
@@ -156,7 +123,7 @@ def _disagreement(stretch: SegmentMotion) -> tuple[int, float] | None:
     return next((wrong for wrong in found if wrong is not None), None)
 
 
-def _planned_anew(work: _Work, task: _Task, stretch: SegmentMotion, wrong: tuple[int, float]) -> SegmentMotion:
+def _planned_anew(work: Solving, task: SegmentTask, stretch: SegmentMotion, wrong: tuple[int, float]) -> SegmentMotion:
     """The motion with the equation that does not hold all along in one block with all that it is connected to; where
     that leads no farther, the motion as far as the equation holds.
     """
@@ -165,7 +132,7 @@ def _planned_anew(work: _Work, task: _Task, stretch: SegmentMotion, wrong: tuple
     structure = work.known.structure(task.key, work.scene, segment)
     merged = structure.with_merged(structure.merged | stretch.plan.system.equations[check].unknowns)
     plan = work.known.plan(task.key, merged, work.size)
-    selection = _selected(plan, ahead, carry)
+    selection = selected(plan, ahead, carry)
     if selection.choices is not None:
         again = _followed(segment, plan, selection, carry, ahead)
         ends = min((trouble.begin for trouble in again.troubles), default=length)
@@ -203,113 +170,6 @@ def _late_beginning(
         return None, length
     stretch.beginnings.append(PathBeginning(begin, there, held(carry), PathReason.REACH))
     return there.choices, begin
-
-
-def _begin(work: _Work, task: _Task, earlier: SegmentMotion | None) -> tuple[Plan, Selection]:
-    """Plan a segment and choose where it begins; what proves singular by its geometry is planned again as one block."""
-    segment, carry, ahead = task.segment, task.carry, task.ahead
-    if earlier is not None and earlier.segment.active == segment.active:  # a step that only ends the timeline
-        structure = None
-        plan = replace(earlier.plan, system=replace(earlier.plan.system, segment=segment))
-        known = earlier.beginnings[0].selection.contradiction if earlier.beginnings else None
-        if known is not None:
-            from movimentum.solver.start.contradictions import later
-
-            if (still := later(known, plan, 0.0, carry)) is not None:
-                return plan, Selection(None, (), contradiction=still)
-        on_branch = _at_end_of(earlier)
-        if on_branch is not None:
-            return plan, Selection(on_branch, ())
-    else:
-        structure, plan = _planned(work.scene, segment, task.key, work.known, work.size, carry)
-    selection = _selected(plan, ahead, carry)
-    first = plan, selection
-    merged = set[int]() if structure is None else set(structure.merged)
-    while selection.choices is None and selection.contradiction is None:
-        before = len(merged)
-        for rejection in selection.rejections:
-            if rejection.block is not None and rejection.amount == -np.inf:
-                merged |= set(plan.blocks[rejection.block].unknowns)
-            elif rejection.check is not None:
-                merged |= plan.system.equations[rejection.check].unknowns
-        if len(merged) == before:  # nothing else to try; the first plan tells best what is wrong
-            plan, selection = first
-            return plan, replace(selection, contradiction=_contradiction(plan, carry, selection.turned_down))
-        structure = structure or work.known.structure(task.key, work.scene, segment)
-        plan = work.known.plan(task.key, structure.with_merged(frozenset(merged)), work.size)
-        selection = _selected(plan, ahead, carry)
-    richer = None
-    if selection.choices is not None:
-        richer = with_redundant_rows(plan, segment.start, ahead, selection.choices)
-    if richer is not None:
-        better = select(richer, segment.start, 0.0, ahead, carry, totals_of(richer, carry))
-        if better.choices is not None:
-            return richer, better
-    return plan, selection
-
-
-def _at_end_of(stretch: SegmentMotion) -> list[Choice] | None:
-    """What a path would begin with that goes on from the end of ``stretch`` under the same constraints; None where this
-    has to be searched for.
-    """
-    last = stretch.pieces[-1]
-    length = float(stretch.segment.end - stretch.segment.start)
-    if isinstance(last, Unsolved) or stretch.troubles or last.plan is not stretch.plan or last.end < length:
-        return None
-    return Branch.of(last, length).at(length)
-
-
-def _selected(plan: Plan, ahead: float, carry: Carry) -> Selection:
-    """The solution that a plan begins with; a search that does not come to one is asked whether there can be any."""
-
-    def doubt(turned_down: Sequence[TurnedDown]) -> Contradiction | None:
-        return _contradiction(plan, carry, turned_down, quick=True)
-
-    return select(plan, plan.system.segment.start, 0.0, ahead, carry, totals_of(plan, carry), doubt)
-
-
-def _contradiction(
-    plan: Plan, carry: Carry, turned_down: Sequence[TurnedDown], *, quick: bool = False
-) -> Contradiction | None:
-    """Why a plan can have no beginning. ``quick``: something else can still be tried, so not for long, unless an
-    equation was turned down and not a block that is singular there.
-    """
-    from movimentum.solver.start.contradictions import EFFORT, QUICK, find_contradiction
-
-    if not turned_down:
-        return None
-    singular = any(item.rejection.amount == -np.inf for item in turned_down)
-    return find_contradiction(plan, 0.0, carry, turned_down, effort=QUICK if quick and singular else EFFORT)
-
-
-def _planned(
-    scene: Scene, segment: Segment, key: int, known: Known, size: float, carry: Carry
-) -> tuple[Structure, Plan]:
-    """A segment's structure and plan, with what moves beside ``carry`` although it looks determined as one block."""
-    structure = known.structure(key, scene, segment)
-    mobile = deceptive(structure, carry, size)
-    structure = structure.with_merged(mobile) if mobile else structure
-    return structure, known.plan(key, structure, size)
-
-
-def begun(
-    scene: Scene, segment: Segment, key: int, known: Known, size: float, carry: Carry, tau: float
-) -> tuple[Plan, Selection]:
-    """The plan of a segment (``key``: its key in ``known``) and the solution at offset ``tau`` that continues ``carry``
-    or is nearest to it.
-    """
-    _, plan = _planned(scene, segment, key, known, size, carry)
-    ahead = 1e-4 * float(segment.end - segment.start) or 1e-4
-    return plan, select(plan, segment.start, tau, ahead, carry, totals_of(plan, carry))
-
-
-def totals_of(plan: Plan, carry: Carry) -> dict[int, float]:
-    """What each integral has come to so far, by unknown number."""
-    return {
-        unknown.number: carry.now.others.get(unknown.payload, 0.0)
-        for unknown in plan.system.unknowns
-        if unknown.payload in carry.now.others
-    }
 
 
 def _continue(

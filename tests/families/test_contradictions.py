@@ -17,6 +17,8 @@ from scipy.optimize import least_squares
 from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
 from movimentum.scene.model import Shape
+from movimentum.solver.start import contradictions
+from movimentum.solver.start.contradictions import find_contradiction
 from tests.families.contradictions import Scene, broken_scene
 from tests.solver.scenes import motion_of
 
@@ -203,3 +205,21 @@ def test_a_search_without_a_find_does_not_say_that_there_is_none():
     equations = " ".join(f"x{i}^2*x{(i + 1) % 9} + .sin(40*x{(i + 4) % 9}) = {i + 2} + .t;" for i in range(9))
     error, _, fault, _ = told(f".config(10,200,200);\nA : .bar a=[0,0] b=[50,0];\n@0 A.a=[0,0]; {equations}\n@1\n")
     assert error is None or (error.code, fault) == ("solve/not-converged", 3)
+
+
+def test_what_contradicts_in_every_step_is_looked_for_once(monkeypatch):
+    """A contradiction that a step begins with is known from the step before, if all that takes part is still stated."""
+    monkeypatch.chdir(SCRIPTS)
+    text = (SCRIPTS / "walschaerts.mov").read_text(encoding="utf-8")
+    first = text.index("\n@1")
+    looked: list[int] = []
+
+    def counted(*arguments, **more):
+        looked.append(1)
+        return find_contradiction(*arguments, **more)
+
+    monkeypatch.setattr(contradictions, "find_contradiction", counted)
+    motion = motion_of(f"{text[:first]} Rod.angle = 12;{text[first:]}")
+    assert len(looked) == 1
+    found = [stretch.troubles[0].selection.contradiction for stretch in motion.stretches]
+    assert all(each is not None and each.members == found[0].members for each in found)

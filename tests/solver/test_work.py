@@ -19,7 +19,7 @@ from movimentum.interop.linkages import linkage_script
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.generate import structures_compiled
 from movimentum.planning.structure.graph import maximum_matching
-from movimentum.solver import solver
+from movimentum.solver import beginning
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.continuation import trace
 from movimentum.solver.kinds import dispatch
@@ -84,7 +84,7 @@ def test_a_closed_drawing_is_solved_once(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_a_final_instant_goes_on_from_the_path(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last `@time` states nothing new: the branch is known, and nothing is searched for."""
-    searched = counted(monkeypatch, solver, "select")
+    searched = counted(monkeypatch, beginning, "select")
     motion = motion_of(chain(6))
     assert len(motion.stretches) == 2
     assert searched["select"] == 1

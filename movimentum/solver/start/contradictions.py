@@ -41,6 +41,8 @@ SHARED = 4
 """Poses of other parts that a part begins with."""
 ROUNDS = 6
 """Sets that pull on each other at some best fit, and can be met elsewhere, before the search is given up."""
+SHRINKS = 4
+"""Times that a set which contradicts is made smaller from the beginning."""
 STARTS = (24, 72)
 """Seeded random poses from which a set is tried, at first and where that settles nothing."""
 UNSEEN = 0.15
@@ -206,15 +208,34 @@ def contradiction_of(
         some = demands.restricted(demands.rows_of(stressed))
         met = met_by(some, [pose, *poses], STARTS[:1])
         if met is None or not len(met):
-            members, meeting = irreducible(MemberTrials(some, [pose, *poses]), stressed)
-            some = some.restricted(some.rows_of(members))
-            met = met_by(some, [pose, *poses, *meeting.values()])
+            shrunk, met = _shrunk(some, stressed, [pose, *poses], starts)
+            if shrunk is not None:
+                return shrunk, None
             if met is None:
-                return Contradiction(some, members, meeting, (pose, *starts), False), None
-            if not len(met):
                 break
         poses = [met]  # it can be met: what else stands in the way from there?
     return None, None
+
+
+def _shrunk(
+    demands: Demands, members: frozenset[Member], poses: list[FloatArray], starts: Sequence[FloatArray]
+) -> tuple[Contradiction | None, FloatArray | None]:
+    """The smallest set within ``members``, which contradict; or a pose (n,) that meets the last set found; neither
+    where that cannot be told.
+
+    A set may be made too small, because a pose that meets it was not found. Once it is, it is tried with that pose.
+    """
+    met, nearest = None, poses[0]
+    for _ in range(SHRINKS):
+        few, meeting = irreducible(MemberTrials(demands, poses), members)
+        some = demands.restricted(demands.rows_of(few))
+        met = met_by(some, [*poses, *meeting.values()])
+        if met is None:
+            return Contradiction(some, few, meeting, (nearest, *starts), False), None
+        if not len(met):
+            return None, None
+        poses = [met, *poses]
+    return None, met
 
 
 def _by_elimination(demands: Demands, rows: Sequence[int], starts: Sequence[FloatArray]) -> Contradiction | None:

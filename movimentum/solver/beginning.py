@@ -1,0 +1,173 @@
+"""How a segment begins: its plan, and the solution with which its path sets out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from movimentum.planning.plan import Plan
+from movimentum.planning.planner import Structure
+from movimentum.scene.model import Scene
+from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.continuation.tracks import Choice
+from movimentum.solver.path.double_roots import with_redundant_rows
+from movimentum.solver.reuse import Known
+from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
+from movimentum.solver.start.candidates import Selection
+from movimentum.solver.start.deceptive import deceptive
+from movimentum.solver.start.rejections import TurnedDown
+from movimentum.solver.start.resumption import Branch
+from movimentum.solver.start.search import select
+from movimentum.timeline.model import Segment
+
+if TYPE_CHECKING:
+    from movimentum.solver.start.contradictions import Contradiction
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solving:
+    """What is the same for all segments of a timeline."""
+
+    scene: Scene
+    size: float
+    known: Known
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SegmentTask:
+    """A segment to solve, its key, and the pose before it."""
+
+    segment: Segment
+    key: int
+    carry: Carry
+
+    @property
+    def length(self) -> float:
+        """In time units."""
+        return float(self.segment.end - self.segment.start)
+
+    @property
+    def ahead(self) -> float:
+        """How far to look ahead to tell apart what meets at the beginning."""
+        return 1e-4 * self.length if self.length > 0.0 else 1e-4
+
+
+def begin_segment(work: Solving, task: SegmentTask, earlier: SegmentMotion | None) -> tuple[Plan, Selection]:
+    """Plan a segment and choose where it begins; what proves singular by its geometry is planned again as one block."""
+    segment, carry, ahead = task.segment, task.carry, task.ahead
+    if earlier is not None and earlier.segment.active == segment.active:  # a step that only ends the timeline
+        structure = None
+        plan = replace(earlier.plan, system=replace(earlier.plan.system, segment=segment))
+        on_branch = _at_end_of(earlier)
+        if on_branch is not None:
+            return plan, Selection(on_branch, ())
+    else:
+        structure, plan = _planned(work.scene, segment, task.key, work.known, work.size, carry)
+    if earlier is not None and (still := _still(earlier, plan, carry)) is not None:
+        return plan, Selection(None, (), contradiction=still)
+    selection = selected(plan, ahead, carry)
+    first = plan, selection
+    merged = set[int]() if structure is None else set(structure.merged)
+    while selection.choices is None and selection.contradiction is None:
+        before = len(merged)
+        for rejection in selection.rejections:
+            if rejection.block is not None and rejection.amount == -np.inf:
+                merged |= set(plan.blocks[rejection.block].unknowns)
+            elif rejection.check is not None:
+                merged |= plan.system.equations[rejection.check].unknowns
+        if len(merged) == before:  # nothing else to try; the first plan tells best what is wrong
+            plan, selection = first
+            return plan, replace(selection, contradiction=_contradiction(plan, carry, selection.turned_down))
+        structure = structure or work.known.structure(task.key, work.scene, segment)
+        plan = work.known.plan(task.key, structure.with_merged(frozenset(merged)), work.size)
+        selection = selected(plan, ahead, carry)
+    richer = None
+    if selection.choices is not None:
+        richer = with_redundant_rows(plan, segment.start, ahead, selection.choices)
+    if richer is not None:
+        better = select(richer, segment.start, 0.0, ahead, carry, totals_of(richer, carry))
+        if better.choices is not None:
+            return richer, better
+    return plan, selection
+
+
+def _still(earlier: SegmentMotion, plan: Plan, carry: Carry) -> Contradiction | None:
+    """The contradiction with which the step before could not begin, where ``plan`` has all that it takes part of."""
+    begun = (trouble.selection for trouble in earlier.troubles if trouble.kind is FailureKind.START)
+    known = next((selection.contradiction for selection in begun if selection is not None), None)
+    if known is None:
+        return None
+    from movimentum.solver.start.contradictions import later
+
+    before, now = earlier.plan.system, plan.system
+    active = {("constraint", constraint.number) for constraint in now.segment.active}
+    stated = {member for member in known.members if member[0] == "constraint"}
+    alike = [u.payload for u in before.unknowns] == [u.payload for u in now.unknowns]
+    return later(known, plan, 0.0, carry) if alike and stated <= active else None
+
+
+def _at_end_of(stretch: SegmentMotion) -> list[Choice] | None:
+    """What a path would begin with that goes on from the end of ``stretch`` under the same constraints; None where this
+    has to be searched for.
+    """
+    last = stretch.pieces[-1]
+    length = float(stretch.segment.end - stretch.segment.start)
+    if isinstance(last, Unsolved) or stretch.troubles or last.plan is not stretch.plan or last.end < length:
+        return None
+    return Branch.of(last, length).at(length)
+
+
+def selected(plan: Plan, ahead: float, carry: Carry) -> Selection:
+    """The solution that a plan begins with; a search that does not come to one is asked whether there can be any."""
+
+    def doubt(turned_down: Sequence[TurnedDown]) -> Contradiction | None:
+        return _contradiction(plan, carry, turned_down, quick=True)
+
+    return select(plan, plan.system.segment.start, 0.0, ahead, carry, totals_of(plan, carry), doubt)
+
+
+def _contradiction(
+    plan: Plan, carry: Carry, turned_down: Sequence[TurnedDown], *, quick: bool = False
+) -> Contradiction | None:
+    """Why a plan can have no beginning. ``quick``: something else can still be tried, so not for long, unless an
+    equation was turned down and not a block that is singular there.
+    """
+    from movimentum.solver.start.contradictions import EFFORT, QUICK, find_contradiction
+
+    if not turned_down:
+        return None
+    singular = any(item.rejection.amount == -np.inf for item in turned_down)
+    return find_contradiction(plan, 0.0, carry, turned_down, effort=QUICK if quick and singular else EFFORT)
+
+
+def _planned(
+    scene: Scene, segment: Segment, key: int, known: Known, size: float, carry: Carry
+) -> tuple[Structure, Plan]:
+    """A segment's structure and plan, with what moves beside ``carry`` although it looks determined as one block."""
+    structure = known.structure(key, scene, segment)
+    mobile = deceptive(structure, carry, size)
+    structure = structure.with_merged(mobile) if mobile else structure
+    return structure, known.plan(key, structure, size)
+
+
+def begun(
+    scene: Scene, segment: Segment, key: int, known: Known, size: float, carry: Carry, tau: float
+) -> tuple[Plan, Selection]:
+    """The plan of a segment (``key``: its key in ``known``) and the solution at offset ``tau`` that continues ``carry``
+    or is nearest to it.
+    """
+    _, plan = _planned(scene, segment, key, known, size, carry)
+    ahead = 1e-4 * float(segment.end - segment.start) or 1e-4
+    return plan, select(plan, segment.start, tau, ahead, carry, totals_of(plan, carry))
+
+
+def totals_of(plan: Plan, carry: Carry) -> dict[int, float]:
+    """What each integral has come to so far, by unknown number."""
+    return {
+        unknown.number: carry.now.others.get(unknown.payload, 0.0)
+        for unknown in plan.system.unknowns
+        if unknown.payload in carry.now.others
+    }
