@@ -1,14 +1,16 @@
-"""A browser for the tests of what browsers show: Debian's Chromium, through Playwright."""
+"""A browser for the tests of what browsers show: Debian's Chromium, through Playwright; and an end for long runs."""
 
 from __future__ import annotations
 
 import os
 import shutil
+import time
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
+BEGUN = time.monotonic()
 CHROMIUMS = ("chromium", "chromium-browser", "google-chrome")
 
 
@@ -24,3 +26,15 @@ def browser() -> Iterator[Any]:
         started = running.chromium.launch(executable_path=path, args=["--no-sandbox"] * (os.name == "posix"))
         yield started
         started.close()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """``--minutes``: for runs that must end in time; in random order, each looks at other tests of a large set."""
+    parser.addoption("--minutes", type=float, help="skip the tests that would begin later than that")
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip a test for which there is no time left."""
+    minutes: float | None = item.config.getoption("--minutes")
+    if minutes is not None and time.monotonic() - BEGUN > 60.0 * minutes:
+        pytest.skip("no time left (--minutes)")

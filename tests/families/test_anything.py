@@ -28,6 +28,7 @@ def test_a_few_inputs_of_each_kind(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("block", range(4))
 def test_many_inputs(tmp_path: Path, block: int) -> None:
     warm(tmp_path)

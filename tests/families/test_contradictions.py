@@ -102,6 +102,7 @@ def test_one_wrong_number_is_named():
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_one_wrong_number_is_named_in_many_scenes():
     counts = judged(range(100, 164), (5, 8, 12, 16, 20, 30, 40, 60))
     assert counts["without the wrong one"] == 0
@@ -140,6 +141,7 @@ def test_one_distance_too_many_in_a_valve_gear(name):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["walschaerts", "stephenson"])
 def test_any_distance_too_many_in_a_valve_gear(name):
     right, times = 0, []

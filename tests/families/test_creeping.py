@@ -66,6 +66,7 @@ def test_a_wish_across_an_inequality_is_soon_told(seed: int) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_many_wishes_across_inequalities() -> None:
     for seed in range(100, 112):
         assert_soon_told(*_drawn_across(seed))

@@ -75,6 +75,7 @@ def test_a_drawing_pinned_elsewhere_is_the_drawing_moved(seed):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_many_drawings_pinned_elsewhere():
     for seed in range(4000, 4100):
         scene = scattered(seed, 3 + seed % 25)

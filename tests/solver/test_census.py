@@ -245,5 +245,6 @@ def test_triads():
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_two_hundred_triads():
     census_of_triads(200, 4)
