@@ -21,7 +21,8 @@ from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.source import SourceText
-from movimentum.studio.messages import FilmShown, PictureKept, StageDone, TextTyped, Told, WorkStopped
+from movimentum.studio.answers import FilmShown, PictureKept, StageDone, Told
+from movimentum.studio.messages import TextTyped, WorkStopped
 from movimentum.studio.security import outside_files
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine, Revision

@@ -10,8 +10,9 @@ from typing import Any
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.source import SourceText
 from movimentum.studio import disk
+from movimentum.studio.answers import SaveDone, TextOpened, Told
 from movimentum.studio.disk import OnDisk
-from movimentum.studio.messages import FileOpened, LinkageWanted, SaveDone, SaveWanted, TextOpened, Told
+from movimentum.studio.messages import FileOpened, LinkageWanted, SaveWanted
 from movimentum.studio.security import OutsideFolder, inside, outside_files
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.exchange import exported

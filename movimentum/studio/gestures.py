@@ -21,9 +21,10 @@ from movimentum.scene.expansion.placement import HERE
 from movimentum.scene.model import AnchorRef, Claim, Constraint, Ending, Relation, Scene, Shape, Thing
 from movimentum.scene.text_edits import removed, statement_end
 from movimentum.source import Edit, SourceText, Span, UnfoldedText, edited
+from movimentum.studio.answers import TextEdited
 from movimentum.studio.desk import Desk, TextJob, exact_time
 from movimentum.studio.hands import Hands
-from movimentum.studio.messages import TextEdited, ToolUsed
+from movimentum.studio.messages import ToolUsed
 from movimentum.studio.pictures import about
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand

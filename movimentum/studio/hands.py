@@ -15,8 +15,9 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import Expr, add, const, mul, symbol
 from movimentum.scene.model import AnchorCoordinate
 from movimentum.solver.segment_motion import Unsolved
+from movimentum.studio.answers import Grabbed, MotionsFree, PlacesMoved
 from movimentum.studio.desk import Desk, TextJob, exact_time
-from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseLeft, TimeLooked
+from movimentum.studio.messages import HandMoved, PartGrabbed, PoseLeft, TimeLooked
 from movimentum.studio.moments import piece_at
 from movimentum.studio.pictures import moved_symbols
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from movimentum.source import SourceText
+from movimentum.studio import answers as a
 from movimentum.studio import disk
 from movimentum.studio import messages as m
 from movimentum.studio.desk import Desk
@@ -40,7 +41,7 @@ class Page:
     def _welcome(self) -> None:
         files = self._files
         self._send(
-            m.Welcome(
+            a.Welcome(
                 name="" if files.file is None else files.file.name,
                 text=files.known.text,
                 version=files.known.version,
@@ -117,7 +118,7 @@ class Page:
                 last = now
                 found = self._files.changed()
                 if found is not None:
-                    self._send(m.DiskChanged(found.text, found.version, found.trouble))
+                    self._send(a.DiskChanged(found.text, found.version, found.trouble))
             mentioned = mentioned_files(SourceText(self._files.path, self._text))[:MOST_WATCHED]
             stamps = {path: disk.stamp(path) for path in mentioned}
             if any(path in used and used[path] != stamp for path, stamp in stamps.items()):

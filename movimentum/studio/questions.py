@@ -10,8 +10,9 @@ from movimentum.repl.session import Refused, Session, Work
 from movimentum.repl.sheet import poses_of
 from movimentum.repl.shell import answer
 from movimentum.solver.segment_motion import Unsolved
+from movimentum.studio.answers import Answered, Plotted
 from movimentum.studio.desk import Desk, TextJob, exact_time
-from movimentum.studio.messages import Answered, NameAsked, PlotAsked, Plotted
+from movimentum.studio.messages import NameAsked, PlotAsked
 from movimentum.studio.moments import piece_at
 from movimentum.studio.pictures import some_pictures
 

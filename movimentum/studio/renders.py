@@ -13,7 +13,8 @@ from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Severity
 from movimentum.errors import MovimentumError
 from movimentum.source import SourceText
-from movimentum.studio.messages import FORMATS, RenderAdvanced, RenderWanted
+from movimentum.studio.answers import FORMATS, RenderAdvanced
+from movimentum.studio.messages import RenderWanted
 from movimentum.studio.security import OutsideFolder, inside, outside_files
 from movimentum.workflow.choices import Choices, Picture
 from movimentum.workflow.read import mentioned_files

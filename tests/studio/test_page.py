@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from movimentum.studio.answers import SaveDone, TextOpened
 from movimentum.studio.disk import gallery, version_of
 from movimentum.studio.filing import Filing
-from movimentum.studio.messages import FileOpened, LinkageWanted, SaveDone, SaveWanted, TextOpened
+from movimentum.studio.messages import FileOpened, LinkageWanted, SaveWanted
 from movimentum.workflow.choices import Choices
 from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for
