@@ -77,15 +77,15 @@ class Grabbed:
 @dataclass(frozen=True, slots=True)
 class PlacesMoved:
     """Where everything is after move ``move`` of a hand: of each thing the world place of its local origin and its
-    direction (cosine, sine), one after the other. ``ms``: what the server took for it. ``symbols``: a film of one frame
-    with the marks that are drawn anew in every pose (springs and the like), if there are any.
+    direction (cosine, sine), one after the other. ``ms``: what the server took for it. ``marks``: a film of one frame
+    with what is drawn anew in every pose (springs, texts with numbers), if there is any.
     """
 
     grip: int
     move: int
     ms: float
     places: list[float]
-    symbols: dict[str, Any] | None = None
+    marks: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +121,38 @@ class Plotted:
     rev: int
     expression: str
     rows: list[list[float | None]]
+    words: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimsJudged:
+    """Each claim of text ``rev``: ``span`` (null: in another file), ``words``, ``things`` it is about, whether it
+    ``holds``, and for one that does not ``time`` and ``frame`` from which on it fails, ``worst`` (how far it is off at
+    most), ``at`` (the time of that), and ``failing`` (first and last frame of each run of frames in which it fails).
+    """
+
+    rev: int
+    claims: list[dict[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class RatesTold:
+    """Velocities in ``count`` frames from ``first`` on: base64 of little-endian 32-bit floats, frame after frame x and
+    y (pixels per time unit, y up) of every anchor in the order of things; nan where there is none.
+    """
+
+    rev: int
+    first: int
+    count: int
+    rates: str
+
+
+@dataclass(frozen=True, slots=True)
+class StillMade:
+    """An SVG of the picture; ``words``: why there is none."""
+
+    rev: int
+    svg: str
     words: str = ""
 
 
@@ -185,6 +217,9 @@ OUTGOING = {
     "edits": TextEdited,
     "answer": Answered,
     "plotted": Plotted,
+    "claims": ClaimsJudged,
+    "speeds": RatesTold,
+    "svg": StillMade,
     "disk": DiskChanged,
     "saved": SaveDone,
     "opened": TextOpened,

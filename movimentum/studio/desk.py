@@ -21,7 +21,7 @@ from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.source import SourceText
-from movimentum.studio.answers import FilmShown, PictureKept, StageDone, Told
+from movimentum.studio.answers import ClaimsJudged, FilmShown, PictureKept, StageDone, Told
 from movimentum.studio.messages import TextTyped, WorkStopped
 from movimentum.studio.security import outside_files
 from movimentum.workflow.choices import Choices
@@ -245,7 +245,10 @@ class Desk:
         self.send(FilmShown(job.rev, False, float(job.time), scene_told(motion.timeline), film))
 
     def _examine(self, job: TextJob) -> None:
+        from movimentum.studio.judged import claims_told
+
         self._say(job, "examine", job.revision.diagnostics)
+        self.send(ClaimsJudged(job.rev, claims_told(job.motion)))
 
     def _advise(self, job: TextJob) -> None:
         self._say(job, "advise", job.revision.advice(ADVICE_S), final=True)

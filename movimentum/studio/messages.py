@@ -101,6 +101,22 @@ class PlotAsked:
 
 
 @dataclass(frozen=True, slots=True)
+class RatesAsked:
+    """The velocities of all anchors, from frame ``first`` on."""
+
+    rev: int
+    first: int
+
+
+@dataclass(frozen=True, slots=True)
+class StillAsked:
+    """The picture on show at ``time`` as an SVG, parts that a hand has moved included."""
+
+    rev: int
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
 class SaveWanted:
     """``text`` is to be written to ``name`` (empty: the script's file). ``base`` is the version that the page knows;
     with ``force`` it does not matter whether the file is another one by now.
@@ -160,6 +176,8 @@ INCOMING = {
     "tool": ToolUsed,
     "ask": NameAsked,
     "plot": PlotAsked,
+    "rates": RatesAsked,
+    "still": StillAsked,
     "save": SaveWanted,
     "open": FileOpened,
     "linkage": LinkageWanted,

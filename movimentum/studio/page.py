@@ -16,6 +16,7 @@ from movimentum.studio.filing import Filing
 from movimentum.studio.gestures import use
 from movimentum.studio.hands import Hands
 from movimentum.studio.questions import plot, tell
+from movimentum.studio.readings import rates, still
 from movimentum.studio.renders import Rendering
 from movimentum.studio.wire import BadMessage
 from movimentum.workflow.choices import Choices
@@ -81,6 +82,10 @@ class Page:
                 desk.soon(lambda: tell(desk, message))
             case m.PlotAsked():
                 desk.soon(lambda: plot(desk, message))
+            case m.RatesAsked():
+                desk.soon(lambda: rates(desk, message))
+            case m.StillAsked():
+                desk.soon(lambda: still(desk, hands, message))
             case _:
                 self._take_file(message)
 

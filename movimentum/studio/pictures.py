@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, to_json
-from movimentum.drawing.model import SymbolMark
+from movimentum.drawing.model import SymbolMark, TextMark
 from movimentum.drawing.options import PictureOptions
 from movimentum.expressions import Expr, symbols
-from movimentum.rendering.prepare import prepare_drawing
+from movimentum.rendering.prepare import PreparedMark, prepare_drawing
 from movimentum.rendering.stream import concatenate
 from movimentum.scene.model import AnchorCoordinate, Bearing, Ending, GearPair, Scene, ThingAngle, ThingProperty
 from movimentum.source import FarSpan, SourceText, Span
@@ -40,23 +39,42 @@ def whole_film(motion: PathMotion) -> tuple[dict[str, Any], Film]:
     """The film of a motion, as the page's painter takes it."""
     timeline = motion.timeline
     chunks = tuple(PoseChunks(motion, range(frames_shown(timeline)), False, drawn=True))
-    options = PictureOptions()
-    if timeline.loops:
-        options = PictureOptions(closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
-    film = _film(timeline.scene, chunks, timeline.fps, options)
+    film = _film(timeline.scene, chunks, timeline.fps, film_options(motion))
     return _data(film), film
 
 
-def moved_symbols(film: Film, poses: Poses, places: FloatArray) -> dict[str, Any] | None:
-    """Springs and the like, which are drawn anew in every pose, where all things are at ``places`` (N, 4): a film of
-    one frame with these marks alone. ``poses`` (F = 1) has the rest. None if there are none.
+def film_options(motion: PathMotion) -> PictureOptions:
+    """How a film is drawn: with the pose that closes traces, if it begins again."""
+    timeline = motion.timeline
+    if not timeline.loops:
+        return PictureOptions()
+    return PictureOptions(closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
+
+
+def moved_marks(film: Film, poses: Poses) -> dict[str, Any] | None:
+    """What is drawn anew in every pose, springs and texts with numbers, in ``poses`` (F = 1): a film of one frame with
+    these marks alone. None if there are none.
     """
-    symbols = tuple(item for item in film.prepared.things if isinstance(item.mark, SymbolMark))
-    if not symbols:
+    marks = tuple(item for item in film.prepared.things if _is_live(item))
+    if not marks:
         return None
-    there = replace(poses, origin=places[:, None, :2], direction=places[:, None, 2:])
-    prepared = replace(film.prepared, things=symbols, traces=(), overlays=(), paths=())
-    return film_data(make_film(film.scene, prepared, there, film.title, film.fps, 0))
+    prepared = replace(film.prepared, things=marks, traces=(), overlays=(), paths=())
+    there = make_film(film.scene, prepared, poses, film.title, film.fps, 0)
+    # texts are measured from the pivots that the page knows
+    pivots = {body: replace(motion, pivot=film.bodies[body].pivot) for body, motion in there.bodies.items()}
+    there = replace(there, bodies=pivots)
+    numbers = [number for number, item in enumerate(film.prepared.things) if _is_live(item)]
+    return {**film_data(there), "live": _seen(there, numbers)}
+
+
+def _is_live(item: PreparedMark) -> bool:
+    return isinstance(item.mark, SymbolMark) or (isinstance(item.mark, TextMark) and bool(item.mark.pieces))
+
+
+def _seen(film: Film, numbers: Sequence[int]) -> list[int]:
+    """The numbers of those marks that a film's data have, in their order."""
+    pairs = zip(numbers, film.prepared.things, strict=True)
+    return [number for number, item in pairs if film.paint(item)[0].any()]
 
 
 def frames_shown(timeline: Timeline) -> int:
@@ -78,6 +96,7 @@ def _film(scene: Scene, chunks: Sequence[Poses], fps: Fraction, options: Picture
 
 def _data(film: Film) -> dict[str, Any]:
     data = film_data(film)
+    data["live"] = _seen(film, range(len(film.prepared.things)))
     data["numbers"] = list(film.bodies)
     data["pivots"] = [motion.pivot for motion in film.bodies.values()]
     data["exact"] = ""

@@ -1,6 +1,7 @@
 /* Buttons, keys, sliders, questions and plots. */
 /* global MovimentumPainter */
 import {button, byId, make, toggle} from "./dom.js";
+import {MODES} from "./traces.js";
 
 const TOOLS = [
   ["select", "Select", "Select and drag (V)", "v"], ["anchor", "Anchor", "Make points (A)", "a"],
@@ -15,6 +16,7 @@ export class Controls {
     this.buttons = {};
     this.drawTools();
     this.drawViews();
+    this.drawCopies();
     this.point = -1;
     document.addEventListener("keydown", (event) => this.key(event));
   }
@@ -35,20 +37,30 @@ export class Controls {
     this.views = {
       n: toggle(bar, "names", "Names", "Names of points (N)", stage.names, shown("names")),
       p: toggle(bar, "points", "Points", "All points (P)", stage.points, shown("points")),
-      l: toggle(bar, "traces", "Traces", "The paths of points (L)", stage.tracing, shown("tracing")),
       m: toggle(bar, "arrows", "Free", "Arrows for the motions that are free (M)", stage.arrows, shown("arrows")),
+      s: toggle(bar, "velocity", "Velocity", "Arrows for the velocities of all points (S)", false, (on) => app.velocities.show(on)),
       i: toggle(bar, "info", "Info", "What is known about the scene and what is selected (I)", false, (on) => { this.info = on; this.showInfo(); }),
     };
+    const traces = make("select", {id: "traces", "data-testid": "traces", "aria-label": "Traces", title: "The paths of points (L)", onchange: () => app.traces.choose(traces.value)},
+      ...MODES.map(([value, text]) => make("option", {value, text: `Traces: ${text}`})));
+    bar.append(traces);
     button(bar, "zoom-out", "−", "Zoom out (−)", () => stage.zoom(1 / 1.25));
     button(bar, "fit", "Fit", "The whole picture (0)", () => stage.fit());
     button(bar, "zoom-in", "+", "Zoom in (+)", () => stage.zoom(1.25));
-    button(bar, "screenshot", "PNG", "Save this picture as PNG", () => this.screenshot());
     button(bar, "full", "Full", "Full screen", () => {
       if (document.fullscreenElement) document.exitFullscreen(); else byId("showing").requestFullscreen();
     });
     const expression = make("input", {type: "text", placeholder: "plot: Rod.B.x", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
     expression.addEventListener("change", () => this.plot(expression.value.trim()));
     bar.append(expression);
+  }
+
+  /* Beside the buttons for files: the picture on show. */
+  drawCopies() {
+    const {app} = this, bar = byId("file-bar");
+    button(bar, "screenshot", "PNG", "Save what is on show as PNG", () => app.copies.screenshot());
+    button(bar, "copy-png", "Copy PNG", "Copy the picture as PNG (C)", () => app.copies.copyPng());
+    button(bar, "copy-svg", "Copy SVG", "Copy the picture as SVG (Shift-C)", () => app.copies.copySvg());
   }
 
   choose(tool) {
@@ -87,6 +99,9 @@ export class Controls {
     else if (key === "+" || key === "=") stage.zoom(1.25);
     else if (key === "-") stage.zoom(1 / 1.25);
     else if (key === "0") stage.fit();
+    else if (key === "C") app.copies.copySvg();
+    else if (key === "c") app.copies.copyPng();
+    else if (key.toLowerCase() === "l") app.traces.next();
     else if (key === "." || key === ",") this.nextPoint(key === "." ? 1 : -1);
     else if (key === "Enter" && event.target === stage.canvas) this.usePoint();
     else if (key === "Delete" || key === "Backspace") { if (app.selected) app.useTool("delete", [stage.scene.things[app.selected.thing].name], []); }
@@ -126,10 +141,6 @@ export class Controls {
     this.showInfo();
   }
 
-  claims(diagnostics) {
-    byId("problems").dataset.claims = diagnostics.some((item) => item.code.startsWith("claim/") && item.severity === "error") ? "broken" : "";
-  }
-
   showInfo() {
     const {app} = this, place = byId("answer"), hit = this.chosen;
     place.hidden = !(this.info || hit);
@@ -139,6 +150,7 @@ export class Controls {
       rows.push(make("b", {text: hit.name}), make("span", {class: "bar"},
         ...["why", "formula"].map((question) => make("button", {type: "button", "data-testid": `ask-${question}`, text: question, onclick: () => app.ask(question, hit.name)})),
         make("button", {type: "button", "data-testid": "ask-solutions", text: "solutions", onclick: () => app.ask("solutions", "")}),
+        ...(hit.anchor ? [app.traces.chooser(hit.name)] : []),
         make("button", {type: "button", text: "plot", onclick: () => this.plot(hit.anchor ? hit.name : `${hit.name}.angle`)}),
         make("button", {type: "button", text: "×", "aria-label": "Close", onclick: () => app.selectThing(null)})));
     }
@@ -271,14 +283,5 @@ export class Controls {
   /* Another time is shown. */
   moved() {
     if (this.repaint && !byId("plot").hidden) this.repaint();
-  }
-
-  screenshot() {
-    const {canvas} = this.app.stage;
-    canvas.toBlob((blob) => {
-      const link = make("a", {href: URL.createObjectURL(blob), download: `${this.app.files.stem()}.png`});
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-    });
   }
 }

@@ -244,7 +244,7 @@ export class FileWork {
   }
 
   showKeys() {
-    const rows = [["Space", "play or pause (outside the script)"], ["← →", "one frame"], ["Home End", "first and last frame"], ["V A R G F T D E", "tools: select, anchor, rod, angle, fix, attract, delete, edit shape"], ["Tab on the picture, then . ,", "next and previous point; Enter uses the tool there"], ["+ − 0", "zoom in, out, fit"], ["N P L I", "names, points, traces, information"], ["Alt and drag on a number", "changes it"], ["Delete", "remove what is selected"], ["Escape", "let go; in the script: back to the picture"], ["Ctrl-S", "save"], ["Ctrl-Z Ctrl-Y", "undo, redo"], ["Ctrl-E", "to the script"]];
+    const rows = [["Space", "play or pause (outside the script)"], ["← →", "one frame"], ["Home End", "first and last frame"], ["V A R G F T D E", "tools: select, anchor, rod, angle, fix, attract, delete, edit shape"], ["Tab on the picture, then . ,", "next and previous point; Enter uses the tool there"], ["+ − 0", "zoom in, out, fit"], ["N P L M S I", "names, points, traces, free motions, velocities, information"], ["C Shift-C", "copy the picture as PNG, as SVG"], ["Alt and drag on a number", "changes it"], ["Delete", "remove what is selected"], ["Escape", "let go; in the script: back to the picture"], ["Ctrl-S", "save"], ["Ctrl-Z Ctrl-Y", "undo, redo"], ["Ctrl-E", "to the script"]];
     const place = byId("dialog");
     place.replaceChildren(make("h2", {text: "Keys"}), make("dl", {}, ...rows.flatMap(([key, words]) => [make("dt", {text: key}), make("dd", {text: words})])),
       make("div", {class: "bar"}, make("button", {type: "button", class: "main", text: "Close", onclick: () => place.close()})));

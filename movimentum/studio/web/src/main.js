@@ -9,6 +9,10 @@ import {Hand} from "./hand.js";
 import {showProblems} from "./problems.js";
 import {FileWork} from "./files.js";
 import {Controls} from "./controls.js";
+import {Velocities} from "./velocity.js";
+import {Claims} from "./claims.js";
+import {Traces} from "./traces.js";
+import {Copies} from "./copies.js";
 import {byId, make} from "./dom.js";
 
 class App {
@@ -23,8 +27,14 @@ class App {
     this.pressed = 0;
     this.selected = null;
     this.stage = new Stage(byId("stage"));
-    this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.controls.moved(); }, settled: () => this.look()});
+    this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.controls.moved(); this.claims.mark(); }, settled: () => this.look()});
     this.editor = new Editor(byId("editor"), {changed: (update) => this.changed(update), moved: () => this.cursorMoved()});
+    this.velocities = new Velocities(this);
+    this.claims = new Claims(this);
+    this.traces = new Traces(this);
+    this.copies = new Copies(this);
+    this.stage.under.push((context, px) => this.traces.draw(context, px), (context, px) => this.velocities.draw(context, px));
+    this.stage.colored = () => this.claims.colors();
     this.hand = new Hand(this);
     this.pointer = new Pointer(this);
     this.files = new FileWork(this);
@@ -60,6 +70,7 @@ class App {
     this.places = null;
     this.selected = null; // what it was may have another number now
     this.files.changed();
+    this.claims.doubt();
     this.settled = false;
     this.submit();
   }
@@ -107,6 +118,9 @@ class App {
       edits: () => this.edited(message),
       answer: () => this.answered(message),
       plotted: () => this.controls.plotted(message),
+      claims: () => this.claims.told(message),
+      speeds: () => this.velocities.told(message),
+      svg: () => this.copies.told(message),
       disk: () => this.files.diskChanged(message),
       saved: () => this.files.saveDone(message),
       opened: () => this.files.opened(message),
@@ -140,7 +154,7 @@ class App {
     }
     if (final && (!understood || stage === "path")) this.keys.delete(rev);
     this.showDiagnostics();
-    this.controls.claims(diagnostics);
+    if (final && (!understood || stage === "path")) this.claims.forget();
   }
 
   showDiagnostics() {
@@ -160,6 +174,8 @@ class App {
     this.useScene(rev, scene);
     this.stage.frame = this.clock.frame;
     this.stage.show(film, scene, glimpse);
+    if (!glimpse) this.velocities.forget();
+    this.traces.forget();
     if (!glimpse && rev === this.rev) this.busy(false);
     if (scene.all > scene.frames) this.hint(`The film has ${scene.all} frames; the first ${scene.frames} are shown.`);
     this.pictured(rev);
@@ -286,6 +302,9 @@ class App {
       keyMs: [...this.keyMs],
       free: this.stage.free.motions.map(({words, arrows}) => ({words, arrows})),
       lit: [...this.stage.lit].map((number) => this.stage.scene.things[number].name),
+      claims: this.claims.found.map(({words, holds, time = null}) => ({words, holds, time})),
+      velocities: Object.fromEntries(this.velocities.list().map(({name, velocity}) => [name, velocity])),
+      traces: this.traces.state(),
       zoom: this.stage.view().scale,
       saved: !this.files.dirty,
     };
