@@ -125,6 +125,25 @@ class Plotted:
 
 
 @dataclass(frozen=True, slots=True)
+class ThumbnailMade:
+    """A small film of a script of the start page (``source`` and ``number`` as in `FileOpened`), and the seconds that
+    it takes.
+    """
+
+    source: str
+    number: int
+    film: dict[str, Any]
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class FilesListed:
+    """The files of the script's folder that can be opened."""
+
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class ClaimsJudged:
     """Each claim of text ``rev``: ``span`` (null: in another file), ``words``, ``things`` it is about, whether it
     ``holds``, and for one that does not ``time`` and ``frame`` from which on it fails, ``worst`` (how far it is off at
@@ -217,6 +236,8 @@ OUTGOING = {
     "edits": TextEdited,
     "answer": Answered,
     "plotted": Plotted,
+    "thumbnail": ThumbnailMade,
+    "listed": FilesListed,
     "claims": ClaimsJudged,
     "speeds": RatesTold,
     "svg": StillMade,

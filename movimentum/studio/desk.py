@@ -199,6 +199,8 @@ class Desk:
         if self._own_items is not None and self._own_items.same_as(items_of(revision.source)):
             self.send(PictureKept(job.rev, None))  # at once; where its parts stand follows
         if not revision.moves:
+            if not revision.source.text.strip():
+                self._items = self._own_items = None  # the page has a blank sheet now: no picture to keep
             job.todo = deque(("read", "advise"))
             self._say(job, "read", revision.diagnostics, final=True)
             return

@@ -18,6 +18,7 @@ from movimentum.workflow.read import mentioned_files, read
 
 UNTITLED = "untitled"
 MOST_RECENT = 8
+MOST_LISTED = 500
 _WINDOWS_MARK = b"\xef\xbb\xbf"
 
 
@@ -104,6 +105,18 @@ def script_from(path: Path) -> str:
             from movimentum.interop.linkages import linkage_script, read_linkage
 
             return linkage_script(read_linkage(source)[0], title)
+
+
+OPENED = (".mov", ".txt")
+
+
+def openable(folder: Path) -> tuple[str, ...]:
+    """The files of a folder that may be scripts, linkages or mechanisms, by name."""
+    try:
+        found = sorted(path.name for path in folder.iterdir() if path.suffix.lower() in OPENED and path.is_file())
+    except OSError:
+        return ()
+    return tuple(found[:MOST_LISTED])
 
 
 # --- the start page ---------------------------------------------------------------------------------------

@@ -140,6 +140,40 @@ class FileOpened:
 
 
 @dataclass(frozen=True, slots=True)
+class FilesAsked:
+    """Which files of the folder can be opened?"""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingBegun:
+    """What is shown from now on is recorded; what was recorded before is forgotten."""
+
+    rev: int
+
+
+@dataclass(frozen=True, slots=True)
+class ShotTaken:
+    """From ``at`` milliseconds after the beginning on, text ``rev`` is shown at ``time``; if it is ``held``, with what
+    a hand has moved.
+    """
+
+    rev: int
+    at: float
+    time: float
+    held: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingWanted:
+    """What was recorded is to be rendered to ``name``, as `RenderWanted`. ``at``: milliseconds to its end."""
+
+    job: int
+    name: str
+    scale: float
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
 class LinkageWanted:
     """The scene at ``time`` is to be written to ``name`` as a linkage file."""
 
@@ -180,6 +214,10 @@ INCOMING = {
     "still": StillAsked,
     "save": SaveWanted,
     "open": FileOpened,
+    "files": FilesAsked,
+    "record": RecordingBegun,
+    "shot": ShotTaken,
+    "recorded": RecordingWanted,
     "linkage": LinkageWanted,
     "render": RenderWanted,
     "cancel": RenderCancelled,

@@ -38,8 +38,8 @@ def placed_poses(poses: Poses, places: FloatArray, others: dict[Hashable, float]
             variables[payload.name] = array
     return replace(
         poses,
-        origin=places[:, None, :2],
-        direction=places[:, None, 2:],
+        origin=places[:, None, :2].copy(),
+        direction=places[:, None, 2:].copy(),
         angle=poses.angle + turned[:, None],
         variables=variables,
     )

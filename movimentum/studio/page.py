@@ -17,7 +17,9 @@ from movimentum.studio.gestures import use
 from movimentum.studio.hands import Hands
 from movimentum.studio.questions import plot, tell
 from movimentum.studio.readings import rates, still
-from movimentum.studio.renders import Rendering
+from movimentum.studio.recorder import Recorder
+from movimentum.studio.renders import Rendering, Work, film_work, recording_work
+from movimentum.studio.thumbnails import Thumbnails
 from movimentum.studio.wire import BadMessage
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import mentioned_files
@@ -35,9 +37,12 @@ class Page:
         self._files = Filing(script, folder, send)
         self._desk = Desk(self._files.path, folder, send, choices)
         self._hands = Hands(self._desk)
+        self._recorder = Recorder(self._desk, self._hands)
         self._text = self._files.known.text
         self._renderings: dict[int, Rendering] = {}
         self._welcome()
+        lists = {"gallery": self._files.gallery, "recent": self._files.recent} if script is None else {}
+        self._thumbnails = Thumbnails(lists, send)
 
     def _welcome(self) -> None:
         files = self._files
@@ -56,6 +61,7 @@ class Page:
     def close(self) -> None:
         """The page is gone."""
         self._desk.close()
+        self._thumbnails.stop()
         for rendering in self._renderings.values():
             rendering.cancel()
 
@@ -65,6 +71,8 @@ class Page:
         match message:
             case m.TextTyped():
                 self._text = message.text
+                if message.text.strip():
+                    self._thumbnails.stop()
                 desk.typed(message)
             case m.WorkStopped():
                 desk.stop(message)
@@ -86,6 +94,10 @@ class Page:
                 desk.soon(lambda: rates(desk, message))
             case m.StillAsked():
                 desk.soon(lambda: still(desk, hands, message))
+            case m.RecordingBegun():
+                desk.soon(self._recorder.begin)
+            case m.ShotTaken():
+                desk.soon(lambda: self._recorder.shoot(message))
             case _:
                 self._take_file(message)
 
@@ -96,20 +108,29 @@ class Page:
                 files.save(message)
                 desk.moved_to(files.path, files.folder)
             case m.FileOpened():
+                self._thumbnails.stop()
                 files.open(message)
                 desk.moved_to(files.path, files.folder if files.file else Path(files.path).parent)
             case m.LinkageWanted():
                 desk.soon(lambda: files.save_linkage(message, self._choices))
             case m.RenderWanted():
-                for old in self._renderings.values():
-                    old.cancel()
-                made = Rendering(message, files.path, files.folder, self._choices, self._send)
-                self._renderings = {message.job: made}
+                self._render(message.job, message.name, film_work(message, files.path, self._choices))
+            case m.RecordingWanted():
+                desk.soon(
+                    lambda: self._render(message.job, message.name, recording_work(message, self._recorder.end()))
+                )
+            case m.FilesAsked():
+                self._send(a.FilesListed(disk.openable(files.folder)))
             case m.RenderCancelled():
                 if message.job in self._renderings:
                     self._renderings[message.job].cancel()
             case _:
                 raise BadMessage("nobody takes this message")
+
+    def _render(self, job: int, name: str, work: Work) -> None:
+        for old in self._renderings.values():
+            old.cancel()
+        self._renderings = {job: Rendering(job, name, self._files.folder, work, self._send)}
 
     async def watch(self) -> None:
         """Look at the script and at what it uses, again and again."""

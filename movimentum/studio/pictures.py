@@ -82,6 +82,16 @@ def frames_shown(timeline: Timeline) -> int:
     return min(timeline.frame_count, MOST_FRAMES, max(1, MOST_POSES // max(1, len(timeline.scene.things))))
 
 
+def small_film(motion: PathMotion, frames: int) -> dict[str, Any]:
+    """The film of a motion in at most so many frames; ``length``: how long it takes, in time units."""
+    timeline = motion.timeline
+    count = min(frames, timeline.frame_count)
+    chosen = [round(k * (timeline.frame_count - 1) / max(1, count - 1)) for k in range(count)]
+    chunks = tuple(PoseChunks(motion, tuple(timeline.frame_time(frame) for frame in chosen), False, drawn=True))
+    film = film_data(_film(timeline.scene, chunks, timeline.fps, PictureOptions()))
+    return {**film, "length": float(timeline.frame_count / timeline.fps)}
+
+
 def some_pictures(timeline: Timeline, poses: Poses) -> dict[str, Any]:
     """Several poses as the frames of a film."""
     return _data(_film(timeline.scene, (poses,), timeline.fps, PictureOptions()))

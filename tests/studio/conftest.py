@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from tests.command import environment
+from tests.studio.bench import Bench
 
 PATIENCE_MS = 20_000
 
@@ -156,6 +157,19 @@ def opened(browser: Any, studio: Callable[..., Studio]) -> Iterator[Callable[...
         context.close()
     assert said == []
     assert asked == []
+
+
+@pytest.fixture
+def bench() -> Iterator[Callable[[str], Bench]]:
+    made: list[Bench] = []
+
+    def begin(text: str) -> Bench:
+        made.append(Bench(text))
+        return made[-1]
+
+    yield begin
+    for each in made:
+        each.desk.close()
 
 
 def solved(script: Path, folder: Path) -> list[dict[str, float]]:

@@ -5,23 +5,19 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from movimentum.source import SourceText
-from movimentum.studio.answers import ClaimsJudged, Grabbed, PlacesMoved, RatesTold, StillMade
-from movimentum.studio.desk import Desk, TextJob
-from movimentum.studio.hands import Hands
+from movimentum.studio.answers import ClaimsJudged, RatesTold, StillMade
 from movimentum.studio.judged import claims_told
-from movimentum.studio.messages import HandMoved, PartGrabbed, RatesAsked, StillAsked
-from movimentum.studio.pictures import whole_film
+from movimentum.studio.messages import RatesAsked, StillAsked
 from movimentum.studio.readings import rates, still
 from movimentum.workflow.engine import Engine
 from tests.command import movimentum
+from tests.studio.bench import Bench
 from tests.studio.conftest import Tab
 from tests.studio.scripts import FOUR_BAR
 
@@ -37,45 +33,6 @@ Arm : .bar A = [100, 80]  B = A + [60, 0];
 @0  Arm.A = [100, 80];{drive}
 @1
 """
-
-
-class Bench:
-    """A desk without a thread's work in it: a text is known, and what is said is kept."""
-
-    def __init__(self, text: str) -> None:
-        self.said: list[Any] = []
-        self.desk = Desk("x.mov", Path(), self.said.append)
-        self.job = TextJob(1, Engine().revise(SourceText("x.mov", text)), Fraction(0), moved=True)
-        self.job.film = whole_film(self.job.motion)[1]
-        self.desk.shown = self.job
-        self.hands = Hands(self.desk)
-
-    def number(self, name: str) -> int:
-        return next(thing.number for thing in self.job.motion.timeline.scene.things if thing.name == name)
-
-    def drag(self, thing: str, anchor: str, to: tuple[float, float], moves: int = 60) -> PlacesMoved:
-        self.hands.grab(PartGrabbed(1, 1, self.number(thing), anchor, to, 0.0))
-        grabbed = self.said.pop()
-        assert isinstance(grabbed, Grabbed)
-        assert grabbed.state == "free", grabbed
-        for move in range(moves):
-            self.hands.move(HandMoved(1, move, to))
-        found = self.said[-1]
-        assert isinstance(found, PlacesMoved)
-        return found
-
-
-@pytest.fixture
-def bench() -> Any:
-    made: list[Bench] = []
-
-    def begin(text: str) -> Bench:
-        made.append(Bench(text))
-        return made[-1]
-
-    yield begin
-    for each in made:
-        each.desk.close()
 
 
 def test_velocities_are_those_of_a_circle(bench: Callable[[str], Bench]) -> None:

@@ -7,6 +7,7 @@ const TOOLS = [
   ["select", "Select", "Select and drag (V)", "v"], ["anchor", "Anchor", "Make points (A)", "a"],
   ["rod", "Rod", "Rods from point to point (R)", "r"], ["angle", "Angle", "Fix the angle of two rods (G)", "g"],
   ["fix", "Fix", "Fix a point (F)", "f"], ["attract", "Attract", "Pull a point somewhere (T)", "t"],
+  ["turn", "Turn", "Make a rod turn by itself (U)", "u"],
   ["delete", "Delete", "Remove (D)", "d"], ["shape", "Shape", "Edit the shape of a part (E)", "e"],
 ];
 
@@ -26,13 +27,37 @@ export class Controls {
     for (const [tool, text, title] of TOOLS) {
       this.buttons[tool] = button(bar, `tool-${tool}`, text, title, () => this.choose(tool), {"aria-pressed": String(tool === "select")});
     }
-    button(bar, "clear", "Clear", "Empty the script (undo brings it back)", () => app.editor.apply([{from: 0, to: app.editor.text.length, text: ""}]));
+    button(bar, "clear", "Clear", "Empty the script (X; undo brings it back)", () => this.clear());
     button(bar, "undo", "↶", "Undo (Ctrl-Z)", () => app.editor.undo());
     button(bar, "redo", "↷", "Redo (Ctrl-Y)", () => app.editor.redo());
   }
 
+  clear() {
+    const {app} = this;
+    app.editor.apply([{from: 0, to: app.editor.text.length, text: ""}]);
+    app.hint("The sheet is empty; Ctrl-Z brings everything back.");
+  }
+
+  fullScreen() {
+    const place = byId("showing"), refused = () => this.app.hint("This browser does not show a part of a page on the full screen.");
+    if (document.fullscreenElement) document.exitFullscreen();
+    else if (place.requestFullscreen) place.requestFullscreen().catch(refused);
+    else refused();
+  }
+
+  /* Plain, with names, with the free motions: one after the other. */
+  nextView() {
+    const {stage} = this.app, names = ["plain", "names", "free motions"];
+    const now = stage.names ? 1 : stage.arrows ? 2 : 0, next = (now + 1) % 3;
+    for (const [key, on] of [["n", next === 1], ["m", next === 2]]) {
+      if ((this.views[key].getAttribute("aria-pressed") === "true") !== on) this.views[key].click();
+    }
+    this.app.hint(`View: ${names[next]}.`);
+  }
+
   drawViews() {
     const {app} = this, {stage} = app, bar = byId("views");
+    button(bar, "view", "View", "The next view: plain, names, free motions (Q)", () => this.nextView());
     const shown = (name) => (on) => { stage[name] = on; stage.draw(); };
     this.views = {
       n: toggle(bar, "names", "Names", "Names of points (N)", stage.names, shown("names")),
@@ -47,9 +72,8 @@ export class Controls {
     button(bar, "zoom-out", "−", "Zoom out (−)", () => stage.zoom(1 / 1.25));
     button(bar, "fit", "Fit", "The whole picture (0)", () => stage.fit());
     button(bar, "zoom-in", "+", "Zoom in (+)", () => stage.zoom(1.25));
-    button(bar, "full", "Full", "Full screen", () => {
-      if (document.fullscreenElement) document.exitFullscreen(); else byId("showing").requestFullscreen();
-    });
+    button(bar, "full", "⛶", "Full screen (W)", () => this.fullScreen());
+    app.record.button = button(byId("player"), "record", "● Record", "Record what is done by hand as a film (K)", () => app.record.toggle(), {"aria-pressed": "false"});
     const expression = make("input", {type: "text", placeholder: "plot: Rod.B.x", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
     expression.addEventListener("change", () => this.plot(expression.value.trim()));
     bar.append(expression);
@@ -58,7 +82,7 @@ export class Controls {
   /* Beside the buttons for files: the picture on show. */
   drawCopies() {
     const {app} = this, bar = byId("file-bar");
-    button(bar, "screenshot", "PNG", "Save what is on show as PNG", () => app.copies.screenshot());
+    button(bar, "screenshot", "PNG", "Save what is on show as PNG (Shift-S)", () => app.copies.screenshot());
     button(bar, "copy-png", "Copy PNG", "Copy the picture as PNG (C)", () => app.copies.copyPng());
     button(bar, "copy-svg", "Copy SVG", "Copy the picture as SVG (Shift-C)", () => app.copies.copySvg());
   }
@@ -71,6 +95,7 @@ export class Controls {
   key(event) {
     const {app} = this, control = event.ctrlKey || event.metaKey;
     if (control && event.key.toLowerCase() === "s") { event.preventDefault(); app.files.save(); return; }
+    if (control && event.key.toLowerCase() === "o") { event.preventDefault(); app.files.askOpen(); return; }
     if (control && event.key.toLowerCase() === "e") { event.preventDefault(); app.editor.focus(); return; }
     const inEditor = event.target.closest && event.target.closest("#editor");
     if (event.key === "Escape" && inEditor) { app.stage.canvas.focus(); return; }
@@ -99,6 +124,11 @@ export class Controls {
     else if (key === "+" || key === "=") stage.zoom(1.25);
     else if (key === "-") stage.zoom(1 / 1.25);
     else if (key === "0") stage.fit();
+    else if (key === "S") app.copies.screenshot();
+    else if (key.toLowerCase() === "q") this.nextView();
+    else if (key.toLowerCase() === "w") this.fullScreen();
+    else if (key.toLowerCase() === "k") app.record.toggle();
+    else if (key.toLowerCase() === "x") this.clear();
     else if (key === "C") app.copies.copySvg();
     else if (key === "c") app.copies.copyPng();
     else if (key.toLowerCase() === "l") app.traces.next();

@@ -52,6 +52,7 @@ export class Hand {
     grip.waiting = false;
     this.app.stage.hold(Float64Array.from(places), marks);
     this.app.stage.draw();
+    this.app.guide.hasDragged();
     if (!grip.wanted && !grip.done && this.nearer(grip)) grip.wanted = grip.target;
     if (grip.wanted) this.pull(grip);
   }

@@ -13,6 +13,9 @@ import {Velocities} from "./velocity.js";
 import {Claims} from "./claims.js";
 import {Traces} from "./traces.js";
 import {Copies} from "./copies.js";
+import {Record} from "./record.js";
+import {Start} from "./start.js";
+import {Guide} from "./guide.js";
 import {byId, make} from "./dom.js";
 
 class App {
@@ -35,6 +38,10 @@ class App {
     this.copies = new Copies(this);
     this.stage.under.push((context, px) => this.traces.draw(context, px), (context, px) => this.velocities.draw(context, px));
     this.stage.colored = () => this.claims.colors();
+    this.record = new Record(this);
+    this.start = new Start(this);
+    this.guide = new Guide(this);
+    this.playNext = false;
     this.hand = new Hand(this);
     this.pointer = new Pointer(this);
     this.files = new FileWork(this);
@@ -120,6 +127,8 @@ class App {
       plotted: () => this.controls.plotted(message),
       claims: () => this.claims.told(message),
       speeds: () => this.velocities.told(message),
+      thumbnail: () => this.start.thumbnail(message),
+      listed: () => { if (this.files.listed) this.files.listed(message); },
       svg: () => this.copies.told(message),
       disk: () => this.files.diskChanged(message),
       saved: () => this.files.saveDone(message),
@@ -179,6 +188,11 @@ class App {
     if (!glimpse && rev === this.rev) this.busy(false);
     if (scene.all > scene.frames) this.hint(`The film has ${scene.all} frames; the first ${scene.frames} are shown.`);
     this.pictured(rev);
+    this.guide.show();
+    if (this.playNext && !glimpse && rev === this.rev && scene.frames > 1) {
+      this.playNext = false;
+      this.clock.play();
+    }
   }
 
   pictureKept({rev, scene}) {
@@ -266,6 +280,7 @@ class App {
 
   edited({rev, edits, select, words}) {
     if (words) this.hint(words);
+    if (!edits.length) this.playNext = false;
     if (rev !== this.rev || !edits.length) return;
     const {offsets} = this;
     const changes = edits.map((edit) => ({from: offsets.unit(edit.from), to: offsets.unit(edit.to), text: edit.text}));
@@ -304,6 +319,7 @@ class App {
       lit: [...this.stage.lit].map((number) => this.stage.scene.things[number].name),
       claims: this.claims.found.map(({words, holds, time = null}) => ({words, holds, time})),
       velocities: Object.fromEntries(this.velocities.list().map(({name, velocity}) => [name, velocity])),
+      recorded: this.record.on ? this.record.count : null,
       traces: this.traces.state(),
       zoom: this.stage.view().scale,
       saved: !this.files.dirty,

@@ -28,7 +28,7 @@ export class Pointer {
     const words = {
       select: "", anchor: "Click where a point is to be.", rod: "Drag from point to point.",
       angle: "Click two rods: their angle stays.", fix: "Click a point: it stays where it is; again: it is free.",
-      attract: "Drag from a point to where it is to go.", delete: "Click what is to go.",
+      attract: "Drag from a point to where it is to go.", turn: "Click a rod: it turns by itself.", delete: "Click what is to go.",
       shape: "Drag a point of a part: its definition changes.",
     };
     this.app.hint(words[tool]);
@@ -87,7 +87,7 @@ export class Pointer {
     stage.canvas.setPointerCapture(event.pointerId);
     stage.canvas.focus({preventScroll: true});
     const at = stage.fromEvent(event);
-    const hit = stage.hit(at, {anchorsOnly: ["fix", "attract", "shape"].includes(this.tool), partsOnly: this.tool === "angle"});
+    const hit = stage.hit(at, {anchorsOnly: ["fix", "attract", "shape"].includes(this.tool), partsOnly: ["angle", "turn"].includes(this.tool)});
     this.active = {tool: this.tool, from: this.screen(event), at, hit, dragged: false};
     if (this.tool === "select" && hit) {
       app.clock.pause();
@@ -206,6 +206,12 @@ export class Pointer {
       this.app.useTool("attract", [this.first], [at]);
       this.first = null;
     } else this.app.hint("Begin at a point.");
+  }
+
+  turn({hit}) {
+    if (!hit) { this.app.hint("Click a rod."); return; }
+    this.app.playNext = true;
+    this.app.useTool("turn", [this.app.stage.scene.things[hit.thing].name], []);
   }
 
   delete({hit}) {

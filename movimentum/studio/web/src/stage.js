@@ -76,6 +76,7 @@ class Picture extends MovimentumPainter {
     if (!this.images || this.stage.picture !== this) return;
     super.draw();
     this.stage.drawOver(this.context);
+    this.stage.shown();
   }
 
   /* The film's own picture on another canvas, without what the page lays over it. */
@@ -105,6 +106,7 @@ export class Stage {
     this.free = {motions: [], things: []};
     this.lit = new Set();
     this.colored = () => [];
+    this.shown = () => {};
     this.hovered = null;
     this.band = null;
     this.userView = null;
