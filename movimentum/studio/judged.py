@@ -22,7 +22,8 @@ def claims_told(motion: PathMotion) -> list[dict[str, Any]]:
     signs = {Relation.BELOW: "<", Relation.ABOVE: ">"}
     told: list[dict[str, Any]] = []
     for number, claim in sorted(claims.items()):
-        sign = signs.get(claim.relation, "=")
+        sign = signs.get(claim.relation, "")
+        sign += "" if sign and claim.strict else "="
         item: dict[str, Any] = {
             "span": placed(timeline.scene.source, claim.span),
             "words": f"{claim.told[0]} {sign} {claim.told[1]}",

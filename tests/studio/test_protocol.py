@@ -141,10 +141,11 @@ def test_a_token_lasts_for_its_user_and_its_port(tmp_path: Path) -> None:
 
 
 def test_the_policy_lets_nothing_out() -> None:
-    text = policy("abc")
+    text = policy("abc", 8000)
     assert "default-src 'none'" in text
     assert "http" not in text
     assert "script-src 'self';" in text
+    assert "connect-src 'self' ws://127.0.0.1:8000 ws://localhost:8000;" in text
     assert "*" not in text
 
 

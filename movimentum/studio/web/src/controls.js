@@ -67,14 +67,14 @@ export class Controls {
       i: toggle(bar, "info", "Info", "What is known about the scene and what is selected (I)", false, (on) => { this.info = on; this.showInfo(); }),
     };
     const traces = make("select", {id: "traces", "data-testid": "traces", "aria-label": "Traces", title: "The paths of points (L)", onchange: () => app.traces.choose(traces.value)},
-      ...MODES.map(([value, text]) => make("option", {value, text: `Traces: ${text}`})));
+      ...MODES.map(([value, text]) => make("option", {value, text})));
     bar.append(traces);
     button(bar, "zoom-out", "−", "Zoom out (−)", () => stage.zoom(1 / 1.25));
     button(bar, "fit", "Fit", "The whole picture (0)", () => stage.fit());
     button(bar, "zoom-in", "+", "Zoom in (+)", () => stage.zoom(1.25));
-    button(bar, "full", "⛶", "Full screen (W)", () => this.fullScreen());
+    button(bar, "full", "Full", "Full screen (W)", () => this.fullScreen());
     app.record.button = button(byId("player"), "record", "● Record", "Record what is done by hand as a film (K)", () => app.record.toggle(), {"aria-pressed": "false"});
-    const expression = make("input", {type: "text", placeholder: "plot: Rod.B.x", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
+    const expression = make("input", {type: "text", placeholder: "plot …", title: "Plot an expression over time, as Rod.B.x or Crank.angle", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
     expression.addEventListener("change", () => this.plot(expression.value.trim()));
     bar.append(expression);
   }

@@ -1,7 +1,7 @@
 /* The paths of anchors: as the script has them, as tails, whole, or none; one by one if somebody says so. */
 import {byId, make} from "./dom.js";
 
-export const MODES = [["script", "as written"], ["tail", "tails"], ["whole", "whole paths"], ["off", "none"]];
+export const MODES = [["script", "Traces"], ["tail", "Traces: tails"], ["whole", "Traces: whole"], ["off", "Traces: none"]];
 const MOST_POINTS = 4000; // of a path that is drawn
 
 export class Traces {
@@ -37,7 +37,7 @@ export class Traces {
   next() {
     const at = MODES.findIndex(([mode]) => mode === this.mode);
     this.choose(MODES[(at + 1) % MODES.length][0]);
-    this.app.hint(`Traces: ${MODES[(at + 1) % MODES.length][1]}.`);
+    this.app.hint({script: "Traces as the script has them.", tail: "Traces: tails.", whole: "Traces: whole paths.", off: "No traces."}[this.mode]);
   }
 
   /* Which of the script's own traces the painter draws. */
