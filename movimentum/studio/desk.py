@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 ADVICE_S = 3.0
 """How long fixes are tried: nobody waits for them."""
+STAGES = ("read", "begin", "path", "examine", "rest", "advise")
+"""What is done for a text, in this order; "rest": the frames of a very long film that were not shown at once."""
+PATIENT = ("examine", "rest", "advise")
 QUICK_S = 0.03
 """Where the last motion took no longer, the next one is not worth a glimpse before it."""
 QUIET_S = 0.3
@@ -43,19 +46,22 @@ QUIET_S = 0.3
 
 @dataclass(slots=True)
 class TextJob:
-    """A text of the page, with what is still to be done for it. ``moved``: its motion and its ``film`` are known."""
+    """A text of the page, with what is still to be done for it. ``moved``: its motion is known, and the ``film`` of
+    its first ``frames``.
+    """
 
     rev: int
     revision: Revision
     time: Fraction
-    todo: deque[str] = field(default_factory=lambda: deque(("read", "begin", "path", "examine", "advise")))
+    todo: deque[str] = field(default_factory=lambda: deque(STAGES))
     moved: bool = False
+    frames: int = 0
     film: Film | None = None
 
     @property
     def patient(self) -> bool:
         """Whether what comes next can wait for a hand."""
-        return bool(self.todo) and self.todo[0] in ("examine", "advise")
+        return bool(self.todo) and self.todo[0] in PATIENT
 
     @property
     def motion(self) -> PathMotion:
@@ -171,6 +177,7 @@ class Desk:
             "begin": self._begin,
             "path": self._path,
             "examine": self._examine,
+            "rest": self._rest,
             "advise": self._advise,
         }[stage]
 
@@ -209,9 +216,9 @@ class Desk:
             from movimentum.studio.pictures import scene_told
 
             assert revision.motion is not None  # the same, found at once
-            job.moved, job.film, self.shown = True, self.shown.film, job
-            job.todo = deque(("read", "examine", "advise"))
-            self.send(PictureKept(job.rev, scene_told(revision.timeline)))
+            job.moved, job.film, job.frames, self.shown = True, self.shown.film, self.shown.frames, job
+            job.todo = deque(("read", "examine", "rest", "advise"))
+            self.send(PictureKept(job.rev, scene_told(revision.timeline, job.frames)))
         self._say(job, "read", revision.scene.diagnostics)
 
     def _begin(self, job: TextJob) -> None:
@@ -230,12 +237,13 @@ class Desk:
         self.send(FilmShown(job.rev, True, float(poses.times[0]), scene_told(timeline), film))
 
     def _path(self, job: TextJob) -> None:
-        from movimentum.studio.pictures import scene_told, whole_film
+        from movimentum.studio.pictures import frames_soon, scene_told, whole_film
 
         begun = time.perf_counter()
         try:
             motion = job.revision.motion
-            film, job.film = whole_film(motion)
+            job.frames = frames_soon(motion.timeline, job.time)
+            film, job.film = whole_film(motion, job.frames)
         except MovimentumError as error:
             job.todo = deque(("path", "advise"))
             self._say(job, "path", error.diagnostics, final=True)
@@ -244,7 +252,17 @@ class Desk:
         self._items = items_of(motion.timeline.scene.source)
         self._own_items = items_of(job.revision.source)
         job.moved, self.shown = True, job
-        self.send(FilmShown(job.rev, False, float(job.time), scene_told(motion.timeline), film))
+        self.send(FilmShown(job.rev, False, float(job.time), scene_told(motion.timeline, job.frames), film))
+
+    def _rest(self, job: TextJob) -> None:
+        from movimentum.studio.pictures import frames_shown, scene_told, whole_film
+
+        timeline = job.motion.timeline
+        if job.frames >= frames_shown(timeline):
+            return
+        film, job.film = whole_film(job.motion)
+        job.frames = frames_shown(timeline)
+        self.send(FilmShown(job.rev, False, float(job.time), scene_told(timeline), film))
 
     def _examine(self, job: TextJob) -> None:
         from movimentum.studio.judged import claims_told

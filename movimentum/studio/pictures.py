@@ -31,14 +31,15 @@ if TYPE_CHECKING:
 
 MOST_EXACT = 100_000
 """Poses whose places are sent with all digits; of more, only what is drawn."""
-MOST_FRAMES, MOST_POSES = 20_000, 1_000_000
-"""Frames of a film that are shown, and poses (things times frames); a longer one is shown up to there."""
+SOON_FRAMES, MOST_POSES = 20_000, 1_500_000
+"""Frames of a film that are shown at once, and poses (things times frames) that are shown at all: some 30 MB."""
 
 
-def whole_film(motion: PathMotion) -> tuple[dict[str, Any], Film]:
-    """The film of a motion, as the page's painter takes it."""
+def whole_film(motion: PathMotion, frames: int | None = None) -> tuple[dict[str, Any], Film]:
+    """The film of a motion, as the page's painter takes it; of its first ``frames`` (None: `frames_shown`)."""
     timeline = motion.timeline
-    chunks = tuple(PoseChunks(motion, range(frames_shown(timeline)), False, drawn=True))
+    shown = frames_shown(timeline) if frames is None else frames
+    chunks = tuple(PoseChunks(motion, range(shown), False, drawn=True))
     film = _film(timeline.scene, chunks, timeline.fps, film_options(motion))
     return _data(film), film
 
@@ -78,8 +79,14 @@ def _seen(film: Film, numbers: Sequence[int]) -> list[int]:
 
 
 def frames_shown(timeline: Timeline) -> int:
-    """How many frames of a film the page has."""
-    return min(timeline.frame_count, MOST_FRAMES, max(1, MOST_POSES // max(1, len(timeline.scene.things))))
+    """How many frames of a film the page has in the end."""
+    return min(timeline.frame_count, max(1, MOST_POSES // max(1, len(timeline.scene.things))))
+
+
+def frames_soon(timeline: Timeline, time: Fraction) -> int:
+    """How many frames of a film the page has at first, those up to ``time`` among them."""
+    looked_at = int(max(Fraction(0), time - timeline.start) * timeline.fps) + 1
+    return min(frames_shown(timeline), max(SOON_FRAMES, looked_at))
 
 
 def small_film(motion: PathMotion, frames: int) -> dict[str, Any]:
@@ -120,14 +127,17 @@ def _data(film: Film) -> dict[str, Any]:
 # --- what it is about -----------------------------------------------------------------------------------
 
 
-def scene_told(timeline: Timeline) -> dict[str, Any]:
-    """Things, statements, steps and constants of a scene, with their places in the script."""
+def scene_told(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
+    """Things, statements, steps and constants of a scene, with their places in the script; ``frames``: how many of the
+    film are sent (None: `frames_shown`), of ``most`` that will be.
+    """
     scene = timeline.scene
     return {
         "start": float(timeline.start),
         "end": float(timeline.end),
         "fps": float(timeline.fps),
-        "frames": frames_shown(timeline),
+        "frames": frames_shown(timeline) if frames is None else frames,
+        "most": frames_shown(timeline),
         "all": timeline.frame_count,
         "loops": timeline.loops,
         "sized": scene.config.size is not None,

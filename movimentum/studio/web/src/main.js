@@ -186,7 +186,7 @@ class App {
     if (!glimpse) this.velocities.forget();
     this.traces.forget();
     if (!glimpse && rev === this.rev) this.busy(false);
-    if (scene.all > scene.frames) this.hint(`The film has ${scene.all} frames; the first ${scene.frames} are shown.`);
+    if (!glimpse && scene.all > scene.most) this.hint(`The film has ${scene.all} frames; the first ${scene.frames} are shown.`);
     this.pictured(rev);
     this.guide.show();
     if (this.playNext && !glimpse && rev === this.rev && scene.frames > 1) {
