@@ -177,16 +177,19 @@ class StillMade:
 
 @dataclass(frozen=True, slots=True)
 class DiskChanged:
-    """The script's file is another one now, or cannot be read (``trouble``)."""
+    """The script's file is another one now, or cannot be read (``trouble``). ``renamed``: what it is called now."""
 
     text: str
     version: str
     trouble: str = ""
+    renamed: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class SaveDone:
-    """The script was written (``state`` "saved"), or was not ("conflict": the file has ``text`` now; "failed")."""
+    """The script was written (``state`` "saved"), or was not ("conflict": the file has ``text`` now; "failed");
+    "renamed": its file has that name now, and ``text``.
+    """
 
     state: str
     name: str

@@ -6,6 +6,7 @@ up. What a hand does at the picture is answered in between, as soon as the motio
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 import traceback
@@ -40,6 +41,10 @@ STAGES = ("read", "begin", "path", "examine", "rest", "advise")
 PATIENT = ("examine", "rest", "advise")
 QUICK_S = 0.03
 """Where the last motion took no longer, the next one is not worth a glimpse before it."""
+TIDY = 50
+"""After so many motions, memory is tidied. They refer to themselves in circles, and Python by itself looks at old
+objects only when there are a quarter more of them: 10,000 edits would take 40 MB (this costs 15 ms in three seconds).
+"""
 QUIET_S = 0.3
 """So long after a hand has moved, nothing is examined."""
 
@@ -84,6 +89,7 @@ class Desk:
         self._urgent: deque[Callable[[], None]] = deque()
         self._quiet = 0.0
         self._took = 1.0
+        self._solved = 0
         self._closed = False
         self._condition = Condition()
         self._thread = Thread(target=self._work, name="studio", daemon=True)
@@ -253,6 +259,9 @@ class Desk:
         self._own_items = items_of(job.revision.source)
         job.moved, self.shown = True, job
         self.send(FilmShown(job.rev, False, float(job.time), scene_told(motion.timeline, job.frames), film))
+        self._solved += 1
+        if self._solved % TIDY == 0:
+            gc.collect()
 
     def _rest(self, job: TextJob) -> None:
         from movimentum.studio.pictures import frames_shown, scene_told, whole_film

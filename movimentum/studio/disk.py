@@ -56,6 +56,17 @@ def stamp(path: Path) -> tuple[int, int, int] | None:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
+def renamed(path: Path, before: tuple[int, int, int] | None) -> str:
+    """What a file beside ``path`` is called that was ``path`` before (see `stamp`), or nothing."""
+    if before is None or path.exists():
+        return ""
+    try:
+        beside = [other for other in path.parent.iterdir() if other.suffix.lower() == path.suffix.lower()]
+    except OSError:
+        return ""
+    return next((other.name for other in beside if stamp(other) == before), "")
+
+
 def write_script(path: Path, text: str) -> None:
     """Write a script, whole or not at all; `UsageError` if that cannot be done. A mark at its beginning stays."""
     try:

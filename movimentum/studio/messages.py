@@ -174,6 +174,13 @@ class RecordingWanted:
 
 
 @dataclass(frozen=True, slots=True)
+class RenameFollowed:
+    """The script's file is the one called ``name`` from now on."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class LinkageWanted:
     """The scene at ``time`` is to be written to ``name`` as a linkage file."""
 
@@ -215,6 +222,7 @@ INCOMING = {
     "save": SaveWanted,
     "open": FileOpened,
     "files": FilesAsked,
+    "follow": RenameFollowed,
     "record": RecordingBegun,
     "shot": ShotTaken,
     "recorded": RecordingWanted,

@@ -111,6 +111,9 @@ class Page:
                 self._thumbnails.stop()
                 files.open(message)
                 desk.moved_to(files.path, files.folder if files.file else Path(files.path).parent)
+            case m.RenameFollowed():
+                files.follow(message)
+                desk.moved_to(files.path, files.folder)
             case m.LinkageWanted():
                 desk.soon(lambda: files.save_linkage(message, self._choices))
             case m.RenderWanted():
@@ -141,10 +144,11 @@ class Page:
             file = self._files.file
             now = (file, None if file is None else disk.stamp(file))
             if now != last:
-                last = now
                 found = self._files.changed()
-                if found is not None:
-                    self._send(a.DiskChanged(found.text, found.version, found.trouble))
+                if found is not None and file is not None:
+                    other = disk.renamed(file, last[1]) if last[0] == file else ""
+                    self._send(a.DiskChanged(found.text, found.version, found.trouble, other))
+                last = now
             mentioned = mentioned_files(SourceText(self._files.path, self._text))[:MOST_WATCHED]
             stamps = {path: disk.stamp(path) for path in mentioned}
             if any(path in used and used[path] != stamp for path, stamp in stamps.items()):

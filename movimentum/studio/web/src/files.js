@@ -88,7 +88,15 @@ export class FileWork {
 
   /* --- the disk --- */
 
-  diskChanged({text, version, trouble}) {
+  diskChanged({text, version, trouble, renamed}) {
+    if (renamed) {
+      this.version = "";
+      this.notice(`${this.name} is called ${renamed} now.`, [
+        [`Go on with ${renamed}`, () => this.app.send({kind: "follow", name: renamed})],
+        [`Keep ${this.name}`, () => {}],
+      ]);
+      return;
+    }
     if (trouble) {
       this.version = "";
       this.notice(`${trouble}. Your text is kept here; Save writes it again.`, [["Fine", () => {}]]);
@@ -135,6 +143,11 @@ export class FileWork {
       this.named(name);
       this.notice("");
       this.app.hint(words || `Saved ${name}.`);
+    } else if (state === "renamed") {
+      this.base = this.plain(text);
+      this.version = version;
+      this.named(name);
+      this.app.hint(`This is ${name} now.`);
     } else if (state === "conflict") {
       this.notice(words || "The file has changed on the disk since you opened it.", [
         ["Save mine over it", () => this.save(name, true)],

@@ -96,13 +96,16 @@ class App {
     const place = byId("busy");
     const late = on && this.link.ready && (this.rev !== this.shownRev || this.stage.glimpse);
     place.hidden = !late;
+    clearInterval(this.counting);
     if (!late) return;
     const stop = make("button", {type: "button", text: "Stop", "data-testid": "stop", onclick: () => {
       this.send({kind: "stop", rev: this.rev});
       this.busy(false);
       this.hint("Stopped. The next change of the text is solved again.");
     }});
-    place.replaceChildren(make("progress", {"aria-label": "Solving"}), make("span", {text: "solving …"}), stop);
+    const begun = performance.now(), words = make("span", {text: "solving …"});
+    this.counting = setInterval(() => { words.textContent = `solving … ${Math.round((performance.now() - begun) / 1000)} s`; }, 1000);
+    place.replaceChildren(make("progress", {"aria-label": "Solving"}), words, stop);
   }
 
   get offsets() {
