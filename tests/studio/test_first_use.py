@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -76,7 +77,10 @@ def test_thumbnails_move_and_a_click_opens_and_plays(opened: Opened) -> None:
 
 def test_the_seeds_ways_by_keys(opened: Opened) -> None:
     """Views, velocities, information, full screen, screenshot, clear, open and save, without the mouse."""
-    tab = opened("A : .disc(4)  P = [10, 10];\nB : .disc(4)  P = [90, 40];\n@0\n")
+    tab = opened(
+        "A : .disc(4)  P = [10, 10];\nB : .disc(4)  P = [90, 40];\nArm : .bar O = [10, 60]  Q = [60, 60];\n"
+        "@0  Arm.O = [10, 60];\n"
+    )
     tab.settled()
     tab.page.locator("#stage").focus()
     press = tab.page.keyboard.press
@@ -86,7 +90,7 @@ def test_the_seeds_ways_by_keys(opened: Opened) -> None:
         said.append(tab.testid("told").inner_text())
     assert sorted(said) == ["View: free motions.", "View: names.", "View: plain."]
     press("i")
-    assert "2 things" in tab.testid("answer").inner_text()
+    assert "3 things" in tab.testid("answer").inner_text()
     press("i")
     with tab.page.expect_download() as download:
         press("Shift+S")
@@ -95,10 +99,33 @@ def test_the_seeds_ways_by_keys(opened: Opened) -> None:
     tab.page.wait_for_function("() => document.fullscreenElement !== null")
     press("w")
     tab.page.wait_for_function("() => document.fullscreenElement === null")
-    # a rod between the two points, by keys alone
+    # a third point, placed with the cross, and a rod between the first two, by keys alone
+    press("a")
+    press(".")
+    for _ in range(4):
+        press("Shift+ArrowUp")
+    press("Enter")
+    state = tab.until("Object.keys(s.anchors).includes('C.P')")
+    assert state["anchors"]["C.P"] == [10, 30]
+    # a free point is pulled
+    press("v")
+    for _ in range(3):
+        press(".")
+    assert tab.testid("told").inner_text().startswith("Arm.Q at 60, 60")
+    for _ in range(6):
+        press("Shift+ArrowUp")
+    turned = "Math.atan2(s.anchors['Arm.Q'][1] - 60, s.anchors['Arm.Q'][0] - 10)"
+    state = tab.until(f"Math.abs({turned} - Math.atan2(30, 50)) < 0.02")
+    assert math.dist(state["anchors"]["Arm.O"], state["anchors"]["Arm.Q"]) == pytest.approx(50, abs=1e-6)
+    press("Escape")
     press("r")
-    for key in (".", "Enter", ".", "Enter"):
+    press("Escape")
+    rev = tab.state["rev"]
+    while not tab.testid("told").inner_text().startswith("A.P"):
+        press(".")
+    for key in ("Enter", ".", "Enter"):
         press(key)
+    tab.until(f"s.rev > {rev}")
     tab.until("Object.keys(s.anchors).includes('AB.A')")
     press("Control+s")
     wait_for(lambda: "AB : .bar" in tab.studio.script.read_text(encoding="utf-8"))

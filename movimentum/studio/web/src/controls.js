@@ -18,7 +18,6 @@ export class Controls {
     this.drawTools();
     this.drawViews();
     this.drawCopies();
-    this.point = -1;
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
@@ -115,12 +114,14 @@ export class Controls {
     const {app} = this, {clock, stage} = app, {key} = event;
     const slider = element === "INPUT" && event.target !== clock.scrubber;
     const tool = TOOLS.find((each) => each[3] === key.toLowerCase());
+    const way = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[key];
+    if (way && event.shiftKey && element !== "INPUT") { app.cross.move(...way); return true; }
     if (key === " ") { if (element === "BUTTON") return false; clock.toggle(); }
     else if (key === "ArrowLeft" && !slider) clock.step(-1);
     else if (key === "ArrowRight" && !slider) clock.step(1);
     else if (key === "Home" && !slider) { clock.pause(); clock.seek(0); }
     else if (key === "End" && !slider) { clock.pause(); clock.seek(clock.frames - 1); }
-    else if (key === "Escape") { app.pointer.cancel(); app.hand.leave(); app.selectThing(null); stage.draw(); }
+    else if (key === "Escape") { app.pointer.cancel(); app.cross.leave(); app.hand.leave(); app.selectThing(null); stage.draw(); }
     else if (key === "+" || key === "=") stage.zoom(1.25);
     else if (key === "-") stage.zoom(1 / 1.25);
     else if (key === "0") stage.fit();
@@ -132,31 +133,13 @@ export class Controls {
     else if (key === "C") app.copies.copySvg();
     else if (key === "c") app.copies.copyPng();
     else if (key.toLowerCase() === "l") app.traces.next();
-    else if (key === "." || key === ",") this.nextPoint(key === "." ? 1 : -1);
-    else if (key === "Enter" && event.target === stage.canvas) this.usePoint();
+    else if (key === "." || key === ",") app.cross.next(key === "." ? 1 : -1);
+    else if (key === "Enter" && event.target === stage.canvas) app.cross.use();
     else if (key === "Delete" || key === "Backspace") { if (app.selected) app.useTool("delete", [stage.scene.things[app.selected.thing].name], []); }
     else if (this.views[key.toLowerCase()]) this.views[key.toLowerCase()].click();
     else if (tool) this.choose(tool[0]);
     else return false;
     return true;
-  }
-
-  /* Points one after the other, for those without a mouse. */
-  nextPoint(by) {
-    const {app} = this, anchors = app.stage.anchors();
-    if (!anchors.length) return;
-    this.point = (this.point + by + anchors.length) % anchors.length;
-    app.stage.hovered = anchors[this.point];
-    app.hint(anchors[this.point].name);
-    app.stage.draw();
-  }
-
-  usePoint() {
-    const {app} = this, hit = app.stage.hovered;
-    if (!hit) return;
-    const at = hit.at || [0, 0];
-    const {tool} = app.pointer;
-    app.pointer[tool]({tool, hit, at, dragged: false, grip: null}, at);
   }
 
   /* --- what is known --- */

@@ -254,7 +254,7 @@ export class FileWork {
   showKeys() {
     const rows = [["Space", "play or pause (outside the script)"], ["← →", "one frame"], ["Home End", "first and last frame"],
       ["V A R G F T U D E", "tools: select, anchor, rod, angle, fix, attract, turn, delete, edit shape"],
-      [". and , then Enter", "next and previous point; use the tool there"], ["+ − 0", "zoom in, out, fit"],
+      [". and ,", "the next and the previous point"], ["Shift and arrows", "move the cross; with Select, the point it is at"], ["Enter", "use the tool where the cross is"], ["+ − 0", "zoom in, out, fit"],
       ["Q", "the next view: plain, names, free motions"], ["N P L M S I", "names, points, traces, free motions, velocities, information"],
       ["W", "full screen"], ["C Shift-C", "copy the picture as PNG, as SVG"], ["Shift-S", "save what is on show as PNG"],
       ["K", "record what is done by hand; again: save it as a film"], ["X", "clear the sheet"], ["Delete", "remove what is selected"],

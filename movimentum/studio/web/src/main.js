@@ -13,6 +13,7 @@ import {Velocities} from "./velocity.js";
 import {Claims} from "./claims.js";
 import {Traces} from "./traces.js";
 import {Copies} from "./copies.js";
+import {Cross} from "./cross.js";
 import {Record} from "./record.js";
 import {Start} from "./start.js";
 import {Guide} from "./guide.js";
@@ -44,6 +45,7 @@ class App {
     this.playNext = false;
     this.hand = new Hand(this);
     this.pointer = new Pointer(this);
+    this.cross = new Cross(this);
     this.files = new FileWork(this);
     this.controls = new Controls(this);
     window.addEventListener("keydown", () => { this.pressed = performance.now(); }, true);
