@@ -116,7 +116,7 @@ class Answered:
 
 @dataclass(frozen=True, slots=True)
 class Plotted:
-    """The values of an expression: one row of components for each frame; null where there is none."""
+    """The values of an expression, evenly over the whole film: one row of components each; null where there is none."""
 
     rev: int
     expression: str

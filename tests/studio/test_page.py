@@ -126,7 +126,14 @@ def test_questions_about_a_part(opened: Opened) -> None:
     tab.page.wait_for_function("() => document.getElementById('answer').textContent.includes('Crank.angle = 180*.t')")
     tab.testid("plot-expression").fill("Rocker.angle")
     tab.page.keyboard.press("Enter")
-    tab.page.locator("#plot canvas").wait_for()
+    plot = tab.testid("plot")
+    plot.wait_for()
+    before = tab.testid("plot-value").inner_text()
+    assert before.startswith("Rocker.angle = ")
+    box = plot.bounding_box()
+    plot.click(position={"x": box["width"] / 2, "y": 10})
+    assert tab.state["frame"] == pytest.approx(25, abs=1)
+    assert tab.testid("plot-value").inner_text() != before
 
 
 def test_windows_line_ends_stay(opened: Opened) -> None:

@@ -259,14 +259,18 @@ export class Controls {
   }
 
   plotted({expression, rows, words}) {
-    const place = byId("plot");
+    const place = byId("plot"), {clock} = this.app;
     if (expression !== this.plotting) return;
-    if (words) { place.replaceChildren(make("p", {text: words})); return; }
-    const canvas = make("canvas", {"data-testid": "plot", role: "img", "aria-label": `${expression} over time`, title: expression});
-    place.replaceChildren(make("span", {text: expression}), canvas);
+    const close = make("button", {type: "button", text: "×", "aria-label": "Close the plot", onclick: () => this.plot("")});
+    if (words) { place.replaceChildren(make("p", {text: words}), close); return; }
+    const canvas = make("canvas", {"data-testid": "plot", role: "img", "aria-label": `${expression} over time`, title: "Click to go to a time"});
+    const told = make("output", {"data-testid": "plot-value"});
+    place.replaceChildren(told, canvas, close);
     const values = rows.flat().filter((value) => value !== null);
     const low = Math.min(...values), high = Math.max(...values), span = high - low || 1;
-    const paint = () => {
+    const part = () => clock.frames < 2 ? 0 : clock.frame / (clock.frames - 1);
+    canvas.addEventListener("click", (event) => { clock.pause(); clock.seek(event.offsetX / canvas.clientWidth * (clock.frames - 1)); });
+    this.repaint = () => {
       const fine = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
       canvas.width = width * fine;
       canvas.height = height * fine;
@@ -283,14 +287,21 @@ export class Controls {
         });
         context.stroke();
       });
+      context.fillStyle = "#555";
+      context.font = "11px system-ui, sans-serif";
+      if (values.length) {
+        context.fillText(short(high), 3, 12);
+        context.fillText(short(low), 3, height - 4);
+      }
       context.strokeStyle = "#888";
       context.beginPath();
-      context.moveTo(x(this.app.clock.frame), 0);
-      context.lineTo(x(this.app.clock.frame), height);
+      context.moveTo(part() * width, 0);
+      context.lineTo(part() * width, height);
       context.stroke();
+      const now = rows[Math.round(part() * (rows.length - 1))] || [];
+      told.textContent = `${expression} = ${now.map((value) => (value === null ? "–" : short(value))).join(", ")}`;
     };
-    paint();
-    this.repaint = paint;
+    this.repaint();
   }
 
   /* Another time is shown. */
@@ -298,3 +309,5 @@ export class Controls {
     if (this.repaint && !byId("plot").hidden) this.repaint();
   }
 }
+
+const short = (value) => String(Number(value.toPrecision(5)));

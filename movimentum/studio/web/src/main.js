@@ -194,6 +194,7 @@ class App {
     if (!glimpse && scene.all > scene.most) this.hint(`The film has ${scene.all} frames; the first ${scene.frames} are shown.`);
     this.pictured(rev);
     this.guide.show();
+    if (!glimpse && this.controls.plotting) this.controls.plot(this.controls.plotting);
     if (this.playNext && !glimpse && rev === this.rev && scene.frames > 1) {
       this.playNext = false;
       this.clock.play();
