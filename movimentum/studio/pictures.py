@@ -17,7 +17,16 @@ from movimentum.drawing.options import PictureOptions
 from movimentum.expressions import Expr, symbols
 from movimentum.rendering.prepare import PreparedMark, prepare_drawing
 from movimentum.rendering.stream import concatenate
-from movimentum.scene.model import AnchorCoordinate, Bearing, Ending, GearPair, Scene, ThingAngle, ThingProperty
+from movimentum.scene.model import (
+    AnchorCoordinate,
+    Bearing,
+    Ending,
+    GearPair,
+    Relation,
+    Scene,
+    ThingAngle,
+    ThingProperty,
+)
 from movimentum.source import FarSpan, SourceText, Span
 from movimentum.vector.film import Film, make_film
 from movimentum.vector.page import film_data
@@ -144,7 +153,7 @@ def scene_told(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
         "steps": [float(step.time) for step in scene.steps],
         "things": [_thing(thing, scene.source) for thing in scene.things],
         "statements": [
-            {"span": place, "things": sorted(about(item)), "wish": _wish(item, scene)}
+            {"span": place, "things": sorted(about(item)), **_held(item)}
             for step in scene.steps
             for item in (*step.statements, *step.claims)
             if not isinstance(item, Ending) and (place := placed(scene.source, item.span)) is not None
@@ -195,13 +204,15 @@ def about(item: Any) -> set[int]:
     return found
 
 
-def _wish(item: Constraint | Claim, scene: Scene) -> list[float] | None:
-    """Where a wish pulls an anchor to, if it is a place that the script states with two numbers."""
-    anchor = getattr(item, "anchor", None)
-    if item.relation.value != "~" or anchor is None or len(item.right) != 2:
-        return None
-    x, y = (side.value for side in item.right)
-    return None if x is None or y is None else [anchor.thing, anchor.anchor, float(x), float(y)]
+def _held(item: Constraint | Claim) -> dict[str, list[float] | None]:
+    """An anchor and the place that the script pins it to, or pulls it to (a wish), if those are two numbers."""
+    anchor, pin, wish = getattr(item, "anchor", None), None, None
+    if anchor is not None and len(item.right) == 2:
+        x, y = (side.value for side in item.right)
+        place = None if x is None or y is None else [anchor.thing, anchor.anchor, float(x), float(y)]
+        pin = place if item.relation is Relation.EQUAL else None
+        wish = place if item.relation is Relation.WISH else None
+    return {"pin": pin, "wish": wish}
 
 
 def placed(source: SourceText, span: Span) -> list[int] | None:

@@ -283,6 +283,7 @@ export class Stage {
     if (this.hovered && this.hovered.at) this.dot(context, this.hovered.at, 5 * px, "#d55e00");
     if (this.arrows && !this.held) this.drawArrows(context, px);
     this.drawWishes(context, px);
+    this.drawPins(context, px);
     if (this.band) {
       context.strokeStyle = "#0072b2";
       context.lineWidth = 2 * px;
@@ -361,6 +362,25 @@ export class Stage {
       context.lineTo(x + 1.6 * r, y);
       context.moveTo(x, y - 1.6 * r);
       context.lineTo(x, y + 1.6 * r);
+      context.stroke();
+    }
+  }
+
+  /* Points that are fixed; rods show that by themselves. */
+  drawPins(context, px) {
+    if (!this.scene) return;
+    context.strokeStyle = "#0072b2";
+    context.lineWidth = 1.5 * px;
+    for (const {pin} of this.scene.statements) {
+      if (!pin || this.scene.things[pin[0]].shape !== "disc") continue;
+      const [thing, , x, y] = pin, low = y - (this.scene.things[thing].radius || 4) - 9 * px;
+      context.beginPath();
+      context.moveTo(x, y);
+      context.lineTo(x - 7 * px, low);
+      context.lineTo(x + 7 * px, low);
+      context.closePath();
+      context.moveTo(x - 11 * px, low);
+      context.lineTo(x + 11 * px, low);
       context.stroke();
     }
   }
