@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import signal
 import subprocess
 import sys
@@ -170,17 +169,6 @@ def bench() -> Iterator[Callable[[str], Bench]]:
     yield begin
     for each in made:
         each.desk.close()
-
-
-def solved(script: Path, folder: Path) -> list[dict[str, float]]:
-    """What `solve` says, a dictionary a frame."""
-    target = folder / "solved.json"
-    subprocess.run(
-        [sys.executable, "-m", "movimentum", "solve", str(script), "-o", str(target)],
-        check=False, env=environment(), capture_output=True, timeout=120,
-    )  # fmt: skip
-    table = json.loads(target.read_text(encoding="utf-8"))
-    return [dict(zip(table["columns"], row, strict=True)) for row in table["rows"]]
 
 
 def wait_for(condition: Callable[[], bool], seconds: float = 10.0) -> None:
