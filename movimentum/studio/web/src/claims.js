@@ -68,9 +68,9 @@ export class Claims {
   /* [[thing, colour]]: red what a claim is about that fails now; green what one is about that is pointed at. */
   colors() {
     const {frame} = this.app.clock, found = new Map();
-    if (this.pointed && !this.fails(this.pointed, frame)) for (const thing of this.pointed.things) found.set(thing, "rgba(26, 140, 70, 0.6)");
+    if (this.pointed && !this.fails(this.pointed, frame)) for (const thing of this.pointed.things) found.set(thing, "rgba(26, 140, 70, 0.45)");
     for (const item of this.found) {
-      if (this.fails(item, frame)) for (const thing of item.things) found.set(thing, "rgba(210, 30, 45, 0.6)");
+      if (this.fails(item, frame)) for (const thing of item.things) found.set(thing, "rgba(210, 30, 45, 0.4)");
     }
     return [...found];
   }
