@@ -5,7 +5,7 @@ They travel with the poses, as properties of the thing that shows them, to where
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -28,17 +28,23 @@ def with_numbers(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] |
     scene = motion.timeline.scene
     if not scene.shows_numbers or not len(poses.frames):
         return poses
-    return replace(poses, properties={**poses.properties, **_texts(scene, poses), **_arrows(motion, poses, instants)})
+    texts = texts_of(scene)(poses)
+    return replace(poses, properties={**poses.properties, **texts, **_arrows(motion, poses, instants)})
 
 
-def _texts(scene: Scene, poses: Poses) -> dict[tuple[int, str], FloatArray]:
+def texts_of(scene: Scene) -> Callable[[Poses], dict[tuple[int, str], FloatArray]]:
+    """Reads the numbers that the texts of a scene show, as properties of poses."""
     places = [
         (thing.number, text_number(number), shown)
         for thing in scene.things
         for number, shown in enumerate(piece for piece in thing.pieces if isinstance(piece, Shown))
     ]
-    values = reader(scene, [shown.value for _, _, shown in places])(poses)
-    return {(thing, name): found for (thing, name, _), found in zip(places, values, strict=True)}
+    read = reader(scene, [shown.value for _, _, shown in places])
+
+    def texts(poses: Poses) -> dict[tuple[int, str], FloatArray]:
+        return {(thing, name): found for (thing, name, _), found in zip(places, read(poses), strict=True)}
+
+    return texts
 
 
 def _arrows(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] | None) -> dict[tuple[int, str], FloatArray]:

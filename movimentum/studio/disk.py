@@ -18,6 +18,7 @@ from movimentum.workflow.read import mentioned_files, read
 
 UNTITLED = "untitled"
 MOST_RECENT = 8
+MOST_LISTED = 500
 _WINDOWS_MARK = b"\xef\xbb\xbf"
 
 
@@ -53,6 +54,17 @@ def stamp(path: Path) -> tuple[int, int, int] | None:
     except (OSError, ValueError):
         return None
     return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def renamed(path: Path, before: tuple[int, int, int] | None) -> str:
+    """What a file beside ``path`` is called that was ``path`` before (see `stamp`), or nothing."""
+    if before is None or path.exists():
+        return ""
+    try:
+        beside = [other for other in path.parent.iterdir() if other.suffix.lower() == path.suffix.lower()]
+    except OSError:
+        return ""
+    return next((other.name for other in beside if stamp(other) == before), "")
 
 
 def write_script(path: Path, text: str) -> None:
@@ -104,6 +116,18 @@ def script_from(path: Path) -> str:
             from movimentum.interop.linkages import linkage_script, read_linkage
 
             return linkage_script(read_linkage(source)[0], title)
+
+
+OPENED = (".mov", ".txt")
+
+
+def openable(folder: Path) -> tuple[str, ...]:
+    """The files of a folder that may be scripts, linkages or mechanisms, by name."""
+    try:
+        found = sorted(path.name for path in folder.iterdir() if path.suffix.lower() in OPENED and path.is_file())
+    except OSError:
+        return ()
+    return tuple(found[:MOST_LISTED])
 
 
 # --- the start page ---------------------------------------------------------------------------------------

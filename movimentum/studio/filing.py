@@ -10,8 +10,9 @@ from typing import Any
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.source import SourceText
 from movimentum.studio import disk
+from movimentum.studio.answers import SaveDone, TextOpened, Told
 from movimentum.studio.disk import OnDisk
-from movimentum.studio.messages import FileOpened, LinkageWanted, SaveDone, SaveWanted, TextOpened, Told
+from movimentum.studio.messages import FileOpened, LinkageWanted, RenameFollowed, SaveWanted
 from movimentum.studio.security import OutsideFolder, inside, outside_files
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.exchange import exported
@@ -44,6 +45,18 @@ class Filing:
             return None
         self.known = found
         return found
+
+    def follow(self, wanted: RenameFollowed) -> None:
+        """Go on with the script's file under its new name; what the page has typed stays as it is."""
+        try:
+            target = self._target(wanted.name)
+        except OutsideFolder as problem:
+            self._send(Told(str(problem), "error"))
+            return
+        self.file, self.path = target, str(target)
+        self.known = disk.on_disk(str(target))
+        disk.remember(target)
+        self._send(SaveDone("renamed", self._told(target), self.known.version, self.known.text))
 
     def save(self, wanted: SaveWanted) -> None:
         """Write the script, unless its file is another one than the page knows."""

@@ -10,21 +10,22 @@ import difflib
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from movimentum.arrays import FloatArray
 from movimentum.errors import MovimentumError
 from movimentum.repl.session import Refused
-from movimentum.repl.text_edits import stated, without
+from movimentum.repl.text_edits import without
 from movimentum.scene.expansion.placement import HERE
-from movimentum.scene.model import AnchorRef, Claim, Constraint, Ending, Relation, Scene, Shape, Thing
-from movimentum.scene.text_edits import removed, statement_end
-from movimentum.source import Edit, SourceText, Span, UnfoldedText, edited
+from movimentum.scene.model import Claim, Constraint, Ending, Relation, Shape, Thing
+from movimentum.scene.text_edits import removed
+from movimentum.source import Edit, SourceText, Span, edited
+from movimentum.studio.answers import TextEdited
 from movimentum.studio.desk import Desk, TextJob, exact_time
 from movimentum.studio.hands import Hands
-from movimentum.studio.messages import TextEdited, ToolUsed
+from movimentum.studio.messages import ToolUsed
 from movimentum.studio.pictures import about
+from movimentum.studio.sheet import NothingToDo, Sheet, number_text, own, point_text
+from movimentum.studio.turning import turn
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand
 
@@ -32,24 +33,20 @@ BLANK = ".config(24, 640, 480);\n\n@0\n"
 """What a script begins with that is drawn from nothing."""
 POINT = "P"
 RADIUS = 4
-_REST_OF_LINE = re.compile(r"[ \t]*(//[^\r\n]*)?")
 _RELATIVE = re.compile(r"(\w+)\s*=\s*(\w+)\s*[+-]\s*\[")
-_WORD = re.compile(r"(?<![\w.])[A-Za-z]\w*")
-
-
-class NothingToDo(Exception):
-    """A gesture that changes nothing; its words say why."""
 
 
 def use(desk: Desk, hands: Hands, message: ToolUsed) -> None:
     """Answer a gesture with the edit that it is."""
     job = desk.known(message.rev)
-    words, edits = "", []
+    words: str = ""
+    edits: list[dict[str, Any]] = []
     try:
         if job is None:
             raise NothingToDo("the script has changed meanwhile")
         before = job.revision.source.text
-        edits = edits_between(before, _carried_out(job, hands, message, desk.engine.choices))
+        after = _carried_out(job, hands, message, desk.engine.choices)
+        words, edits = after.words, edits_between(before, after.text)
     except NothingToDo as why:
         words = str(why)
     except Refused as error:
@@ -73,99 +70,7 @@ def edits_between(before: str, after: str) -> list[dict[str, Any]]:
     ]
 
 
-@dataclass(frozen=True, slots=True)
-class Sheet:
-    """A script that is drawn on: its text, its scene, the step that statements go to, and where everything is on show
-    ((N, 4), see `movimentum.studio.messages.PlacesMoved`; None: as drawn).
-    """
-
-    scene: Scene
-    choices: Choices
-    step: int = 0
-    places: FloatArray | None = None
-
-    @property
-    def text(self) -> str:
-        """The script."""
-        return self.scene.source.script.text
-
-    def to(self, text: str) -> Sheet:
-        """The same with another text."""
-        scene = understand(SourceText(self.scene.source.path, text), self.choices)
-        return Sheet(scene, self.choices, min(self.step, len(scene.steps) - 1), self.places)
-
-    def state(self, statement: str, replaced: Sequence[Constraint | Ending] = ()) -> Sheet:
-        """The same with one more statement. The first one of a step stands beside its time."""
-        step, text = self.scene.steps[self.step], self.text
-        if not step.statements and not step.claims and step.span.end <= len(text):
-            rest = _REST_OF_LINE.match(text, step.span.end)
-            if rest is not None and not rest[1] and text[rest.end() : rest.end() + 1] in ("", "\r", "\n"):
-                gap = " " * max(1, 5 - (step.span.end - step.span.start))
-                line = gap + statement.strip().removesuffix(";").rstrip() + ";"
-                return self.to(text[: step.span.end] + line + text[rest.end() :])
-        return self.to(stated(self.scene, self.step, statement, replaced))
-
-    def define(self, line: str) -> Sheet:
-        """The same with one more definition, behind the last one."""
-        text, newline = self.text, self.scene.source.newline
-        ends = [thing.span.end for thing in self.scene.things if thing.span.end <= len(text)]
-        if ends:
-            place = statement_end(text, Span(max(ends), max(ends)))
-            rest = _REST_OF_LINE.match(text, place)
-            place = rest.end() if rest is not None else place
-            return self.to(text[:place] + newline + line + text[place:])
-        place = min((step.span.start for step in self.scene.steps if step.span.end <= len(text)), default=len(text))
-        return self.to(text[:place] + line + 2 * newline + text[place:])
-
-    def anchor(self, name: str) -> tuple[Thing, AnchorRef]:
-        """The thing and the anchor of ``Thing.Anchor``."""
-        for thing in self.scene.things:
-            for number, anchor in enumerate(thing.anchors):
-                if f"{thing.name}.{anchor.name}" == name:
-                    return thing, AnchorRef(thing.number, number)
-        raise NothingToDo(f"there is no `{name}`")
-
-    def thing(self, name: str) -> Thing:
-        """The thing with that name."""
-        found = next((thing for thing in self.scene.things if thing.name == name), None)
-        if found is None:
-            raise NothingToDo(f"there is no `{name}`")
-        return found
-
-    def where(self, ref: AnchorRef) -> tuple[float, float]:
-        """Where an anchor is on show."""
-        x, y = self.scene.things[ref.thing].anchors[ref.anchor].local
-        if self.places is None or ref.thing >= len(self.places):
-            return x, y
-        ox, oy, c, s = self.places[ref.thing].tolist()
-        return ox + c * x - s * y, oy + s * x + c * y
-
-    def local(self, thing: Thing, at: Sequence[float]) -> tuple[float, float]:
-        """The local point of a thing at a world point."""
-        if self.places is None or thing.number >= len(self.places):
-            return at[0], at[1]
-        ox, oy, c, s = self.places[thing.number].tolist()
-        dx, dy = at[0] - ox, at[1] - oy
-        return c * dx + s * dy, c * dy - s * dx
-
-    def turn(self, thing: Thing) -> float:
-        """How far a thing is turned from how it is drawn, in degrees."""
-        if self.places is None or thing.number >= len(self.places):
-            return 0.0
-        return math.degrees(math.atan2(self.places[thing.number][3], self.places[thing.number][2]))
-
-    def stated_under(self, key: str, relation: Relation) -> list[Constraint]:
-        """What the step itself states under a key."""
-        items = self.scene.steps[self.step].statements
-        return [item for item in items if isinstance(item, Constraint) and (item.key, item.relation) == (key, relation)]
-
-    def new_name(self, wanted: Sequence[str]) -> str:
-        """The first of the names that the script does not use."""
-        used = set(_WORD.findall(self.text))
-        return next(name for name in wanted if name not in used)
-
-
-def _carried_out(job: TextJob, hands: Hands, message: ToolUsed, choices: Choices) -> str:
+def _carried_out(job: TextJob, hands: Hands, message: ToolUsed, choices: Choices) -> Sheet:
     revision, path = job.revision, job.revision.source.path
     text = revision.source.text
     instant = exact_time(message.time)
@@ -184,7 +89,7 @@ def _carried_out(job: TextJob, hands: Hands, message: ToolUsed, choices: Choices
     if tool is None:
         raise NothingToDo("there is no such tool")
     names, points = (*message.names, "", "")[:2], (*message.points, (0.0, 0.0), (0.0, 0.0))[:2]
-    return tool(sheet, names, points).text
+    return tool(sheet, names, points)
 
 
 # --- the tools --------------------------------------------------------------------------------------------
@@ -197,19 +102,19 @@ def _anchor(sheet: Sheet, names: Names, points: Spots) -> Sheet:
     if names[0]:
         return _anchor_of(sheet, sheet.thing(names[0]), points[0])
     name = sheet.new_name([*"ABCDEFGHJKLMNOPQRSTUVWXYZ", *(f"A{n}" for n in range(1, 10_000))])
-    return sheet.define(f"{name} : .disc({RADIUS})  {POINT} = {_point(points[0], 0)};")
+    return sheet.define(f"{name} : .disc({RADIUS})  {POINT} = {point_text(points[0], 0)};")
 
 
 def _anchor_of(sheet: Sheet, thing: Thing, at: tuple[float, float]) -> Sheet:
     """One more anchor of a part."""
-    _own(sheet, thing.span)
+    own(sheet, thing.span)
     if not thing.anchors or thing.scale != 1.0 or thing.placement != HERE:
         raise NothingToDo(f"`{thing.name}` takes no more points here")
     names = {anchor.name for anchor in thing.anchors}
     name = next(name for name in ("P", "Q", "R", "S", *(f"P{n}" for n in range(1, 10_000))) if name not in names)
     first = thing.anchors[0]
     x, y = sheet.local(thing, at)
-    offset = _point((round(x - first.local[0]), round(y - first.local[1])), 0)
+    offset = point_text((round(x - first.local[0]), round(y - first.local[1])), 0)
     place = max(anchor.span.end for anchor in thing.anchors)
     return sheet.to(edited(sheet.text, [Edit(Span(place, place), f"  {name} = {first.name} + {offset}")]))
 
@@ -235,7 +140,7 @@ def _rod(sheet: Sheet, names: Names, points: Spots) -> Sheet:
     both = "".join(letters)
     wanted = [both, both[::-1]] if len(letters) == 2 and len(both) <= 6 else []
     rod = sheet.new_name([*wanted, *(f"Rod{n}" for n in range(1, 10_000))])
-    sheet = sheet.define(f"{rod} : .bar  {first} = {_point(ends[0][2])}  {second} = {_point(ends[1][2])};")
+    sheet = sheet.define(f"{rod} : .bar  {first} = {point_text(ends[0][2])}  {second} = {point_text(ends[1][2])};")
     for inside, (_, pinned, _) in zip((first, second), ends, strict=True):
         if pinned:
             sheet = sheet.state(f"{rod}.{inside} = {pinned};")
@@ -252,7 +157,7 @@ def _angle(sheet: Sheet, names: Names, _: Spots) -> Sheet:
         left, right, more = right, left, -more
     if sheet.stated_under(left, Relation.EQUAL):
         raise NothingToDo(f"the angles of `{first.name}` and `{second.name}` are stated already")
-    beyond = "" if abs(more) < 1e-6 else f" {'+' if more > 0 else '-'} {_number(abs(more))}"
+    beyond = "" if abs(more) < 1e-6 else f" {'+' if more > 0 else '-'} {number_text(abs(more))}"
     return sheet.state(f"{left} = {right}{beyond};")
 
 
@@ -265,7 +170,7 @@ def _fix(sheet: Sheet, names: Names, _: Spots) -> Sheet:
     ]
     if pins:
         return sheet.to(without(sheet.scene, pins))
-    place = _point(sheet.where(ref))
+    place = point_text(sheet.where(ref))
     if sheet.stated_under(names[0], Relation.EQUAL):
         return sheet.state(f"{place} = {names[0]};")
     return sheet.state(f"{names[0]} = {place};")
@@ -274,7 +179,7 @@ def _fix(sheet: Sheet, names: Names, _: Spots) -> Sheet:
 def _attract(sheet: Sheet, names: Names, points: Spots) -> Sheet:
     sheet.anchor(names[0])
     wishes = sheet.stated_under(names[0], Relation.WISH)
-    return sheet.state(f"{names[0]} ~ {_point(points[0], 0)};", wishes)
+    return sheet.state(f"{names[0]} ~ {point_text(points[0], 0)};", wishes)
 
 
 def _delete(sheet: Sheet, names: Names, _: Spots) -> Sheet:
@@ -291,7 +196,7 @@ def _delete(sheet: Sheet, names: Names, _: Spots) -> Sheet:
             if mentions or (isinstance(item, Ending) and item.key.startswith(named)):
                 spans.append(item.span)
     for span in spans:
-        _own(sheet, span)
+        own(sheet, span)
     for span in sorted(spans, reverse=True):
         text = edited(text, [removed(text, span)])
     return sheet.to(text)
@@ -300,16 +205,16 @@ def _delete(sheet: Sheet, names: Names, _: Spots) -> Sheet:
 def _shape(sheet: Sheet, names: Names, points: Spots) -> Sheet:
     thing, ref = sheet.anchor(names[0])
     anchor = thing.anchors[ref.anchor]
-    _own(sheet, anchor.span)
+    own(sheet, anchor.span)
     if thing.scale != 1.0 or thing.placement != HERE:
         raise NothingToDo(f"`{thing.name}` is scaled or placed: change its part's definition")
     x, y = (float(round(value)) for value in sheet.local(thing, points[0]))
     relative = _RELATIVE.match(sheet.scene.source.slice(anchor.span))
     other = next((a for a in thing.anchors if relative and a.name == relative[2] and a is not anchor), None)
     if other is None:
-        stated_as = _point((x, y))
+        stated_as = point_text((x, y))
     else:
-        stated_as = f"{other.name} + {_point((x - other.local[0], y - other.local[1]))}"
+        stated_as = f"{other.name} + {point_text((x - other.local[0], y - other.local[1]))}"
     return sheet.to(edited(sheet.text, [Edit(anchor.span, f"{anchor.name} = {stated_as}")]))
 
 
@@ -324,24 +229,10 @@ TOOLS: dict[str, Callable[[Sheet, Names, Spots], Sheet]] = {
     "rod": _rod,
     "angle": _angle,
     "fix": _fix,
+    "turn": turn,
     "attract": _attract,
     "delete": _delete,
     "shape": _shape,
     "state": _state,
 }
 """The tools of the page by name."""
-
-
-def _own(sheet: Sheet, span: Span) -> None:
-    """Refuse what is not in the script as such."""
-    if isinstance(sheet.scene.source, UnfoldedText) and span.end > sheet.scene.source.own:
-        raise NothingToDo("this is a copy of a part, or from another file: change it there")
-
-
-def _point(place: Sequence[float], digits: int = 3) -> str:
-    return f"[{_number(place[0], digits)}, {_number(place[1], digits)}]"
-
-
-def _number(value: float, digits: int = 3) -> str:
-    rounded = round(value, digits) + 0.0
-    return str(int(rounded)) if rounded == int(rounded) else repr(rounded)

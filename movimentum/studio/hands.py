@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -11,14 +12,16 @@ import numpy as np
 
 from movimentum.analysis.freedom.motions import free_motions_at
 from movimentum.analysis.interactive.drag import Grip
+from movimentum.analysis.live import texts_of, with_numbers
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import Expr, add, const, mul, symbol
 from movimentum.scene.model import AnchorCoordinate
 from movimentum.solver.segment_motion import Unsolved
+from movimentum.studio.answers import Grabbed, MotionsFree, PlacesMoved
 from movimentum.studio.desk import Desk, TextJob, exact_time
-from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseLeft, TimeLooked
-from movimentum.studio.moments import piece_at
-from movimentum.studio.pictures import moved_symbols
+from movimentum.studio.messages import HandMoved, PartGrabbed, PoseLeft, TimeLooked
+from movimentum.studio.moments import piece_at, placed_poses
+from movimentum.studio.pictures import moved_marks
 
 if TYPE_CHECKING:
     from movimentum.solver.motion import PathMotion
@@ -38,6 +41,7 @@ class Hands:
         self._places = np.zeros((0, 4))
         self._film: Film | None = None
         self._poses: Poses | None = None
+        self._texts: Callable[[Poses], dict[tuple[int, str], FloatArray]] | None = None
         self._mine = np.zeros(0, dtype=bool)  # the things that this grip has moved
 
     def look(self, message: TimeLooked) -> None:
@@ -91,7 +95,8 @@ class Hands:
             grip.follow_on(self._grip)
         self._grip, self._number, self._held = grip, message.grip, (message.rev, instant)
         self._mine = self._stirred(grip.placements())
-        self._film, self._poses = job.film, poses
+        self._film, self._poses = job.film, with_numbers(motion, poses, [instant])
+        self._texts = texts_of(motion.timeline.scene) if motion.timeline.scene.shows_numbers else None
         self._desk.send(Grabbed(message.grip, "free"))
 
     def move(self, message: HandMoved) -> None:
@@ -104,11 +109,18 @@ class Hands:
         self._mine |= self._stirred(after)
         self._places[self._mine] = after[self._mine]
         places = self._places.ravel().tolist()
-        symbols = None
-        if self._film is not None and self._poses is not None:
-            symbols = moved_symbols(self._film, self._poses, self._places)
+        marks = None if self._film is None else moved_marks(self._film, self.poses())
         took = 1000.0 * (time.perf_counter() - begun)
-        self._desk.send(PlacesMoved(message.grip, message.move, took, places, symbols))
+        self._desk.send(PlacesMoved(message.grip, message.move, took, places, marks))
+
+    def poses(self) -> Poses:
+        """(F = 1) what is on show, with the numbers of its texts, while something is held."""
+        assert self._poses is not None
+        assert self._grip is not None
+        if self._texts is None:
+            return placed_poses(self._poses, self._places)
+        poses = placed_poses(self._poses, self._places, self._grip.pose().others)
+        return replace(poses, properties={**poses.properties, **self._texts(poses)})
 
     def _stirred(self, after: FloatArray) -> BoolArray:
         """Which things are not where the film has them."""
@@ -125,6 +137,11 @@ class Hands:
             return self._places
         poses = job.motion.poses_at([instant])
         return np.concatenate([poses.origin[:, 0], poses.direction[:, 0]], axis=1)
+
+    def shown(self, job: TextJob, instant: Fraction) -> Poses | None:
+        """(F = 1) what is on show at an instant, if a hand has moved something there."""
+        held = self._grip is not None and self._held == (job.rev, instant)
+        return self.poses() if held else None
 
     def _why(self, job: TextJob, thing: str, anchor: str, instant: Fraction) -> str:
         from movimentum.studio.questions import asked

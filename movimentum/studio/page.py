@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from movimentum.source import SourceText
+from movimentum.studio import answers as a
 from movimentum.studio import disk
 from movimentum.studio import messages as m
 from movimentum.studio.desk import Desk
@@ -15,7 +16,10 @@ from movimentum.studio.filing import Filing
 from movimentum.studio.gestures import use
 from movimentum.studio.hands import Hands
 from movimentum.studio.questions import plot, tell
-from movimentum.studio.renders import Rendering
+from movimentum.studio.readings import rates, still
+from movimentum.studio.recorder import Recorder
+from movimentum.studio.renders import Rendering, Work, film_work, recording_work
+from movimentum.studio.thumbnails import Thumbnails
 from movimentum.studio.wire import BadMessage
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import mentioned_files
@@ -33,14 +37,17 @@ class Page:
         self._files = Filing(script, folder, send)
         self._desk = Desk(self._files.path, folder, send, choices)
         self._hands = Hands(self._desk)
+        self._recorder = Recorder(self._desk, self._hands)
         self._text = self._files.known.text
         self._renderings: dict[int, Rendering] = {}
         self._welcome()
+        lists = {"gallery": self._files.gallery, "recent": self._files.recent} if script is None else {}
+        self._thumbnails = Thumbnails(lists, send)
 
     def _welcome(self) -> None:
         files = self._files
         self._send(
-            m.Welcome(
+            a.Welcome(
                 name="" if files.file is None else files.file.name,
                 text=files.known.text,
                 version=files.known.version,
@@ -54,6 +61,7 @@ class Page:
     def close(self) -> None:
         """The page is gone."""
         self._desk.close()
+        self._thumbnails.stop()
         for rendering in self._renderings.values():
             rendering.cancel()
 
@@ -63,6 +71,8 @@ class Page:
         match message:
             case m.TextTyped():
                 self._text = message.text
+                if message.text.strip():
+                    self._thumbnails.stop()
                 desk.typed(message)
             case m.WorkStopped():
                 desk.stop(message)
@@ -80,6 +90,14 @@ class Page:
                 desk.soon(lambda: tell(desk, message))
             case m.PlotAsked():
                 desk.soon(lambda: plot(desk, message))
+            case m.RatesAsked():
+                desk.soon(lambda: rates(desk, message))
+            case m.StillAsked():
+                desk.soon(lambda: still(desk, hands, message))
+            case m.RecordingBegun():
+                desk.soon(self._recorder.begin)
+            case m.ShotTaken():
+                desk.soon(lambda: self._recorder.shoot(message))
             case _:
                 self._take_file(message)
 
@@ -90,20 +108,32 @@ class Page:
                 files.save(message)
                 desk.moved_to(files.path, files.folder)
             case m.FileOpened():
+                self._thumbnails.stop()
                 files.open(message)
                 desk.moved_to(files.path, files.folder if files.file else Path(files.path).parent)
+            case m.RenameFollowed():
+                files.follow(message)
+                desk.moved_to(files.path, files.folder)
             case m.LinkageWanted():
                 desk.soon(lambda: files.save_linkage(message, self._choices))
             case m.RenderWanted():
-                for old in self._renderings.values():
-                    old.cancel()
-                made = Rendering(message, files.path, files.folder, self._choices, self._send)
-                self._renderings = {message.job: made}
+                self._render(message.job, message.name, film_work(message, files.path, self._choices))
+            case m.RecordingWanted():
+                desk.soon(
+                    lambda: self._render(message.job, message.name, recording_work(message, self._recorder.end()))
+                )
+            case m.FilesAsked():
+                self._send(a.FilesListed(disk.openable(files.folder)))
             case m.RenderCancelled():
                 if message.job in self._renderings:
                     self._renderings[message.job].cancel()
             case _:
                 raise BadMessage("nobody takes this message")
+
+    def _render(self, job: int, name: str, work: Work) -> None:
+        for old in self._renderings.values():
+            old.cancel()
+        self._renderings = {job: Rendering(job, name, self._files.folder, work, self._send)}
 
     async def watch(self) -> None:
         """Look at the script and at what it uses, again and again."""
@@ -114,10 +144,11 @@ class Page:
             file = self._files.file
             now = (file, None if file is None else disk.stamp(file))
             if now != last:
-                last = now
                 found = self._files.changed()
-                if found is not None:
-                    self._send(m.DiskChanged(found.text, found.version, found.trouble))
+                if found is not None and file is not None:
+                    other = disk.renamed(file, last[1]) if last[0] == file else ""
+                    self._send(a.DiskChanged(found.text, found.version, found.trouble, other))
+                last = now
             mentioned = mentioned_files(SourceText(self._files.path, self._text))[:MOST_WATCHED]
             stamps = {path: disk.stamp(path) for path in mentioned}
             if any(path in used and used[path] != stamp for path, stamp in stamps.items()):

@@ -11,14 +11,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, to_json
-from movimentum.drawing.model import SymbolMark
+from movimentum.drawing.model import SymbolMark, TextMark
 from movimentum.drawing.options import PictureOptions
 from movimentum.expressions import Expr, symbols
-from movimentum.rendering.prepare import prepare_drawing
+from movimentum.rendering.prepare import PreparedMark, prepare_drawing
 from movimentum.rendering.stream import concatenate
-from movimentum.scene.model import AnchorCoordinate, Bearing, Ending, GearPair, Scene, ThingAngle, ThingProperty
+from movimentum.scene.model import (
+    AnchorCoordinate,
+    Bearing,
+    Ending,
+    GearPair,
+    Relation,
+    Scene,
+    ThingAngle,
+    ThingProperty,
+)
 from movimentum.source import FarSpan, SourceText, Span
 from movimentum.vector.film import Film, make_film
 from movimentum.vector.page import film_data
@@ -32,36 +40,72 @@ if TYPE_CHECKING:
 
 MOST_EXACT = 100_000
 """Poses whose places are sent with all digits; of more, only what is drawn."""
-MOST_FRAMES, MOST_POSES = 20_000, 1_000_000
-"""Frames of a film that are shown, and poses (things times frames); a longer one is shown up to there."""
+SOON_FRAMES, MOST_POSES = 20_000, 1_500_000
+"""Frames of a film that are shown at once, and poses (things times frames) that are shown at all: some 30 MB."""
 
 
-def whole_film(motion: PathMotion) -> tuple[dict[str, Any], Film]:
-    """The film of a motion, as the page's painter takes it."""
+def whole_film(motion: PathMotion, frames: int | None = None) -> tuple[dict[str, Any], Film]:
+    """The film of a motion, as the page's painter takes it; of its first ``frames`` (None: `frames_shown`)."""
     timeline = motion.timeline
-    chunks = tuple(PoseChunks(motion, range(frames_shown(timeline)), False, drawn=True))
-    options = PictureOptions()
-    if timeline.loops:
-        options = PictureOptions(closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
-    film = _film(timeline.scene, chunks, timeline.fps, options)
+    shown = frames_shown(timeline) if frames is None else frames
+    chunks = tuple(PoseChunks(motion, range(shown), False, drawn=True))
+    film = _film(timeline.scene, chunks, timeline.fps, film_options(motion))
     return _data(film), film
 
 
-def moved_symbols(film: Film, poses: Poses, places: FloatArray) -> dict[str, Any] | None:
-    """Springs and the like, which are drawn anew in every pose, where all things are at ``places`` (N, 4): a film of
-    one frame with these marks alone. ``poses`` (F = 1) has the rest. None if there are none.
+def film_options(motion: PathMotion) -> PictureOptions:
+    """How a film is drawn: with the pose that closes traces, if it begins again."""
+    timeline = motion.timeline
+    if not timeline.loops:
+        return PictureOptions()
+    return PictureOptions(closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
+
+
+def moved_marks(film: Film, poses: Poses) -> dict[str, Any] | None:
+    """What is drawn anew in every pose, springs and texts with numbers, in ``poses`` (F = 1): a film of one frame with
+    these marks alone. None if there are none.
     """
-    symbols = tuple(item for item in film.prepared.things if isinstance(item.mark, SymbolMark))
-    if not symbols:
+    marks = tuple(item for item in film.prepared.things if _is_live(item))
+    if not marks:
         return None
-    there = replace(poses, origin=places[:, None, :2], direction=places[:, None, 2:])
-    prepared = replace(film.prepared, things=symbols, traces=(), overlays=(), paths=())
-    return film_data(make_film(film.scene, prepared, there, film.title, film.fps, 0))
+    prepared = replace(film.prepared, things=marks, traces=(), overlays=(), paths=())
+    there = make_film(film.scene, prepared, poses, film.title, film.fps, 0)
+    # texts are measured from the pivots that the page knows
+    pivots = {body: replace(motion, pivot=film.bodies[body].pivot) for body, motion in there.bodies.items()}
+    there = replace(there, bodies=pivots)
+    numbers = [number for number, item in enumerate(film.prepared.things) if _is_live(item)]
+    return {**film_data(there), "live": _seen(there, numbers)}
+
+
+def _is_live(item: PreparedMark) -> bool:
+    return isinstance(item.mark, SymbolMark) or (isinstance(item.mark, TextMark) and bool(item.mark.pieces))
+
+
+def _seen(film: Film, numbers: Sequence[int]) -> list[int]:
+    """The numbers of those marks that a film's data have, in their order."""
+    pairs = zip(numbers, film.prepared.things, strict=True)
+    return [number for number, item in pairs if film.paint(item)[0].any()]
 
 
 def frames_shown(timeline: Timeline) -> int:
-    """How many frames of a film the page has."""
-    return min(timeline.frame_count, MOST_FRAMES, max(1, MOST_POSES // max(1, len(timeline.scene.things))))
+    """How many frames of a film the page has in the end."""
+    return min(timeline.frame_count, max(1, MOST_POSES // max(1, len(timeline.scene.things))))
+
+
+def frames_soon(timeline: Timeline, time: Fraction) -> int:
+    """How many frames of a film the page has at first, those up to ``time`` among them."""
+    looked_at = int(max(Fraction(0), time - timeline.start) * timeline.fps) + 1
+    return min(frames_shown(timeline), max(SOON_FRAMES, looked_at))
+
+
+def small_film(motion: PathMotion, frames: int) -> dict[str, Any]:
+    """The film of a motion in at most so many frames; ``length``: how long it takes, in time units."""
+    timeline = motion.timeline
+    count = min(frames, timeline.frame_count)
+    chosen = [round(k * (timeline.frame_count - 1) / max(1, count - 1)) for k in range(count)]
+    chunks = tuple(PoseChunks(motion, tuple(timeline.frame_time(frame) for frame in chosen), False, drawn=True))
+    film = film_data(_film(timeline.scene, chunks, timeline.fps, PictureOptions()))
+    return {**film, "length": float(timeline.frame_count / timeline.fps)}
 
 
 def some_pictures(timeline: Timeline, poses: Poses) -> dict[str, Any]:
@@ -78,6 +122,7 @@ def _film(scene: Scene, chunks: Sequence[Poses], fps: Fraction, options: Picture
 
 def _data(film: Film) -> dict[str, Any]:
     data = film_data(film)
+    data["live"] = _seen(film, range(len(film.prepared.things)))
     data["numbers"] = list(film.bodies)
     data["pivots"] = [motion.pivot for motion in film.bodies.values()]
     data["exact"] = ""
@@ -91,21 +136,24 @@ def _data(film: Film) -> dict[str, Any]:
 # --- what it is about -----------------------------------------------------------------------------------
 
 
-def scene_told(timeline: Timeline) -> dict[str, Any]:
-    """Things, statements, steps and constants of a scene, with their places in the script."""
+def scene_told(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
+    """Things, statements, steps and constants of a scene, with their places in the script; ``frames``: how many of the
+    film are sent (None: `frames_shown`), of ``most`` that will be.
+    """
     scene = timeline.scene
     return {
         "start": float(timeline.start),
         "end": float(timeline.end),
         "fps": float(timeline.fps),
-        "frames": frames_shown(timeline),
+        "frames": frames_shown(timeline) if frames is None else frames,
+        "most": frames_shown(timeline),
         "all": timeline.frame_count,
         "loops": timeline.loops,
         "sized": scene.config.size is not None,
         "steps": [float(step.time) for step in scene.steps],
         "things": [_thing(thing, scene.source) for thing in scene.things],
         "statements": [
-            {"span": place, "things": sorted(about(item)), "wish": _wish(item, scene)}
+            {"span": place, "things": sorted(about(item)), **_held(item)}
             for step in scene.steps
             for item in (*step.statements, *step.claims)
             if not isinstance(item, Ending) and (place := placed(scene.source, item.span)) is not None
@@ -156,13 +204,15 @@ def about(item: Any) -> set[int]:
     return found
 
 
-def _wish(item: Constraint | Claim, scene: Scene) -> list[float] | None:
-    """Where a wish pulls an anchor to, if it is a place that the script states with two numbers."""
-    anchor = getattr(item, "anchor", None)
-    if item.relation.value != "~" or anchor is None or len(item.right) != 2:
-        return None
-    x, y = (side.value for side in item.right)
-    return None if x is None or y is None else [anchor.thing, anchor.anchor, float(x), float(y)]
+def _held(item: Constraint | Claim) -> dict[str, list[float] | None]:
+    """An anchor and the place that the script pins it to, or pulls it to (a wish), if those are two numbers."""
+    anchor, pin, wish = getattr(item, "anchor", None), None, None
+    if anchor is not None and len(item.right) == 2:
+        x, y = (side.value for side in item.right)
+        place = None if x is None or y is None else [anchor.thing, anchor.anchor, float(x), float(y)]
+        pin = place if item.relation is Relation.EQUAL else None
+        wish = place if item.relation is Relation.WISH else None
+    return {"pin": pin, "wish": wish}
 
 
 def placed(source: SourceText, span: Span) -> list[int] | None:

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from movimentum.repl.session import Refused, Session, Work
 from movimentum.repl.sheet import poses_of
 from movimentum.repl.shell import answer
 from movimentum.solver.segment_motion import Unsolved
+from movimentum.studio.answers import Answered, Plotted
 from movimentum.studio.desk import Desk, TextJob, exact_time
-from movimentum.studio.messages import Answered, NameAsked, PlotAsked, Plotted
+from movimentum.studio.messages import NameAsked, PlotAsked
 from movimentum.studio.moments import piece_at
-from movimentum.studio.pictures import some_pictures
+from movimentum.studio.pictures import frames_shown, some_pictures
 
+if TYPE_CHECKING:
+    from movimentum.solver.motion import PathMotion
+    from movimentum.solver.poses import Poses
+
+MOST_PLOTTED = 2000
+"""Frames that a plot has."""
 MOST_SHOWN = 24
 """Solutions that are shown as pictures."""
 QUESTIONS = ("why", "formula", "solutions", "free")
@@ -72,8 +79,18 @@ def _solutions(job: TextJob, message: NameAsked) -> Answered:
     return Answered(message.rev, message.question, message.name, words, choices, film)
 
 
+def _spread(motion: PathMotion) -> Poses:
+    """The poses of every frame; of a long film, of some that are spread over it."""
+    timeline = motion.timeline
+    last = frames_shown(timeline) - 1
+    if last < MOST_PLOTTED:
+        return motion.poses(0, last + 1)
+    chosen = [round(k * last / (MOST_PLOTTED - 1)) for k in range(MOST_PLOTTED)]
+    return motion.poses_at([timeline.frame_time(frame) for frame in chosen])
+
+
 def plot(desk: Desk, message: PlotAsked) -> None:
-    """The values of an expression at every frame."""
+    """The values of an expression over the film."""
     from movimentum.repl.expressions import reading
 
     job = desk.known(message.rev)
@@ -82,7 +99,7 @@ def plot(desk: Desk, message: PlotAsked) -> None:
     motion = job.motion
     try:
         read = reading(session_of(job, motion.timeline.start), message.expression)
-        values = read.values(motion.poses(0, min(motion.timeline.frame_count, 5000)))
+        values = read.values(_spread(motion))
     except Refused as error:
         words = error.diagnostics[0].message if error.diagnostics else "it has no value"
         desk.send(Plotted(message.rev, message.expression, [], words))

@@ -7,7 +7,8 @@ import types
 from pathlib import Path
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from movimentum.studio.messages import INCOMING, OUTGOING
+from movimentum.studio.answers import OUTGOING
+from movimentum.studio.messages import INCOMING
 
 TARGET = Path(__file__).resolve().parent / "messages.json"
 

@@ -51,16 +51,18 @@ class Gate:
         return secrets.compare_digest(token.encode("utf-8", "replace"), self.token.encode("utf-8"))
 
 
-def policy(nonce: str) -> str:
+def policy(nonce: str, port: int) -> str:
     """The Content-Security-Policy of the page: its own scripts and styles and pictures in its data, nothing else.
 
     The editor makes a style element of its own, which it marks with ``nonce``. Style attributes are allowed because
-    browsers write them themselves where somebody types over a selection.
+    browsers write them themselves where somebody types over a selection. The socket on ``port`` is named because not
+    every browser takes it for the page's own.
     """
+    sockets = " ".join(f"ws://{name}:{port}" for name in _NAMES)
     return (
         f"default-src 'none'; script-src 'self'; style-src 'self' 'nonce-{nonce}'; style-src-attr 'unsafe-inline';"
         " img-src 'self' data: blob:;"
-        " connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        f" connect-src 'self' {sockets}; font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
 
 

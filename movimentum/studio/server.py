@@ -46,7 +46,7 @@ def studio_app(gate: Gate, script: str | None, folder: Path, choices: Choices) -
         nonce = secrets.token_urlsafe(16)
         text = files("movimentum.studio").joinpath("web/index.html").read_text(encoding="utf-8")
         page = text.replace("{nonce}", nonce)
-        headers = {**HEADERS, "Content-Security-Policy": policy(nonce)}
+        headers = {**HEADERS, "Content-Security-Policy": policy(nonce, gate.port)}
         return Response(page, media_type="text/html", headers=headers)
 
     def asset(request: Request) -> Response:

@@ -8,7 +8,8 @@ import types
 from dataclasses import asdict, fields
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from movimentum.studio.messages import INCOMING, OUTGOING, FilmShown
+from movimentum.studio.answers import OUTGOING, FilmShown
+from movimentum.studio.messages import INCOMING
 
 
 class BadMessage(ValueError):

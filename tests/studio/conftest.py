@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import signal
 import subprocess
 import sys
@@ -16,6 +15,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from tests.command import environment
+from tests.studio.bench import Bench
 
 PATIENCE_MS = 20_000
 
@@ -158,15 +158,17 @@ def opened(browser: Any, studio: Callable[..., Studio]) -> Iterator[Callable[...
     assert asked == []
 
 
-def solved(script: Path, folder: Path) -> list[dict[str, float]]:
-    """What `solve` says, a dictionary a frame."""
-    target = folder / "solved.json"
-    subprocess.run(
-        [sys.executable, "-m", "movimentum", "solve", str(script), "-o", str(target)],
-        check=False, env=environment(), capture_output=True, timeout=120,
-    )  # fmt: skip
-    table = json.loads(target.read_text(encoding="utf-8"))
-    return [dict(zip(table["columns"], row, strict=True)) for row in table["rows"]]
+@pytest.fixture
+def bench() -> Iterator[Callable[[str], Bench]]:
+    made: list[Bench] = []
+
+    def begin(text: str) -> Bench:
+        made.append(Bench(text))
+        return made[-1]
+
+    yield begin
+    for each in made:
+        each.desk.close()
 
 
 def wait_for(condition: Callable[[], bool], seconds: float = 10.0) -> None:

@@ -2,43 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import gc
+import threading
+import weakref
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.command import LONG, ROOT, movimentum
+from benchmarks.penrose import transformable
+from movimentum.interop.linkages import linkage_script
+from movimentum.studio.answers import FilmShown, StageDone
+from movimentum.studio.desk import Desk
+from movimentum.studio.messages import TextTyped
+from movimentum.studio.page import Page
+from movimentum.workflow.choices import Choices
+from tests.command import LONG, movimentum
 from tests.studio.conftest import Studio, Tab, wait_for
 from tests.studio.scripts import FOUR_BAR
 
 pytestmark = pytest.mark.slow
 
 Opened = Callable[..., Tab]
-
-
-@pytest.mark.slow
-def test_a_server_that_ends_and_comes_back_finds_the_text_that_was_typed(
-    opened: Opened, studio: Callable[..., Studio]
-) -> None:
-    first = studio(FOUR_BAR)
-    tab = opened(first)
-    tab.settled()
-    first.process.kill()
-    first.end()
-    tab.page.wait_for_function("() => document.getElementById('link').textContent !== ''")
-    tab.focus()
-    tab.page.keyboard.press("Control+End")
-    tab.page.keyboard.type("// typed without a server")
-    tab.testid("save").click()
-    assert "no connection" in tab.testid("told").inner_text()
-    second = studio(FOUR_BAR, first.port)
-    assert second.url == first.url
-    tab.page.wait_for_function("() => document.getElementById('link').textContent === ''")
-    state = tab.settled()
-    assert state["shownRev"] == state["rev"]
-    assert tab.text().endswith("// typed without a server")
-    tab.testid("save").click()
-    wait_for(lambda: "typed without a server" in second.script.read_text(encoding="utf-8"))
 
 
 def test_a_page_comes_back_by_itself_when_the_socket_breaks(opened: Opened) -> None:
@@ -112,37 +98,148 @@ def test_rendering_shows_how_far_it_is_and_is_cancelled_while_the_page_lives_on(
     assert [path.name for path in tab.studio.folder.glob("*.gif")] == []
 
 
-@pytest.mark.slow
-def test_typing_goes_on_while_a_large_script_is_solved(opened: Opened) -> None:
-    tab = opened(ROOT / "scripts" / "penrose-twenty.mov")
+def test_a_script_that_takes_a_minute_says_so_lets_one_type_and_is_stopped(opened: Opened) -> None:
+    """A tiling of more than a thousand vertices."""
+    tab = opened(linkage_script(transformable(5), "tiling"))
+    busy = tab.testid("busy")
+    tab.page.wait_for_function("() => !document.getElementById('busy').hidden")
+    tab.page.wait_for_function("() => /[1-9] s/.test(document.getElementById('busy').innerText)")  # it counts
     tab.focus()
     tab.page.keyboard.press("Control+Home")
-    for key in "// typed at once\n":
-        tab.page.keyboard.insert_text(key)
-    assert tab.text().startswith("// typed at once\n")
-    state = tab.until("s.shownRev === s.rev && !s.glimpse", 60_000)
-    assert state["rev"] > 10
+    tab.page.keyboard.type("// at once\n")
+    assert tab.text().startswith("// at once\n")
+    tab.page.wait_for_function("() => !document.getElementById('busy').hidden")
+    tab.testid("stop").click()
+    assert "Stopped" in tab.testid("told").inner_text()
+    assert busy.is_hidden()
+    tab.write(FOUR_BAR)  # which would have to wait for the other one, were it not given up
+    assert tab.until("s.shownRev === s.rev && !s.glimpse", 5_000)["frames"] == 51
 
 
-@pytest.mark.slow
-def test_what_takes_long_says_so_and_is_stopped(opened: Opened) -> None:
-    text = (ROOT / "scripts" / "penrose-twenty.mov").read_text(encoding="utf-8")
-    tab = opened(text)
-    tab.until("s.shownRev === s.rev && !s.glimpse && s.settled", 120_000)
-    tab.page.evaluate("movimentum.select(movimentum.text().length)")
-    number = text.index("[", text.index("@")) + 1
-    tab.page.evaluate("place => movimentum.select(place)", number)
-    shown = tab.state["shownRev"]
-    tab.page.keyboard.insert_text("7")  # another scene altogether
-    busy = "() => !document.getElementById('busy').hidden || movimentum.state().shownRev > " + str(shown)
-    tab.page.wait_for_function(busy)
-    if not tab.page.evaluate("document.getElementById('busy').hidden"):
-        tab.testid("stop").click()
-        assert "Stopped" in tab.testid("told").inner_text()
+def test_a_script_that_is_renamed_goes_on_under_its_new_name(opened: Opened) -> None:
+    tab = opened(FOUR_BAR)
+    tab.settled()
     tab.focus()
-    tab.page.keyboard.press("Control+z")
-    state = tab.until("s.shownRev === s.rev && !s.glimpse", 120_000)
-    assert state["shownRev"] > shown
+    tab.page.keyboard.press("Control+End")
+    tab.page.keyboard.type("// not saved yet")
+    script: Path = tab.studio.script
+    other = script.with_name("another.mov")
+    script.rename(other)
+    tab.page.wait_for_selector("[data-testid=choice-0]")
+    assert "drawn.mov is called another.mov now" in tab.page.locator("#notice").inner_text()
+    tab.testid("choice-0").click()
+    tab.page.wait_for_function("() => document.getElementById('name').textContent === 'another.mov'")
+    assert tab.text().endswith("// not saved yet")
+    assert not tab.state["saved"]
+    tab.testid("save").click()
+    wait_for(lambda: other.read_text(encoding="utf-8").endswith("// not saved yet"))
+    assert not script.exists()
+
+
+def test_a_page_that_was_asleep_for_an_hour_finds_its_server_again(
+    opened: Opened, studio: Callable[..., Studio]
+) -> None:
+    """The lid is closed for an hour, and the server was killed and started again: what was typed is there."""
+    first = studio(FOUR_BAR)
+    tab = opened(first)
+    tab.settled()
+    tab.page.clock.install()
+    tab.focus()
+    tab.page.keyboard.press("Control+End")
+    tab.page.keyboard.type("// before")
+    first.process.kill()
+    first.end()
+    tab.page.clock.fast_forward("01:00:00")
+    tab.page.keyboard.type(" and after")
+    tab.testid("save").click()
+    assert "no connection" in tab.testid("told").inner_text()
+    second = studio(FOUR_BAR, first.port)
+    assert second.url == first.url
+    tab.page.clock.fast_forward(3000)
+    tab.page.wait_for_function("() => document.getElementById('link').textContent === ''")
+    state = tab.until("s.shownRev === s.rev")
+    assert state["rev"] > 1
+    assert tab.text().endswith("// before and after")
+    tab.testid("save").click()
+    wait_for(lambda: "// before and after" in second.script.read_text(encoding="utf-8"))
+
+
+# --- what stays behind, without a browser ---------------------------------------------------------------------
+
+
+def texts(count: int) -> Iterator[str]:
+    """A four-bar whose coupler's point goes up and down."""
+    return (FOUR_BAR.replace("[70,90]", f"[70,{90 + number % 7}]") for number in range(count))
+
+
+def test_pages_that_were_closed_leave_nothing_behind(tmp_path: Path) -> None:
+    script = tmp_path / "x.mov"
+    script.write_text(FOUR_BAR, encoding="utf-8")
+    threads = threading.active_count()
+    left: list[weakref.ref[Any]] = []
+    for number in range(10):
+        said: list[Any] = []
+        page = Page(str(script), tmp_path, Choices(), said.append)
+        page.take(TextTyped(1, FOUR_BAR, 0.0))
+        if number % 2:  # some in the middle of their work
+            wait_for(lambda said=said: any(isinstance(item, FilmShown) for item in said))
+        page.close()
+        left += [weakref.ref(page), weakref.ref(page._desk), weakref.ref(page._hands)]
+        del page, said
+    wait_for(lambda: threading.active_count() <= threads)
+    gc.collect()
+    assert [ref for ref in left if ref() is not None] == []
+
+
+def test_edits_leave_no_objects_behind(tmp_path: Path) -> None:
+    """Counted, not timed: after each thirty edits there are as many objects as before."""
+    shown, done = threading.Event(), threading.Event()
+    said: list[int] = []
+
+    def send(message: Any) -> None:
+        if isinstance(message, FilmShown) and not message.glimpse:
+            said.append(message.rev)
+            shown.set()
+        elif isinstance(message, StageDone) and message.final:
+            done.set()
+
+    desk = Desk(str(tmp_path / "x.mov"), tmp_path, send)
+    counts: list[int] = []
+    try:
+        rev = 0
+        for _ in range(3):
+            for text in texts(30):
+                rev += 1
+                shown.clear()
+                done.clear()
+                desk.typed(TextTyped(rev, text, 0.0))
+                assert shown.wait(20)
+            assert done.wait(20)  # nobody works while objects are counted
+            gc.collect()
+            counts.append(len(gc.get_objects()))
+    finally:
+        desk.close()
+    assert said == sorted(said)
+    assert said[-1] == rev
+    assert counts[2] - counts[1] < 30, counts  # less than one for each edit
+
+
+def test_a_film_of_a_hundred_thousand_frames_is_shown_in_two_steps(tmp_path: Path) -> None:
+    said: list[Any] = []
+    desk = Desk(str(tmp_path / "x.mov"), tmp_path, said.append)
+    try:
+        desk.typed(TextTyped(1, LONG, 0.0))
+        wait_for(lambda: any(isinstance(item, StageDone) and item.final for item in said), 60)
+        films = [item for item in said if isinstance(item, FilmShown) and not item.glimpse]
+        assert [film.scene["frames"] for film in films] == [20_000, 100_001]
+        assert all(film.film["frames"] == film.scene["frames"] for film in films)
+        said.clear()
+        desk.typed(TextTyped(2, LONG.replace("7.3", "7.4"), 900.0))  # the time looked at is among the first ones
+        wait_for(lambda: any(isinstance(item, FilmShown) and not item.glimpse for item in said), 60)
+        first = next(item for item in said if isinstance(item, FilmShown) and not item.glimpse)
+        assert first.scene["frames"] == 90_001
+    finally:
+        desk.close()
 
 
 def test_without_the_extra_it_says_what_to_install(

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
+import re
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import pytest
 
 from movimentum.diagnostics import Severity
 from movimentum.source import Edit, SourceText, Span, edited
 from movimentum.studio.desk import TextJob
-from movimentum.studio.gestures import NothingToDo, _carried_out, edits_between
+from movimentum.studio.gestures import _carried_out, edits_between
 from movimentum.studio.messages import ToolUsed
+from movimentum.studio.sheet import NothingToDo
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from tests.studio.scripts import FOUR_BAR
@@ -31,7 +36,7 @@ def used(text: str, tool: str, names: tuple[str, ...] = (), points: Any = (), ti
     job = TextJob(1, Engine().revise(SourceText("x.mov", text)), Fraction(time))
     job.moved = job.revision.moves
     message = ToolUsed(1, tool, names, points, time)
-    after = _carried_out(job, StillHands(), message, Choices())  # pyright: ignore[reportArgumentType]
+    after = _carried_out(job, StillHands(), message, Choices()).text  # pyright: ignore[reportArgumentType]
     made = edits_between(text, after)
     assert edited(text, [Edit(Span(each["from"], each["to"]), each["text"]) for each in made]) == after
     found = Engine().revise(SourceText("x.mov", after)).diagnostics
@@ -117,3 +122,52 @@ def test_edits_count_characters() -> None:
     before = "// \U0001f600\nA;\nB;\n"
     made = edits_between(before, before + "C;\n")
     assert made == [{"from": len(before), "to": len(before), "text": "C;\n"}]
+
+
+def drawn(*places: tuple[float, float]) -> str:
+    """An open chain of rods through points, its ends fixed."""
+    names = "ABCDEFGH"[: len(places)]
+    points = "".join(f"{n} : .disc(4)  P = [{x}, {y}];\n" for n, (x, y) in zip(names, places, strict=True))
+    rods = "".join(
+        f"{a}{b} : .bar  {a} = [{p[0]}, {p[1]}]  {b} = [{q[0]}, {q[1]}];\n"
+        for (a, p), (b, q) in pairwise(zip(names, places, strict=True))
+    )
+    pins = "".join(f"     {a}{b}.{a} = {a}.P;  {a}{b}.{b} = {b}.P;\n" for a, b in pairwise(names))
+    (ax, ay), (zx, zy) = places[0], places[-1]
+    return f"{points}{rods}\n@0\n{pins}     A.P = [{ax}, {ay}];  {names[-1]}.P = [{zx}, {zy}];\n"
+
+
+@pytest.mark.parametrize(
+    ("places", "turns"),
+    [
+        (((100, 100), (130, 110), (220, 190), (250, 100)), True),  # Grashof's, the shortest rod at the ground
+        (((100, 100), (180, 110), (220, 190), (250, 100)), False),
+        (((150, 150), (190, 230), (380, 300), (460, 150)), False),
+        (((0, 0), (0, 100), (100, 100), (100, 0)), True),  # a parallelogram
+    ],
+)
+def test_a_rod_turns_if_grashof_lets_it_and_swings_if_not(places: tuple[tuple[float, float], ...], turns: bool) -> None:
+    """Grashof: with sides s <= p, q <= l, the shortest one turns all the way round if s + l <= p + q."""
+    sides = [math.dist(a, b) for a, b in pairwise((*places, places[0]))]
+    least, most = min(sides), max(sides)
+    if turns:
+        assert least + most <= sum(sides) - least - most + 1e-9
+        assert sides[0] == least
+    after = used(drawn(*places), "turn", ("AB",))
+    (statement,) = re.findall(r"AB\.angle = ([^;]*);", after)
+    assert (statement == "90*.t") is turns
+    assert after.rstrip().endswith("@4  .loop;")
+    motion = Engine().revise(SourceText("x.mov", after)).motion
+    poses = motion.poses(0, motion.timeline.frame_count)
+    assert poses.solved.all()
+    number = next(thing.number for thing in motion.timeline.scene.things if thing.name == "AB")
+    swept = float(np.ptp(poses.angle[number]))
+    assert swept == pytest.approx(360 * (1 - 1 / len(poses.frames))) if turns else 10 < swept <= 180
+
+
+def test_a_rod_that_cannot_move_is_not_driven() -> None:
+    text = drawn((0, 0), (30, 40), (60, 0)).replace("@0\n", "@0   AB.angle = 0;\n")
+    with pytest.raises(NothingToDo, match="stated already"):
+        used(text, "turn", ("AB",))
+    with pytest.raises(NothingToDo, match="cannot turn"):
+        used(drawn((0, 0), (30, 40), (60, 0)), "turn", ("AB",))

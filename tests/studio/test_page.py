@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from movimentum.studio.answers import SaveDone, TextOpened
 from movimentum.studio.disk import gallery, version_of
 from movimentum.studio.filing import Filing
-from movimentum.studio.messages import FileOpened, LinkageWanted, SaveDone, SaveWanted, TextOpened
+from movimentum.studio.messages import FileOpened, LinkageWanted, SaveWanted
 from movimentum.workflow.choices import Choices
 from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for
@@ -107,7 +108,7 @@ def test_everything_is_reached_by_keys(opened: Opened) -> None:
     tab.page.keyboard.press("f")
     for _ in range(4):  # Crank.A, Crank.B, Coupler.B, Coupler.P
         tab.page.keyboard.press(".")
-    assert tab.testid("told").inner_text() == "Coupler.P"
+    assert tab.testid("told").inner_text().startswith("Coupler.P at ")
     tab.page.keyboard.press("Enter")
     tab.until(f"s.rev > {rev}")
     assert "Coupler.P = [146.873, 219.099];" in tab.text()
@@ -125,7 +126,14 @@ def test_questions_about_a_part(opened: Opened) -> None:
     tab.page.wait_for_function("() => document.getElementById('answer').textContent.includes('Crank.angle = 180*.t')")
     tab.testid("plot-expression").fill("Rocker.angle")
     tab.page.keyboard.press("Enter")
-    tab.page.locator("#plot canvas").wait_for()
+    plot = tab.testid("plot")
+    plot.wait_for()
+    before = tab.testid("plot-value").inner_text()
+    assert before.startswith("Rocker.angle = ")
+    box = plot.bounding_box()
+    plot.click(position={"x": box["width"] / 2, "y": 10})
+    assert tab.state["frame"] == pytest.approx(25, abs=1)
+    assert tab.testid("plot-value").inner_text() != before
 
 
 def test_windows_line_ends_stay(opened: Opened) -> None:

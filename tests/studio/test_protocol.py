@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from movimentum.studio import messages
-from movimentum.studio.messages import INCOMING, OUTGOING, TextTyped, ToolUsed
+from movimentum.studio import answers
+from movimentum.studio.answers import OUTGOING
+from movimentum.studio.messages import INCOMING, TextTyped, ToolUsed
 from movimentum.studio.schema import TARGET, schema, schema_text
 from movimentum.studio.security import Gate, OutsideFolder, inside, lasting_token, outside_files, policy
 from movimentum.studio.tokens import TARGET as TOKENS
@@ -93,12 +94,12 @@ def test_points_and_names_become_tuples() -> None:
 
 def test_what_is_sent_is_as_the_schema_says() -> None:
     found = [
-        messages.Welcome("x.mov", "", "", "/", (), ("a",)),
-        messages.StageDone(1, "read", [{"code": "x"}], final=False, understood=True),
-        messages.FilmShown(1, True, 0.0, {}, {"marks": []}),
-        messages.PictureKept(1, None),
-        messages.PlacesMoved(1, 2, 0.5, [1.0]),
-        messages.Plotted(1, "x", [[None, 1.0]]),
+        answers.Welcome("x.mov", "", "", "/", (), ("a",)),
+        answers.StageDone(1, "read", [{"code": "x"}], final=False, understood=True),
+        answers.FilmShown(1, True, 0.0, {}, {"marks": []}),
+        answers.PictureKept(1, None),
+        answers.PlacesMoved(1, 2, 0.5, [1.0]),
+        answers.Plotted(1, "x", [[None, 1.0]]),
     ]
     for message in found:
         data = json.loads(sent(message))
@@ -140,10 +141,11 @@ def test_a_token_lasts_for_its_user_and_its_port(tmp_path: Path) -> None:
 
 
 def test_the_policy_lets_nothing_out() -> None:
-    text = policy("abc")
+    text = policy("abc", 8000)
     assert "default-src 'none'" in text
     assert "http" not in text
     assert "script-src 'self';" in text
+    assert "connect-src 'self' ws://127.0.0.1:8000 ws://localhost:8000;" in text
     assert "*" not in text
 
 

@@ -35,7 +35,8 @@ class Broken:
     ``worst_time``.
 
     ``left`` and ``right`` are the two sides' components where it first fails (at the first checked instant that fails).
-    ``amount`` and ``worst`` are the errors there and at the worst.
+    ``amount`` and ``worst`` are the errors there and at the worst. ``failing``: the first and the last frame of each
+    run of frames in which it fails.
     """
 
     claim: Claim
@@ -48,6 +49,7 @@ class Broken:
     worst_time: float
     tolerance: float
     instants: int
+    failing: tuple[tuple[int, int], ...] = ()
 
 
 def broken_claims(motion: PathMotion) -> Iterator[Broken]:
@@ -61,7 +63,7 @@ def broken_claims(motion: PathMotion) -> Iterator[Broken]:
         times = [timeline.frame_time(frame) for frame in range(first, stop)]
         poses = motion.poses(first, stop)
         for judge in judges:
-            judge.look(poses, times)
+            judge.look(poses, times, first)
     grid = _grid(motion)
     for first in range(0, len(grid), CHUNK):
         times = grid[first : first + CHUNK]
@@ -110,13 +112,15 @@ class _Judge:
         self.fails: tuple[Fraction, tuple[float, ...], float] | None = None
         self.worst, self.worst_time = 0.0, held.start
         self.good: list[Fraction] = []
+        self.bad: list[NDArray[np.intp]] = []
         self.looked = 0
 
     def failing(self, off: FloatArray) -> NDArray[np.bool_]:
         strict = self.held.claim.strict and self.held.claim.tolerance is None
         return ~(off < 0.0) if strict else ~(off <= self.tolerance)
 
-    def look(self, poses: Poses, times: Sequence[Fraction]) -> None:
+    def look(self, poses: Poses, times: Sequence[Fraction], frame: int | None = None) -> None:
+        """Judge poses; ``frame``: the number of the first one, if they are frames."""
         inside = np.array([self.held.covers(time) for time in times]) & poses.solved
         places = np.nonzero(inside)[0]
         if len(places) == 0:
@@ -130,6 +134,8 @@ class _Judge:
         self.good += [times[int(good[0])], times[int(good[-1])]] if len(good) else []
         if len(bad) == 0:
             return
+        if frame is not None:
+            self.bad.append(frame + bad)
         before = good[good < bad[0]]
         self.good += [times[int(before[-1])]] if len(before) else []
         first = int(bad[0])
@@ -156,6 +162,7 @@ class _Judge:
             worst_time=float(self.worst_time),
             tolerance=self.tolerance,
             instants=self.looked,
+            failing=_runs(np.concatenate([np.zeros(0, dtype=np.intp), *self.bad])),
         )
 
     def _edge(self, good: Fraction, bad: Fraction) -> Fraction:
@@ -170,6 +177,15 @@ class _Judge:
             else:
                 good = middle
         return bad
+
+
+def _runs(frames: NDArray[np.intp]) -> tuple[tuple[int, int], ...]:
+    """First and last of each run of ascending numbers."""
+    if not len(frames):
+        return ()
+    ends = np.nonzero(np.diff(frames) > 1)[0]
+    firsts, lasts = np.concatenate([frames[:1], frames[ends + 1]]), np.concatenate([frames[ends], frames[-1:]])
+    return tuple(zip(firsts.tolist(), lasts.tolist(), strict=True))
 
 
 def claim_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:

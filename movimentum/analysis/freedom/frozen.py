@@ -68,8 +68,8 @@ class HeldBlock:
     def placed(self, x: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         """The state with the block at core values ``x`` (n,), and the clocks."""
         state, clocks = self._probe(np.zeros(1))
-        for n, value in zip(self.block.core, x, strict=True):
-            state[n] = np.array([value])
+        for k, n in enumerate(self.block.core):
+            state[n] = x[k : k + 1]
         fill_explicit(self.block, state, clocks)
         return state, clocks
 

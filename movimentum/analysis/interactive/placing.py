@@ -41,7 +41,7 @@ class Placing:
         """(N, 4): of each thing the world place x, y of its local origin (pixels, y up) and its direction (cosine,
         sine), for a state of one instant.
         """
-        values = np.array([np.nan if value is None else np.ravel(value)[0] for value in state] + [np.nan])
+        values = np.array([np.nan if value is None else value.item(0) for value in state] + [np.nan])
         x, y, c, s, angle = (values[numbers] for numbers in self._numbers)
         result = self._base.copy()
         before = result[self._things]

@@ -41,13 +41,28 @@ export class Clock {
     this.frame = Math.min(frames - 1, Math.max(0, Math.round((time - start) * fps)));
     this.scrubber.max = String(frames - 1);
     this.scrubber.disabled = frames < 2;
+    this.failing = this.failing || [];
     this.ticks.replaceChildren(...steps.map((step) => {
       const tick = make("i", {title: `@${step}`});
       tick.style.left = `${frames < 2 ? 0 : 100 * (step - start) * fps / (frames - 1)}%`;
       return tick;
     }));
+    this.broken(this.failing);
     if (this.playing) this.began();
     this.tell();
+  }
+
+  /* Frames from `first` to `last` in which a claim fails, red on the scrubber. */
+  broken(runs) {
+    this.failing = runs;
+    for (const old of [...this.ticks.querySelectorAll("b")]) old.remove();
+    for (const [first, last] of runs.slice(0, 200)) {
+      const mark = make("b", {"data-testid": "failing"});
+      const part = 100 / Math.max(1, this.frames - 1);
+      mark.style.left = `${part * first}%`;
+      mark.style.width = `max(3px, ${part * (last - first)}%)`;
+      this.ticks.append(mark);
+    }
   }
 
   tell() {

@@ -1,11 +1,13 @@
 /* Buttons, keys, sliders, questions and plots. */
 /* global MovimentumPainter */
 import {button, byId, make, toggle} from "./dom.js";
+import {MODES} from "./traces.js";
 
 const TOOLS = [
   ["select", "Select", "Select and drag (V)", "v"], ["anchor", "Anchor", "Make points (A)", "a"],
   ["rod", "Rod", "Rods from point to point (R)", "r"], ["angle", "Angle", "Fix the angle of two rods (G)", "g"],
   ["fix", "Fix", "Fix a point (F)", "f"], ["attract", "Attract", "Pull a point somewhere (T)", "t"],
+  ["turn", "Turn", "Make a rod turn by itself (U)", "u"],
   ["delete", "Delete", "Remove (D)", "d"], ["shape", "Shape", "Edit the shape of a part (E)", "e"],
 ];
 
@@ -15,7 +17,7 @@ export class Controls {
     this.buttons = {};
     this.drawTools();
     this.drawViews();
-    this.point = -1;
+    this.drawCopies();
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
@@ -24,31 +26,64 @@ export class Controls {
     for (const [tool, text, title] of TOOLS) {
       this.buttons[tool] = button(bar, `tool-${tool}`, text, title, () => this.choose(tool), {"aria-pressed": String(tool === "select")});
     }
-    button(bar, "clear", "Clear", "Empty the script (undo brings it back)", () => app.editor.apply([{from: 0, to: app.editor.text.length, text: ""}]));
+    button(bar, "clear", "Clear", "Empty the script (X; undo brings it back)", () => this.clear());
     button(bar, "undo", "↶", "Undo (Ctrl-Z)", () => app.editor.undo());
     button(bar, "redo", "↷", "Redo (Ctrl-Y)", () => app.editor.redo());
   }
 
+  clear() {
+    const {app} = this;
+    app.editor.apply([{from: 0, to: app.editor.text.length, text: ""}]);
+    app.hint("The sheet is empty; Ctrl-Z brings everything back.");
+  }
+
+  fullScreen() {
+    const place = byId("showing"), refused = () => this.app.hint("This browser does not show a part of a page on the full screen.");
+    if (document.fullscreenElement) document.exitFullscreen();
+    else if (place.requestFullscreen) place.requestFullscreen().catch(refused);
+    else refused();
+  }
+
+  /* Plain, with names, with the free motions: one after the other. */
+  nextView() {
+    const {stage} = this.app, names = ["plain", "names", "free motions"];
+    const now = stage.names ? 1 : stage.arrows ? 2 : 0, next = (now + 1) % 3;
+    for (const [key, on] of [["n", next === 1], ["m", next === 2]]) {
+      if ((this.views[key].getAttribute("aria-pressed") === "true") !== on) this.views[key].click();
+    }
+    this.app.hint(`View: ${names[next]}.`);
+  }
+
   drawViews() {
     const {app} = this, {stage} = app, bar = byId("views");
+    button(bar, "view", "View", "The next view: plain, names, free motions (Q)", () => this.nextView());
     const shown = (name) => (on) => { stage[name] = on; stage.draw(); };
     this.views = {
       n: toggle(bar, "names", "Names", "Names of points (N)", stage.names, shown("names")),
       p: toggle(bar, "points", "Points", "All points (P)", stage.points, shown("points")),
-      l: toggle(bar, "traces", "Traces", "The paths of points (L)", stage.tracing, shown("tracing")),
       m: toggle(bar, "arrows", "Free", "Arrows for the motions that are free (M)", stage.arrows, shown("arrows")),
+      s: toggle(bar, "velocity", "Velocity", "Arrows for the velocities of all points (S)", false, (on) => app.velocities.show(on)),
       i: toggle(bar, "info", "Info", "What is known about the scene and what is selected (I)", false, (on) => { this.info = on; this.showInfo(); }),
     };
+    const traces = make("select", {id: "traces", "data-testid": "traces", "aria-label": "Traces", title: "The paths of points (L)", onchange: () => app.traces.choose(traces.value)},
+      ...MODES.map(([value, text]) => make("option", {value, text})));
+    bar.append(traces);
     button(bar, "zoom-out", "−", "Zoom out (−)", () => stage.zoom(1 / 1.25));
     button(bar, "fit", "Fit", "The whole picture (0)", () => stage.fit());
     button(bar, "zoom-in", "+", "Zoom in (+)", () => stage.zoom(1.25));
-    button(bar, "screenshot", "PNG", "Save this picture as PNG", () => this.screenshot());
-    button(bar, "full", "Full", "Full screen", () => {
-      if (document.fullscreenElement) document.exitFullscreen(); else byId("showing").requestFullscreen();
-    });
-    const expression = make("input", {type: "text", placeholder: "plot: Rod.B.x", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
+    button(bar, "full", "Full", "Full screen (W)", () => this.fullScreen());
+    app.record.button = button(byId("player"), "record", "● Record", "Record what is done by hand as a film (K)", () => app.record.toggle(), {"aria-pressed": "false"});
+    const expression = make("input", {type: "text", placeholder: "plot …", title: "Plot an expression over time, as Rod.B.x or Crank.angle", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
     expression.addEventListener("change", () => this.plot(expression.value.trim()));
     bar.append(expression);
+  }
+
+  /* Beside the buttons for files: the picture on show. */
+  drawCopies() {
+    const {app} = this, bar = byId("file-bar");
+    button(bar, "screenshot", "PNG", "Save what is on show as PNG (Shift-S)", () => app.copies.screenshot());
+    button(bar, "copy-png", "Copy PNG", "Copy the picture as PNG (C)", () => app.copies.copyPng());
+    button(bar, "copy-svg", "Copy SVG", "Copy the picture as SVG (Shift-C)", () => app.copies.copySvg());
   }
 
   choose(tool) {
@@ -59,6 +94,7 @@ export class Controls {
   key(event) {
     const {app} = this, control = event.ctrlKey || event.metaKey;
     if (control && event.key.toLowerCase() === "s") { event.preventDefault(); app.files.save(); return; }
+    if (control && event.key.toLowerCase() === "o") { event.preventDefault(); app.files.askOpen(); return; }
     if (control && event.key.toLowerCase() === "e") { event.preventDefault(); app.editor.focus(); return; }
     const inEditor = event.target.closest && event.target.closest("#editor");
     if (event.key === "Escape" && inEditor) { app.stage.canvas.focus(); return; }
@@ -78,40 +114,32 @@ export class Controls {
     const {app} = this, {clock, stage} = app, {key} = event;
     const slider = element === "INPUT" && event.target !== clock.scrubber;
     const tool = TOOLS.find((each) => each[3] === key.toLowerCase());
+    const way = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[key];
+    if (way && event.shiftKey && element !== "INPUT") { app.cross.move(...way); return true; }
     if (key === " ") { if (element === "BUTTON") return false; clock.toggle(); }
     else if (key === "ArrowLeft" && !slider) clock.step(-1);
     else if (key === "ArrowRight" && !slider) clock.step(1);
     else if (key === "Home" && !slider) { clock.pause(); clock.seek(0); }
     else if (key === "End" && !slider) { clock.pause(); clock.seek(clock.frames - 1); }
-    else if (key === "Escape") { app.pointer.cancel(); app.hand.leave(); app.selectThing(null); stage.draw(); }
+    else if (key === "Escape") { app.pointer.cancel(); app.cross.leave(); app.hand.leave(); app.selectThing(null); stage.draw(); }
     else if (key === "+" || key === "=") stage.zoom(1.25);
     else if (key === "-") stage.zoom(1 / 1.25);
     else if (key === "0") stage.fit();
-    else if (key === "." || key === ",") this.nextPoint(key === "." ? 1 : -1);
-    else if (key === "Enter" && event.target === stage.canvas) this.usePoint();
+    else if (key === "S") app.copies.screenshot();
+    else if (key.toLowerCase() === "q") this.nextView();
+    else if (key.toLowerCase() === "w") this.fullScreen();
+    else if (key.toLowerCase() === "k") app.record.toggle();
+    else if (key.toLowerCase() === "x") this.clear();
+    else if (key === "C") app.copies.copySvg();
+    else if (key === "c") app.copies.copyPng();
+    else if (key.toLowerCase() === "l") app.traces.next();
+    else if (key === "." || key === ",") app.cross.next(key === "." ? 1 : -1);
+    else if (key === "Enter" && event.target === stage.canvas) app.cross.use();
     else if (key === "Delete" || key === "Backspace") { if (app.selected) app.useTool("delete", [stage.scene.things[app.selected.thing].name], []); }
     else if (this.views[key.toLowerCase()]) this.views[key.toLowerCase()].click();
     else if (tool) this.choose(tool[0]);
     else return false;
     return true;
-  }
-
-  /* Points one after the other, for those without a mouse. */
-  nextPoint(by) {
-    const {app} = this, anchors = app.stage.anchors();
-    if (!anchors.length) return;
-    this.point = (this.point + by + anchors.length) % anchors.length;
-    app.stage.hovered = anchors[this.point];
-    app.hint(anchors[this.point].name);
-    app.stage.draw();
-  }
-
-  usePoint() {
-    const {app} = this, hit = app.stage.hovered;
-    if (!hit) return;
-    const at = hit.at || [0, 0];
-    const {tool} = app.pointer;
-    app.pointer[tool]({tool, hit, at, dragged: false, grip: null}, at);
   }
 
   /* --- what is known --- */
@@ -126,10 +154,6 @@ export class Controls {
     this.showInfo();
   }
 
-  claims(diagnostics) {
-    byId("problems").dataset.claims = diagnostics.some((item) => item.code.startsWith("claim/") && item.severity === "error") ? "broken" : "";
-  }
-
   showInfo() {
     const {app} = this, place = byId("answer"), hit = this.chosen;
     place.hidden = !(this.info || hit);
@@ -139,6 +163,7 @@ export class Controls {
       rows.push(make("b", {text: hit.name}), make("span", {class: "bar"},
         ...["why", "formula"].map((question) => make("button", {type: "button", "data-testid": `ask-${question}`, text: question, onclick: () => app.ask(question, hit.name)})),
         make("button", {type: "button", "data-testid": "ask-solutions", text: "solutions", onclick: () => app.ask("solutions", "")}),
+        ...(hit.anchor ? [app.traces.chooser(hit.name)] : []),
         make("button", {type: "button", text: "plot", onclick: () => this.plot(hit.anchor ? hit.name : `${hit.name}.angle`)}),
         make("button", {type: "button", text: "×", "aria-label": "Close", onclick: () => app.selectThing(null)})));
     }
@@ -234,14 +259,18 @@ export class Controls {
   }
 
   plotted({expression, rows, words}) {
-    const place = byId("plot");
+    const place = byId("plot"), {clock} = this.app;
     if (expression !== this.plotting) return;
-    if (words) { place.replaceChildren(make("p", {text: words})); return; }
-    const canvas = make("canvas", {"data-testid": "plot", role: "img", "aria-label": `${expression} over time`, title: expression});
-    place.replaceChildren(make("span", {text: expression}), canvas);
+    const close = make("button", {type: "button", text: "×", "aria-label": "Close the plot", onclick: () => this.plot("")});
+    if (words) { place.replaceChildren(make("p", {text: words}), close); return; }
+    const canvas = make("canvas", {"data-testid": "plot", role: "img", "aria-label": `${expression} over time`, title: "Click to go to a time"});
+    const told = make("output", {"data-testid": "plot-value"});
+    place.replaceChildren(told, canvas, close);
     const values = rows.flat().filter((value) => value !== null);
     const low = Math.min(...values), high = Math.max(...values), span = high - low || 1;
-    const paint = () => {
+    const part = () => clock.frames < 2 ? 0 : clock.frame / (clock.frames - 1);
+    canvas.addEventListener("click", (event) => { clock.pause(); clock.seek(event.offsetX / canvas.clientWidth * (clock.frames - 1)); });
+    this.repaint = () => {
       const fine = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
       canvas.width = width * fine;
       canvas.height = height * fine;
@@ -258,27 +287,27 @@ export class Controls {
         });
         context.stroke();
       });
+      context.fillStyle = "#555";
+      context.font = "11px system-ui, sans-serif";
+      if (values.length) {
+        context.fillText(short(high), 3, 12);
+        context.fillText(short(low), 3, height - 4);
+      }
       context.strokeStyle = "#888";
       context.beginPath();
-      context.moveTo(x(this.app.clock.frame), 0);
-      context.lineTo(x(this.app.clock.frame), height);
+      context.moveTo(part() * width, 0);
+      context.lineTo(part() * width, height);
       context.stroke();
+      const now = rows[Math.round(part() * (rows.length - 1))] || [];
+      told.textContent = `${expression} = ${now.map((value) => (value === null ? "–" : short(value))).join(", ")}`;
     };
-    paint();
-    this.repaint = paint;
+    this.repaint();
   }
 
   /* Another time is shown. */
   moved() {
     if (this.repaint && !byId("plot").hidden) this.repaint();
   }
-
-  screenshot() {
-    const {canvas} = this.app.stage;
-    canvas.toBlob((blob) => {
-      const link = make("a", {href: URL.createObjectURL(blob), download: `${this.app.files.stem()}.png`});
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-    });
-  }
 }
+
+const short = (value) => String(Number(value.toPrecision(5)));

@@ -30,3 +30,9 @@ export function toggle(bar, testid, text, title, on, act) {
   }, {"aria-pressed": String(on)});
   return made;
 }
+
+/* Little-endian 32-bit floats, as base64. */
+export function littleFloats(text) {
+  const view = new DataView(Uint8Array.from(atob(text), (character) => character.charCodeAt(0)).buffer);
+  return Float32Array.from({length: view.byteLength / 4}, (_, k) => view.getFloat32(4 * k, true));
+}

@@ -11,7 +11,7 @@ export class FileWork {
     this.job = 0;
     this.known = false;
     const bar = byId("file-bar");
-    button(bar, "open", "Open", "Open a script or a linkage file", () => this.askOpen());
+    button(bar, "open", "Open", "Open a script or a linkage file (Ctrl-O)", () => this.askOpen());
     button(bar, "save", "Save", "Save (Ctrl-S)", () => this.save());
     button(bar, "save-as", "Save as…", "Save under another name", () => this.askSave());
     button(bar, "export", "Linkage…", "Save the scene as a linkage file", () => this.askLinkage());
@@ -56,7 +56,7 @@ export class FileWork {
     }
     this.known = true;
     this.take(name, text, version);
-    if (!name) this.showStart(gallery, recent);
+    if (!name) this.app.start.show(gallery, recent);
     this.takeDraft();
     if (trouble) this.app.hint(trouble);
   }
@@ -88,7 +88,15 @@ export class FileWork {
 
   /* --- the disk --- */
 
-  diskChanged({text, version, trouble}) {
+  diskChanged({text, version, trouble, renamed}) {
+    if (renamed) {
+      this.version = "";
+      this.notice(`${this.name} is called ${renamed} now.`, [
+        [`Go on with ${renamed}`, () => this.app.send({kind: "follow", name: renamed})],
+        [`Keep ${this.name}`, () => {}],
+      ]);
+      return;
+    }
     if (trouble) {
       this.version = "";
       this.notice(`${trouble}. Your text is kept here; Save writes it again.`, [["Fine", () => {}]]);
@@ -135,6 +143,11 @@ export class FileWork {
       this.named(name);
       this.notice("");
       this.app.hint(words || `Saved ${name}.`);
+    } else if (state === "renamed") {
+      this.base = this.plain(text);
+      this.version = version;
+      this.named(name);
+      this.app.hint(`This is ${name} now.`);
     } else if (state === "conflict") {
       this.notice(words || "The file has changed on the disk since you opened it.", [
         ["Save mine over it", () => this.save(name, true)],
@@ -183,7 +196,10 @@ export class FileWork {
   askOpen() {
     const [row, input] = this.field("File", {value: "", required: true, placeholder: "crank.mov, peaucellier.txt", "data-testid": "open-name"});
     const words = `A script, or a linkage or mechanism file, in ${this.folder}`;
-    this.dialog("Open", [make("p", {text: words}), row], () => {
+    const names = make("div", {class: "names", "data-testid": "open-names"});
+    this.listed = (found) => names.replaceChildren(...found.names.map((name) => make("button", {type: "button", text: name, onclick: () => { input.value = name; }, ondblclick: () => input.form.requestSubmit()})));
+    this.app.send({kind: "files"});
+    this.dialog("Open", [make("p", {text: words}), names, row], () => {
       if (this.dirty && !window.confirm("Your text is not saved. Open another one?")) return;
       this.app.send({kind: "open", source: "folder", number: 0, name: input.value.trim()});
     }, "Open");
@@ -211,13 +227,17 @@ export class FileWork {
   }
 
   render(name, scale, at) {
+    this.renders(name, (job) => ({kind: "render", job, text: this.app.editor.text, name, scale, at}));
+  }
+
+  renders(name, message) {
     this.job += 1;
     const job = this.job;
     this.bar = make("progress", {"data-testid": "progress", max: 1, value: 0, "aria-label": "Rendering"});
     this.notice(`Rendering ${name} …`, [["Cancel", () => this.app.send({kind: "cancel", job})]]);
     byId("notice").insertBefore(this.bar, byId("notice").lastChild);
     byId("notice").lastChild.dataset.testid = "cancel-render";
-    this.app.send({kind: "render", job, text: this.app.editor.text, name, scale, at});
+    this.app.send(message(job));
   }
 
   renderAdvanced({job, state, done, total, name, words}) {
@@ -231,20 +251,15 @@ export class FileWork {
     byId("notice").dataset.state = state;
   }
 
-  showStart(gallery, recent) {
-    const place = byId("start");
-    const open = (source, number) => this.app.send({kind: "open", source, number, name: ""});
-    const list = (title, source, names) => names.length ? [make("h3", {text: title}), make("div", {class: "cards"}, ...names.map((text, k) =>
-      make("button", {type: "button", "data-testid": `${source}-${k}`, text, onclick: () => open(source, k)})))] : [];
-    place.replaceChildren(
-      make("h2", {text: "Begin"}),
-      make("div", {class: "cards"}, make("button", {type: "button", class: "main", "data-testid": "blank", text: "A blank sheet", onclick: () => { place.hidden = true; this.app.editor.focus(); }})),
-      ...list("Open again", "recent", recent), ...list("Examples", "gallery", gallery));
-    place.hidden = false;
-  }
-
   showKeys() {
-    const rows = [["Space", "play or pause (outside the script)"], ["← →", "one frame"], ["Home End", "first and last frame"], ["V A R G F T D E", "tools: select, anchor, rod, angle, fix, attract, delete, edit shape"], ["Tab on the picture, then . ,", "next and previous point; Enter uses the tool there"], ["+ − 0", "zoom in, out, fit"], ["N P L I", "names, points, traces, information"], ["Alt and drag on a number", "changes it"], ["Delete", "remove what is selected"], ["Escape", "let go; in the script: back to the picture"], ["Ctrl-S", "save"], ["Ctrl-Z Ctrl-Y", "undo, redo"], ["Ctrl-E", "to the script"]];
+    const rows = [["Space", "play or pause (outside the script)"], ["← →", "one frame"], ["Home End", "first and last frame"],
+      ["V A R G F T U D E", "tools: select, anchor, rod, angle, fix, attract, turn, delete, edit shape"],
+      [". and ,", "the next and the previous point"], ["Shift and arrows", "move the cross; with Select, the point it is at"], ["Enter", "use the tool where the cross is"], ["+ − 0", "zoom in, out, fit"],
+      ["Q", "the next view: plain, names, free motions"], ["N P L M S I", "names, points, traces, free motions, velocities, information"],
+      ["W", "full screen"], ["C Shift-C", "copy the picture as PNG, as SVG"], ["Shift-S", "save what is on show as PNG"],
+      ["K", "record what is done by hand; again: save it as a film"], ["X", "clear the sheet"], ["Delete", "remove what is selected"],
+      ["Alt and drag on a number", "changes it"], ["Escape", "let go; in the script: back to the picture"],
+      ["Ctrl-S Ctrl-O", "save, open"], ["Ctrl-Z Ctrl-Y", "undo, redo"], ["Ctrl-E", "to the script"]];
     const place = byId("dialog");
     place.replaceChildren(make("h2", {text: "Keys"}), make("dl", {}, ...rows.flatMap(([key, words]) => [make("dt", {text: key}), make("dd", {text: words})])),
       make("div", {class: "bar"}, make("button", {type: "button", class: "main", text: "Close", onclick: () => place.close()})));

@@ -22,7 +22,7 @@ export class Hand {
     if (!grip || grip.number !== number) return;
     grip.state = state;
     grip.words = words;
-    if (state === "fixed" && this.app.pointer.driven(grip.hit)) grip.state = "driven";
+    if (state === "fixed" && this.app.pointer.driven(grip.hit, grip.local)) grip.state = "driven";
     if (grip.wanted) this.move(grip, grip.wanted);
   }
 
@@ -45,13 +45,14 @@ export class Hand {
     grip.wanted = null;
   }
 
-  moved({grip: number, ms, places, symbols}) {
+  moved({grip: number, ms, places, marks}) {
     const grip = this.current;
     this.times.push(ms);
     if (!grip || grip.number !== number) return;
     grip.waiting = false;
-    this.app.stage.hold(Float64Array.from(places), symbols);
+    this.app.stage.hold(Float64Array.from(places), marks);
     this.app.stage.draw();
+    this.app.guide.hasDragged();
     if (!grip.wanted && !grip.done && this.nearer(grip)) grip.wanted = grip.target;
     if (grip.wanted) this.pull(grip);
   }

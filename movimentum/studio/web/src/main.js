@@ -9,6 +9,14 @@ import {Hand} from "./hand.js";
 import {showProblems} from "./problems.js";
 import {FileWork} from "./files.js";
 import {Controls} from "./controls.js";
+import {Velocities} from "./velocity.js";
+import {Claims} from "./claims.js";
+import {Traces} from "./traces.js";
+import {Copies} from "./copies.js";
+import {Cross} from "./cross.js";
+import {Record} from "./record.js";
+import {Start} from "./start.js";
+import {Guide} from "./guide.js";
 import {byId, make} from "./dom.js";
 
 class App {
@@ -23,10 +31,21 @@ class App {
     this.pressed = 0;
     this.selected = null;
     this.stage = new Stage(byId("stage"));
-    this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.controls.moved(); }, settled: () => this.look()});
+    this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.controls.moved(); this.claims.mark(); }, settled: () => this.look()});
     this.editor = new Editor(byId("editor"), {changed: (update) => this.changed(update), moved: () => this.cursorMoved()});
+    this.velocities = new Velocities(this);
+    this.claims = new Claims(this);
+    this.traces = new Traces(this);
+    this.copies = new Copies(this);
+    this.stage.under.push((context, px) => this.traces.draw(context, px), (context, px) => this.velocities.draw(context, px));
+    this.stage.colored = () => this.claims.colors();
+    this.record = new Record(this);
+    this.start = new Start(this);
+    this.guide = new Guide(this);
+    this.playNext = false;
     this.hand = new Hand(this);
     this.pointer = new Pointer(this);
+    this.cross = new Cross(this);
     this.files = new FileWork(this);
     this.controls = new Controls(this);
     window.addEventListener("keydown", () => { this.pressed = performance.now(); }, true);
@@ -60,6 +79,7 @@ class App {
     this.places = null;
     this.selected = null; // what it was may have another number now
     this.files.changed();
+    this.claims.doubt();
     this.settled = false;
     this.submit();
   }
@@ -78,13 +98,16 @@ class App {
     const place = byId("busy");
     const late = on && this.link.ready && (this.rev !== this.shownRev || this.stage.glimpse);
     place.hidden = !late;
+    clearInterval(this.counting);
     if (!late) return;
     const stop = make("button", {type: "button", text: "Stop", "data-testid": "stop", onclick: () => {
       this.send({kind: "stop", rev: this.rev});
       this.busy(false);
       this.hint("Stopped. The next change of the text is solved again.");
     }});
-    place.replaceChildren(make("progress", {"aria-label": "Solving"}), make("span", {text: "solving …"}), stop);
+    const begun = performance.now(), words = make("span", {text: "solving …"});
+    this.counting = setInterval(() => { words.textContent = `solving … ${Math.round((performance.now() - begun) / 1000)} s`; }, 1000);
+    place.replaceChildren(make("progress", {"aria-label": "Solving"}), words, stop);
   }
 
   get offsets() {
@@ -107,6 +130,11 @@ class App {
       edits: () => this.edited(message),
       answer: () => this.answered(message),
       plotted: () => this.controls.plotted(message),
+      claims: () => this.claims.told(message),
+      speeds: () => this.velocities.told(message),
+      thumbnail: () => this.start.thumbnail(message),
+      listed: () => { if (this.files.listed) this.files.listed(message); },
+      svg: () => this.copies.told(message),
       disk: () => this.files.diskChanged(message),
       saved: () => this.files.saveDone(message),
       opened: () => this.files.opened(message),
@@ -140,7 +168,7 @@ class App {
     }
     if (final && (!understood || stage === "path")) this.keys.delete(rev);
     this.showDiagnostics();
-    this.controls.claims(diagnostics);
+    if (final && (!understood || stage === "path")) this.claims.forget();
   }
 
   showDiagnostics() {
@@ -160,9 +188,17 @@ class App {
     this.useScene(rev, scene);
     this.stage.frame = this.clock.frame;
     this.stage.show(film, scene, glimpse);
+    if (!glimpse) this.velocities.forget();
+    this.traces.forget();
     if (!glimpse && rev === this.rev) this.busy(false);
-    if (scene.all > scene.frames) this.hint(`The film has ${scene.all} frames; the first ${scene.frames} are shown.`);
+    if (!glimpse && scene.all > scene.most) this.hint(`The film has ${scene.all} frames; the first ${scene.frames} are shown.`);
     this.pictured(rev);
+    this.guide.show();
+    if (!glimpse && this.controls.plotting) this.controls.plot(this.controls.plotting);
+    if (this.playNext && !glimpse && rev === this.rev && scene.frames > 1) {
+      this.playNext = false;
+      this.clock.play();
+    }
   }
 
   pictureKept({rev, scene}) {
@@ -250,6 +286,7 @@ class App {
 
   edited({rev, edits, select, words}) {
     if (words) this.hint(words);
+    if (!edits.length) this.playNext = false;
     if (rev !== this.rev || !edits.length) return;
     const {offsets} = this;
     const changes = edits.map((edit) => ({from: offsets.unit(edit.from), to: offsets.unit(edit.to), text: edit.text}));
@@ -286,6 +323,10 @@ class App {
       keyMs: [...this.keyMs],
       free: this.stage.free.motions.map(({words, arrows}) => ({words, arrows})),
       lit: [...this.stage.lit].map((number) => this.stage.scene.things[number].name),
+      claims: this.claims.found.map(({words, holds, time = null}) => ({words, holds, time})),
+      velocities: Object.fromEntries(this.velocities.list().map(({name, velocity}) => [name, velocity])),
+      recorded: this.record.on ? this.record.count : null,
+      traces: this.traces.state(),
       zoom: this.stage.view().scale,
       saved: !this.files.dirty,
     };

@@ -28,7 +28,7 @@ export class Pointer {
     const words = {
       select: "", anchor: "Click where a point is to be.", rod: "Drag from point to point.",
       angle: "Click two rods: their angle stays.", fix: "Click a point: it stays where it is; again: it is free.",
-      attract: "Drag from a point to where it is to go.", delete: "Click what is to go.",
+      attract: "Drag from a point to where it is to go.", turn: "Click a rod: it turns by itself.", delete: "Click what is to go.",
       shape: "Drag a point of a part: its definition changes.",
     };
     this.app.hint(words[tool]);
@@ -57,25 +57,18 @@ export class Pointer {
 
   title(found) {
     const {stage} = this.app;
-    if (this.tool !== "select") return found.name;
+    const {velocities} = this.app, fast = velocities.on && velocities.of(found.name);
+    const speed = fast ? ` (${Number(Math.hypot(...fast.velocity).toPrecision(4))} px per time unit)` : "";
+    if (this.tool !== "select" || speed) return `${found.name}${speed}`;
     if (stage.free.things.includes(found.thing)) return `${found.name}: free, drag it`;
     return this.driven(found) ? `${found.name}: driven, drag it along its path` : `${found.name}: fixed`;
   }
 
-  driven(found) {
-    const {stage, clock} = this.app;
-    if (!stage.picture || stage.glimpse || clock.frames < 2) return false;
-    const local = found.anchor === null ? [0, 0] : stage.scene.things[found.thing].anchors[found.anchor];
-    const path = stage.path(found.thing, local);
-    const [x, y] = path[0];
-    return path.some((at) => Math.hypot(at[0] - x, at[1] - y) > 0.5) || this.turns(found.thing);
-  }
-
-  turns(thing) {
+  /* Whether the film moves it: a part, its anchor, or the point of it that was taken hold of. */
+  driven(found, local = null) {
     const {stage} = this.app;
-    const [a, b] = [stage.path(thing, [0, 0]), stage.path(thing, [100, 0])];
-    const [x, y] = [b[0][0] - a[0][0], b[0][1] - a[0][1]];
-    return b.some((at, k) => Math.hypot(at[0] - a[k][0] - x, at[1] - a[k][1] - y) > 0.5);
+    if (!stage.picture || !stage.scene) return false;
+    return stage.moves(found.thing, found.anchor === null ? local : stage.scene.things[found.thing].anchors[found.anchor]);
   }
 
   screen(event) {
@@ -94,7 +87,7 @@ export class Pointer {
     stage.canvas.setPointerCapture(event.pointerId);
     stage.canvas.focus({preventScroll: true});
     const at = stage.fromEvent(event);
-    const hit = stage.hit(at, {anchorsOnly: ["fix", "attract", "shape"].includes(this.tool), partsOnly: this.tool === "angle"});
+    const hit = stage.hit(at, {anchorsOnly: ["fix", "attract", "shape"].includes(this.tool), partsOnly: ["angle", "turn"].includes(this.tool)});
     this.active = {tool: this.tool, from: this.screen(event), at, hit, dragged: false};
     if (this.tool === "select" && hit) {
       app.clock.pause();
@@ -213,6 +206,12 @@ export class Pointer {
       this.app.useTool("attract", [this.first], [at]);
       this.first = null;
     } else this.app.hint("Begin at a point.");
+  }
+
+  turn({hit}) {
+    if (!hit) { this.app.hint("Click a rod."); return; }
+    this.app.playNext = true;
+    this.app.useTool("turn", [this.app.stage.scene.things[hit.thing].name], []);
   }
 
   delete({hit}) {

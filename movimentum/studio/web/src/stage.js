@@ -9,7 +9,9 @@ class Picture extends MovimentumPainter {
   constructor(film, stage) {
     super(film, stage.canvas);
     this.stage = stage;
-    this.tracing = stage.tracing;
+    this.tracing = true;
+    this.unwanted = new Set();
+    this.known = new Map();
     this.exact = film.exact ? new Float64Array(Uint8Array.from(atob(film.exact), (c) => c.charCodeAt(0)).buffer) : null;
   }
 
@@ -36,20 +38,34 @@ class Picture extends MovimentumPainter {
     return this.world(index, x - px, y - py, frame);
   }
 
-  /* Springs and the like are drawn anew where a hand has moved what they are at. */
+  /* Springs and texts with numbers are drawn anew where a hand has moved what they are about. */
   symbol(mark) {
-    const other = this.stage.held && this.stage.symbols;
-    const marks = this.film.marks.filter((each) => each.kind === "symbol");
-    if (!other || other.marks.length !== marks.length) { super.symbol(mark); return; }
+    this.moved(mark, (there) => super.symbol(there));
+  }
+
+  words(mark) {
+    if (this.film.marks.includes(mark)) this.moved(mark, (there) => super.words(there)); else super.words(mark);
+  }
+
+  moved(mark, paint) {
+    const other = this.stage.held && this.stage.redrawn;
+    if (!other) { paint(mark); return; }
+    const place = other.live.indexOf(this.film.live[this.film.marks.indexOf(mark)]);
+    if (place < 0) return; // it is not seen there
     const {poses, frame} = this;
-    this.poses = this.floats(other.poses);
+    this.poses = other.numbers;
     this.frame = 0;
-    super.symbol(other.marks[marks.indexOf(mark)]);
+    paint(other.marks[place]);
     this.poses = poses;
     this.frame = frame;
   }
 
+  drawPath(trace, points) {
+    if (!this.unwanted.has(trace)) super.drawPath(trace, points);
+  }
+
   lay(context) {
+    if (this.copying) { super.lay(context); return; }
     const [left, bottom, right, top] = this.stage.paper();
     this.stage.transform(context);
     context.fillStyle = this.film.background || this.film.paper;
@@ -60,6 +76,19 @@ class Picture extends MovimentumPainter {
     if (!this.images || this.stage.picture !== this) return;
     super.draw();
     this.stage.drawOver(this.context);
+    this.stage.shown();
+  }
+
+  /* The film's own picture on another canvas, without what the page lays over it. */
+  paintOn(canvas) {
+    const {canvas: own, context} = this;
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    this.copying = true;
+    super.draw();
+    this.copying = false;
+    this.canvas = own;
+    this.context = context;
   }
 }
 
@@ -69,13 +98,15 @@ export class Stage {
     this.picture = null;
     this.scene = null;
     this.glimpse = false;
-    this.tracing = false;
+    this.under = []; // what else is drawn: functions of the context and a pixel's size in the world
     this.names = false;
     this.arrows = true;
     this.points = false;
     this.held = null;
     this.free = {motions: [], things: []};
     this.lit = new Set();
+    this.colored = () => [];
+    this.shown = () => {};
     this.hovered = null;
     this.band = null;
     this.userView = null;
@@ -161,9 +192,9 @@ export class Stage {
   /* --- what is shown --- */
 
   /* Where hands have left everything; null: nothing is moved. */
-  hold(places, symbols) {
+  hold(places, marks) {
     this.held = places;
-    this.symbols = symbols;
+    this.redrawn = marks && {live: marks.live, marks: marks.marks, numbers: this.picture.floats(marks.poses)};
   }
 
   show(film, scene, glimpse) {
@@ -218,7 +249,6 @@ export class Stage {
       return;
     }
     this.picture.frame = this.pictureFrame();
-    this.picture.tracing = this.tracing;
     this.picture.draw();
   }
 
@@ -243,6 +273,8 @@ export class Stage {
     context.setLineDash([]);
     context.lineCap = context.lineJoin = "round";
     const anchors = this.anchors();
+    for (const paint of this.under) paint(context, px);
+    for (const [number, color] of this.colored()) this.outline(context, number, color, 8 * px, anchors);
     for (const number of this.lit) this.outline(context, number, "rgba(255, 170, 0, 0.55)", 7 * px, anchors);
     if (this.hovered !== null && this.hovered.thing !== null) {
       this.outline(context, this.hovered.thing, "rgba(0, 114, 178, 0.35)", 5 * px, anchors);
@@ -251,6 +283,7 @@ export class Stage {
     if (this.hovered && this.hovered.at) this.dot(context, this.hovered.at, 5 * px, "#d55e00");
     if (this.arrows && !this.held) this.drawArrows(context, px);
     this.drawWishes(context, px);
+    this.drawPins(context, px);
     if (this.band) {
       context.strokeStyle = "#0072b2";
       context.lineWidth = 2 * px;
@@ -329,6 +362,25 @@ export class Stage {
       context.lineTo(x + 1.6 * r, y);
       context.moveTo(x, y - 1.6 * r);
       context.lineTo(x, y + 1.6 * r);
+      context.stroke();
+    }
+  }
+
+  /* Points that are fixed; rods show that by themselves. */
+  drawPins(context, px) {
+    if (!this.scene) return;
+    context.strokeStyle = "#0072b2";
+    context.lineWidth = 1.5 * px;
+    for (const {pin} of this.scene.statements) {
+      if (!pin || this.scene.things[pin[0]].shape !== "disc") continue;
+      const [thing, , x, y] = pin, low = y - (this.scene.things[thing].radius || 4) - 9 * px;
+      context.beginPath();
+      context.moveTo(x, y);
+      context.lineTo(x - 7 * px, low);
+      context.lineTo(x + 7 * px, low);
+      context.closePath();
+      context.moveTo(x - 11 * px, low);
+      context.lineTo(x + 11 * px, low);
       context.stroke();
     }
   }
@@ -432,6 +484,20 @@ export class Stage {
       });
     });
     return found < 0 ? null : found;
+  }
+
+  /* Whether a thing (its point `local`, if one is given) is elsewhere at another time of the film. */
+  moves(number, local = null) {
+    const {picture} = this;
+    if (!picture || this.glimpse) return false;
+    const key = local ? `${number} ${local.join()}` : number;
+    if (!picture.known.has(key)) {
+      const size = Math.max(this.rect[2] - this.rect[0], this.rect[3] - this.rect[1]);
+      const away = (points) => points[0] && points.some((at) => at && Math.hypot(at[0] - points[0][0], at[1] - points[0][1]) > 1e-4 * size);
+      const watched = local ? [local] : [[0, 0], [size, 0], [0, size]];
+      picture.known.set(key, watched.some((point) => away(this.path(number, point))));
+    }
+    return picture.known.get(key);
   }
 
   /* The path of a thing's local point over the whole film. */
