@@ -56,7 +56,7 @@ def build(
     *,
     max_pixels: int = MAX_PIXELS,
     read_text: ReadText | None = None,
-    settings: Mapping[str, str] | None = None,
+    settings: Mapping[str, str | Expr] | None = None,
     added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
     element: ElementPlace | None = None,
 ) -> Scene:
