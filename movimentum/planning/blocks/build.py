@@ -171,7 +171,12 @@ def _assign_block(making: _Making, core: tuple[int, ...], explicit: list[tuple[i
 def _linear_block(
     making: _Making, core: tuple[int, ...], explicit: list[tuple[int, Expr]], outputs: list[Expr]
 ) -> Linear:
-    return Linear(**making.common(core, explicit, outputs), system=compiled(outputs, making.clocks))
+    return Linear(
+        **making.common(core, explicit, outputs),
+        system=compiled(outputs, making.clocks),
+        entries=tuple(outputs),
+        given=tuple(explicit),
+    )
 
 
 def _quadratic_block(

@@ -63,10 +63,12 @@ class Assign(BlockBase):
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Linear(BlockBase):
     """Linear equations in m core unknowns. ``system``: compiled; the (m, m) matrix row by row, then the m right-hand
-    sides.
+    sides, whose expressions are ``entries``. ``given``: the expressions of the targets.
     """
 
     system: Compiled
+    entries: tuple[Expr, ...]
+    given: tuple[tuple[int, Expr], ...] = ()
 
 
 class QuadraticShape(StrEnum):
