@@ -72,12 +72,7 @@ class Family:
         step = batch.at_once()
         for first in range(0, len(places), step):
             some = places[first : first + step]
-            rows, unsure = batch.rows(constants[some][:, columns])
-            if unsure.mean() > 0.5 and batch.refine():
-                rows, unsure = batch.rows(constants[some][:, columns])
-                step = batch.at_once()
-            mask = np.zeros(len(left), dtype=np.bool_)
-            mask[some] = True
+            rows, unsure = batch.rows_refined(constants[some][:, columns])
             result.measures[some], result.outcomes[some], result.times[some] = rows.measures, rows.outcomes, rows.times
             left[some] = unsure
             self.together += int((~unsure).sum())
@@ -136,11 +131,10 @@ class Family:
         intervals = {name: each for name, each in self._intervals.items() if name not in fixed}
         try:
             batch = prepare(self.variants, fixed, intervals)
+            self._batches[key] = batch if self._proven(batch, constants) else None
         except (NotTogether, MovimentumError, CyclicRateError) as error:
             self.reasons.append(str(error).split("\n")[0])
             self._batches[key] = None
-            return None
-        self._batches[key] = batch if self._proven(batch, constants) else None
         return self._batches[key]
 
     def _proven(self, batch: Batch, constants: FloatArray) -> bool:

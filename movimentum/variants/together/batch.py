@@ -17,10 +17,11 @@ from movimentum.variants.together.beginning import Beginning, Carried
 from movimentum.variants.together.following import INTERVALS, SegmentGrid, follow_together, segment_grid
 from movimentum.variants.together.pattern import NotTogether, Pattern, SegmentPattern, State, anchors_read, numbered
 from movimentum.variants.together.poses import BodyPose, Places
+from movimentum.variants.together.running import column
 
 ELEMENTS = 60_000
 """Variants times instants that are solved at once: few enough for the processor's caches."""
-MOST_INTERVALS = 8 * INTERVALS
+MANY_UNSURE = 0.2
 SAME_PLACE = 1e-7
 """Of the scene's size: what is farther from where it was at a step has jumped, or nearly."""
 
@@ -32,6 +33,7 @@ class Batch:
     pattern: Pattern
     lowered: LoweredMeasures | None
     intervals: int = INTERVALS
+    settled: bool = False
     _grids: dict[int, list[SegmentGrid]] = field(default_factory=dict[int, "list[SegmentGrid]"])
 
     def __post_init__(self) -> None:
@@ -66,17 +68,29 @@ class Batch:
             ]
         return found
 
-    def refine(self) -> bool:
-        """Take twice as many instants; False where there are many already."""
-        if self.intervals >= MOST_INTERVALS:
-            return False
-        self.intervals *= 2
-        return True
+    def rows_refined(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
+        """`rows`, at more instants for those that cannot be told otherwise, where they are many."""
+        rows, unsure = self.rows(constants)
+        usual = self.intervals
+        for finer in (2, 4, 8):
+            left = np.nonzero(unsure)[0]
+            if self.settled or len(left) <= MANY_UNSURE * len(unsure):
+                break
+            self.intervals = usual * finer
+            some, still = self.rows(constants[left])
+            rows.measures[left], rows.outcomes[left], rows.times[left] = some.measures, some.outcomes, some.times
+            unsure[left] = still
+            if still.mean() > 0.8:  # that is not why
+                self.settled = True
+        worth = self.intervals > usual and unsure.mean() < MANY_UNSURE and not self.settled
+        self.intervals = self.intervals if worth else usual
+        return rows, unsure
 
     def at_once(self) -> int:
         """How many variants are best solved at once."""
         longest = max(len(grid.instants) for grid in self.grids())
-        return max(16, ELEMENTS // longest)
+        elements = 5 * ELEMENTS if any(segment.loops for segment in self.pattern.segments) else ELEMENTS
+        return max(16, elements // longest)
 
     def rows(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
         """The rows of variants (V, C), and which of them (V,) have to be solved by themselves."""
@@ -91,20 +105,20 @@ class Batch:
         measures = np.full((count, measured), np.nan)
         read = _Read(self, places)
         carried: Carried | None = None
-        signs: dict[int, FloatArray] = {}
+        choices: dict[int, FloatArray] = {}
         for segment, grid in zip(self.pattern.segments, self.grids(), strict=True):
             beginning = Beginning(places, segment, carried, size)
             angles = beginning.angles_before()
             if not segment.continues:
                 began = beginning.began()
-                signs = began.signs
+                choices = began.choices
                 unsure |= began.unsure & (outcomes == 0)
                 if carried is not None:
                     unsure |= began.none & (outcomes == 0)
                 else:
                     outcomes[began.none] = VariantOutcome.UNASSEMBLED.code
                     times[began.none] = float(segment.segment.start)
-            followed = follow_together(segment, varied, signs, angles, grid, size)
+            followed = follow_together(segment, varied, choices, angles, grid, size)
             moving = outcomes == 0
             unsure |= followed.unsure & moving
             bound = np.isfinite(followed.binds) & moving
@@ -114,6 +128,7 @@ class Batch:
             poses = places.solved(segment, followed.state, carried.poses if carried is not None else {})
             if before is not None:
                 unsure |= self._jumped(segment, places, poses, before, size) & (outcomes == 0)
+            choices = _at_end(segment, followed.state, choices)
             read.add(segment, grid, followed.state, poses)
             carried = _carried(segment, poses, followed.state, before)
         ok = (outcomes == 0) & ~unsure
@@ -134,7 +149,7 @@ class Batch:
                 continue
             after = poses[thing.number]
             here = before.poses.get(thing.number, BodyPose())
-            first = BodyPose(*(_column(value, 0) for value in (after.x, after.y, after.c, after.s, after.angle)))
+            first = BodyPose(*(column(value, 0) for value in (after.x, after.y, after.c, after.s, after.angle)))
             for k in range(len(thing.anchors)):
                 local = places.local(thing.number, k)
                 (x, y), (u, v) = first.world(local), here.world(local)
@@ -145,14 +160,14 @@ class Batch:
         return jumped
 
 
-def _column(value: Any, place: int) -> Any:
-    """One instant (V, 1) of a value; a number stays one."""
-    if np.ndim(value) < 1:
-        return value
-    array = np.asarray(value)
-    if array.ndim == 1:  # the same for all variants
-        return array[place : place + 1] if place >= 0 else array[-1:]
-    return array[:, place : place + 1] if place >= 0 else array[:, -1:]
+def _at_end(segment: SegmentPattern, state: State, choices: dict[int, FloatArray]) -> dict[int, FloatArray]:
+    """The choices with which the same constraints go on."""
+    found = dict(choices)
+    for item in segment.blocks:
+        if item.newton:
+            last = [column(state[n], -1) for n in item.block.core]
+            found[item.block.number] = np.concatenate(np.broadcast_arrays(*last), axis=1)
+    return found
 
 
 def _carried(segment: SegmentPattern, poses: dict[int, BodyPose], state: State, before: Carried | None) -> Carried:
@@ -160,10 +175,10 @@ def _carried(segment: SegmentPattern, poses: dict[int, BodyPose], state: State, 
     found = dict(before.poses) if before is not None else {}
     others = dict(before.others) if before is not None else {}
     for thing, pose in poses.items():
-        found[thing] = BodyPose(*(_column(value, -1) for value in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
+        found[thing] = BodyPose(*(column(value, -1) for value in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
     for unknown in segment.plan.system.unknowns:
         if unknown.thing is None and state[unknown.number] is not None:
-            others[unknown.payload] = _column(state[unknown.number], -1)
+            others[unknown.payload] = column(state[unknown.number], -1)
     return Carried(found, others)
 
 
@@ -205,7 +220,7 @@ class _Read:
         self.frames.append([table[:, grid.frames] for table in tables])
         self.at.append([table[:, grid.more] for table in tables])
         for thing, pose in poses.items():
-            self.rest[thing] = BodyPose(*(_column(value, -1) for value in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
+            self.rest[thing] = BodyPose(*(column(value, -1) for value in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
 
     def finished(self) -> tuple[list[FloatArray], list[FloatArray]]:
         """Each expression in all frames (V, F), and at the times asked for (V, A)."""

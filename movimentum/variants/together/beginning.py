@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Quadratic, Winding
+from movimentum.planning.blocks.kinds import Newton, Quadratic, Winding
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
@@ -22,12 +22,26 @@ from movimentum.solver.start.costs import SAME, TIE, TURN
 from movimentum.solver.start.judgements import CHECK_TOLERANCE, SELECTOR_TOLERANCE, Judgements
 from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.search import independent_parts
-from movimentum.variants.together.pattern import MOST_CHOICES, NotTogether, SegmentPattern, State, instants_of
+from movimentum.variants.together.pattern import (
+    MOST_CHOICES,
+    BlockFormulas,
+    NotTogether,
+    SegmentPattern,
+    State,
+    instants_of,
+)
 from movimentum.variants.together.poses import BodyPose, Places, laid
-from movimentum.variants.together.running import solve_block, wind
+from movimentum.variants.together.roots import SAME as SAME_ROOT
+from movimentum.variants.together.roots import all_roots, newton_together
+from movimentum.variants.together.running import column, core_scale, give, solve_block, wind
 
 CLOSE = 1e-7
 """Costs that differ by less are a close call, and so is a margin that is nearer to zero (times its tolerance)."""
+
+
+FAR_AHEAD = 0.05
+SINGULAR = 1e-7
+"""A determinant (rows and unknowns of size one) below which a block's solution is left to be found by itself."""
 
 
 @dataclass(slots=True, eq=False)
@@ -40,11 +54,11 @@ class Carried:
 
 @dataclass(slots=True, eq=False)
 class Began:
-    """``signs`` (V, 1) by block. ``none`` (V,): there is no solution to begin with; ``unsure`` (V,): cannot be told
-    here.
+    """``choices`` by block: the sign (V, 1) of a quadratic one, the core (V, n) of one that Newton's method solves.
+    ``none`` (V,): there is no solution to begin with; ``unsure`` (V,): cannot be told here.
     """
 
-    signs: dict[int, FloatArray]
+    choices: dict[int, FloatArray]
     none: BoolArray
     unsure: BoolArray
 
@@ -69,50 +83,118 @@ class Beginning:
     def began(self) -> Began:
         """The choice of every block."""
         plan, clocks = self.pattern.plan, self.instants.clocks
-        branching = {block.number for block in plan.blocks if isinstance(block, Quadratic)}
+        branching = {block.number for block in plan.blocks if isinstance(block, Quadratic | Newton)}
         rank = solving_order(plan.blocks, self.owner, branching)
         touched, parts = independent_parts(plan, branching, rank, self.judgements)
-        self._refuse_split(touched)
+        split = self._is_split(touched)
         none = np.zeros(self.count, dtype=np.bool_)
-        signs: dict[int, FloatArray] = {}
+        choices: dict[int, FloatArray] = {}
         with np.errstate(all="ignore"):
             for number in [-1, *(b.number for b in plan.blocks if not touched[b.number])]:
                 if number >= 0:
-                    self.solve(number, 1.0)
+                    self.solve(number, None)
                 none |= ~self.allowed(number)
-            if self.carried is None:
+            if self.carried is None and any(touched):
                 self.poses, unsure = laid(self.places, self.pattern, self.state, clocks, self.size)
                 self.unsure |= unsure
-            else:
+            elif self.carried is not None:
                 self.poses = self.carried.poses
             for part in parts:
                 if not touched[part[0]]:
                     continue
                 ordered = sorted(part, key=rank.__getitem__)
-                found = _Part(self, ordered).best()
+                found = _Part(self, ordered, split=split).best()
                 none |= ~found.found
                 self.unsure |= found.close | (found.found & (found.breaks > 0.0))
-                signs |= found.signs
+                choices |= found.choices
                 for number in ordered:
-                    self.solve(number, signs.get(number, 1.0))
-        return Began(signs, none, self.unsure)
+                    self.solve(number, choices.get(number))
+        return Began(choices, none, self.unsure)
 
-    def _refuse_split(self, touched: Sequence[bool]) -> None:
-        """A direction of which two blocks find one half each is compared in another way by the search."""
+    def _is_split(self, touched: Sequence[bool]) -> bool:
+        """Whether of some direction two blocks find one half each: then the search compares in a way of its own."""
         known = self.pattern.plan.system.number_of
         for payload, n in known.items():
             other = known.get(PoseSin(payload.thing)) if isinstance(payload, PoseCos) else None
             if other is None or n not in self.owner or other not in self.owner:
                 continue
-            if self.owner[n] != self.owner[other] and (touched[self.owner[n]] or touched[self.owner[other]]):
-                raise NotTogether("a direction found in two blocks")
+            if self.owner[n] != self.owner[other] and touched[self.owner[n]] and touched[self.owner[other]]:
+                return True
+        return False
 
-    def solve(self, number: int, sign: Any) -> Any:
+    def solve(self, number: int, choice: FloatArray | None) -> Any:
+        """Set the state, at both instants; the margin of a quadratic block."""
         item = self.pattern.blocks[number]
+        if item.newton:
+            assert choice is not None
+            self._ahead(item, choice)
+            return None
         if isinstance(item.block, Winding):
             wind((item,), self.state, self.instants.clocks, self.angles_before(), (self.count, 2))
             return None
-        return solve_block(item, self.state, self.instants.clocks, sign)
+        return solve_block(item, self.state, self.instants.clocks, 1.0 if choice is None else choice)
+
+    def scale(self, item: BlockFormulas) -> FloatArray:
+        """(V, n) the natural sizes of a block's core."""
+        return core_scale(self.pattern, item, self.size)
+
+    def _ahead(self, item: BlockFormulas, core: FloatArray) -> None:
+        """The core (V, n), solved for again at the second instant."""
+        later = [column(value, 1) for value in self.state]
+        clocks = [clock[1:] for clock in self.instants.clocks]
+        scale = self.scale(item)
+        x, converged, _ = newton_together(item, later, clocks, core, scale)
+        near = converged & (np.max(np.abs(x - core) / scale, axis=1) < FAR_AHEAD)
+        x = np.where(near[:, None], x, core)
+        for j, n in enumerate(item.block.core):
+            self.state[n] = np.stack([core[:, j], x[:, j]], axis=1)
+        give(item, self.state, self.instants.clocks)
+
+    def options(self, number: int) -> list[tuple[FloatArray, BoolArray]]:
+        """The choices of a block, each with the variants (V,) that have it."""
+        item = self.pattern.blocks[number]
+        every = np.ones(self.count, dtype=np.bool_)
+        if not item.newton:
+            signs = (1.0, -1.0) if item.branches else (1.0,)
+            return [(np.full((self.count, 1), sign), every) for sign in signs]
+        scale, system = self.scale(item), self.pattern.plan.system
+        if self.carried is not None and any(system.unknowns[n].thing in self.carried.poses for n in item.block.core):
+            before = [self.before(n) for n in item.block.core]
+            core = np.concatenate([np.broadcast_to(0.0 if v is None else v, (self.count, 1)) for v in before], axis=1)
+            here = [column(value, 0) for value in self.state]
+            x, converged, determinant = newton_together(item, here, [c[:1] for c in self.instants.clocks], core, scale)
+            stays = converged & (np.max(np.abs(x - core) / scale, axis=1) < SAME_ROOT)
+            self.unsure |= ~stays | (np.abs(determinant) < SINGULAR)
+            return [(x, every)]
+        found = all_roots(item, self.state, self.instants.clocks, scale)
+        self.unsure |= found.unsure
+        here = [column(value, 0) for value in self.state]
+        result: list[tuple[FloatArray, BoolArray]] = []
+        for k in range(found.exist.shape[1]):
+            start = np.where(found.exist[:, k : k + 1], found.x[:, k], found.x[:, 0])
+            clocks = [c[:1] for c in self.instants.clocks]
+            x, converged, determinant = newton_together(item, here, clocks, start, scale)
+            exist = found.exist[:, k]
+            self.unsure |= exist & (~converged | (np.abs(determinant) < SINGULAR))
+            result.append((x, exist))
+        return result
+
+    def before(self, n: int) -> Any:
+        """(V, 1) the value of an unknown before, or None where it has none."""
+        system = self.pattern.plan.system
+        payload = system.unknowns[n].payload
+        if not isinstance(payload, PoseX | PoseY | PoseCos | PoseSin):
+            if isinstance(payload, ThingAngle) and self.carried is not None and payload.thing in self.carried.poses:
+                return self.carried.poses[payload.thing].angle
+            return self.carried.others.get(payload) if self.carried is not None else None
+        pose = self.poses.get(payload.thing, BodyPose())
+        rx, ry, ax, ay = self.places.frame(self.pattern, payload.thing)
+        if isinstance(payload, PoseCos):
+            return pose.c * ax - pose.s * ay
+        if isinstance(payload, PoseSin):
+            return pose.s * ax + pose.c * ay
+        x, y = pose.world((rx, ry))
+        return x - system.shift[0] if isinstance(payload, PoseX) else y - system.shift[1]
 
     def angles_before(self) -> dict[int, Any]:
         """The angle of each thing before, by unknown: that carried over, 0 of what is new."""
@@ -159,31 +241,40 @@ class _Best:
     found: BoolArray
     close: BoolArray
     breaks: FloatArray
-    signs: dict[int, FloatArray]
+    choices: dict[int, FloatArray]
 
 
 class _Part:
-    """All combinations of the choices of one independent part."""
+    """All combinations of the choices of one independent part. ``split``: see `Beginning`; then only a part with one
+    combination is decided here.
+    """
 
-    def __init__(self, beginning: Beginning, numbers: list[int]) -> None:
+    def __init__(self, beginning: Beginning, numbers: list[int], *, split: bool) -> None:
         self.beginning = beginning
         self.numbers = numbers
+        self.split = split
         self.branching = [n for n in numbers if beginning.pattern.blocks[n].branches]
         if len(self.branching) > MOST_CHOICES:
             raise NotTogether("too many choices")
         count = beginning.count
         self.costs = np.full((count, 4), np.inf)
         self.second = np.full((count, 4), np.inf)
-        self.signs = np.ones((count, len(self.branching)))
-        self.trail: list[float] = []
+        self.chosen: list[FloatArray] = []
+        self.trail: list[FloatArray] = []
 
     def best(self) -> _Best:
         """The best combination of each variant."""
         count = self.beginning.count
         self._explore(0, np.ones(count, dtype=np.bool_), np.zeros((count, 4)))
         found = np.isfinite(self.costs[:, 0])
-        signs = {number: self.signs[:, k : k + 1].copy() for k, number in enumerate(self.branching)}
-        return _Best(found, found & _close(self.costs, self.second), self.costs[:, 0], signs)
+        choices = dict(zip(self.branching, self.chosen, strict=False))
+        for number in self.branching[len(choices) :]:
+            item = self.beginning.pattern.blocks[number]
+            choices[number] = np.ones((count, len(item.block.core) if item.newton else 1))
+        close = _close(self.costs, self.second)
+        if self.split:
+            close |= np.isfinite(self.second[:, 0])
+        return _Best(found, found & close, self.costs[:, 0], choices)
 
     def _explore(self, place: int, alive: BoolArray, costs: FloatArray) -> None:
         if not alive.any():
@@ -194,9 +285,9 @@ class _Part:
         beginning = self.beginning
         number = self.numbers[place]
         branches = beginning.pattern.blocks[number].branches
-        for sign in (1.0, -1.0) if branches else (1.0,):
-            margin = beginning.solve(number, sign)
-            able = alive
+        for choice, exist in beginning.options(number):
+            margin = beginning.solve(number, choice)
+            able = alive & exist
             if margin is not None:
                 first = np.broadcast_to(margin, (beginning.count, 2))
                 able = alive & (first[:, 0] >= -MARGIN_TOLERANCE)
@@ -204,7 +295,7 @@ class _Part:
                 beginning.unsure |= alive & ~np.isfinite(first[:, 0])
             able = able & beginning.allowed(number)
             if branches:
-                self.trail.append(sign)
+                self.trail.append(choice)
             self._explore(place + 1, able, costs + self._cost(number))
             if branches:
                 self.trail.pop()
@@ -216,7 +307,8 @@ class _Part:
         better = _less(costs, self.costs)
         self.second = np.where(better[:, None], self.costs, np.where(_less(costs, self.second)[:, None], costs, self.second))
         self.costs = np.where(better[:, None], costs, self.costs)
-        self.signs = np.where(better[:, None], np.array(self.trail), self.signs)
+        old = self.chosen or self.trail
+        self.chosen = [np.where(better[:, None], new, kept) for new, kept in zip(self.trail, old, strict=True)]
 
     def _cost(self, number: int) -> FloatArray:
         """(V, 4) break of continuity, distance from the pose carried over, turn, displacement; see `Measures`."""
@@ -244,7 +336,7 @@ class _Part:
                     result[:, 2:3] += TIE * np.square(here / unit)
                 if isinstance(payload, ThingAngle):
                     continue
-            before = self._before(n)
+            before = beginning.before(n)
             if before is None:
                 continue
             if is_carried:
@@ -252,27 +344,14 @@ class _Part:
                 off = np.abs(here - before) / scale
                 result[:, 1:2] += np.square(off)
                 result[:, 0:1] = np.maximum(result[:, 0:1], np.where(off <= SAME, 0.0, 1.0))
-            elif isinstance(payload, PoseCos):
-                result[:, 2] += np.square(self._turn(payload.thing))
+            elif isinstance(payload, PoseCos | PoseSin):
+                other = system.number_of[(PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)]
+                known_too = beginning.state[other] is not None
+                if known_too and (isinstance(payload, PoseCos) or other not in block.unknowns):  # once
+                    result[:, 2] += np.square(self._turn(payload.thing))
             elif isinstance(payload, PoseX | PoseY):
                 result[:, 3:4] += np.square((here - before) / size)
         return result
-
-    def _before(self, n: int) -> Any:
-        """(V, 1) the value of an unknown before, or None where it has none."""
-        beginning = self.beginning
-        system = beginning.pattern.plan.system
-        payload = system.unknowns[n].payload
-        if not isinstance(payload, PoseX | PoseY | PoseCos | PoseSin):
-            return beginning.carried.others.get(payload) if beginning.carried is not None else None
-        pose = beginning.poses.get(payload.thing, BodyPose())
-        rx, ry, ax, ay = beginning.places.frame(beginning.pattern, payload.thing)
-        if isinstance(payload, PoseCos):
-            return pose.c * ax - pose.s * ay
-        if isinstance(payload, PoseSin):
-            return pose.s * ax + pose.c * ay
-        x, y = pose.world((rx, ry))
-        return x - system.shift[0] if isinstance(payload, PoseX) else y - system.shift[1]
 
     def _turn(self, thing: int) -> FloatArray:
         """(V,) how far a thing is turned at the second instant from how it was before, in radians."""

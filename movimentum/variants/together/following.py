@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.planning.blocks.kinds import Winding
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.block.change_points import ROUNDING
 from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 from movimentum.timeline.model import Timeline
 from movimentum.variants.together.pattern import SegmentPattern, State, directed, instants_of
-from movimentum.variants.together.running import solve_all, wind
+from movimentum.variants.together.loops import margins_at, solve_all
+from movimentum.variants.together.running import wind
 
 INTERVALS = 96
 FARTHEST_TURN = 0.2
@@ -29,6 +29,8 @@ FARTHEST_TURN = 0.2
 FARTHEST_PHASE = 20.0
 FARTHEST_ANGLE = 60.0
 """Degrees that a driving angle, or any thing, may turn between two instants."""
+FIRST_STEPS = np.array([1e-4, 5e-4, 2e-3, 0.01, 0.03, 0.08, 0.2, 0.4, 0.7])
+"""Of the distance of two instants."""
 CLEAR = 1e-6
 """A margin below which two solutions are too near to one another for a sign to be certain."""
 NEARLY_ONE = 1e-3
@@ -79,7 +81,10 @@ def segment_grid(
     of_times = at_times(starts, segment.start, inside)
     length = pattern.length
     count = intervals if length > 0.0 else 0
-    even = instants_of(pattern, np.linspace(0.0, length, count + 1))
+    grid = np.linspace(0.0, length, count + 1)
+    if pattern.loops and length > 0.0:  # the first steps have no path behind them
+        grid = np.sort(np.concatenate([length / count * FIRST_STEPS, grid]))
+    even = instants_of(pattern, grid)
     tau = np.concatenate([of_frames.tau, of_times.tau, even.tau])
     order = np.argsort(tau, kind="stable")
     back = np.empty(len(order), dtype=np.int64)
@@ -94,21 +99,21 @@ def segment_grid(
 def follow_together(
     pattern: SegmentPattern,
     varied: Sequence[FloatArray],
-    signs: dict[int, FloatArray],
+    choices: dict[int, FloatArray],
     angles: dict[int, Any],
     grid: SegmentGrid,
     size: FloatArray,
 ) -> Followed:
-    """Solve a segment at all instants of ``grid``, with the ``signs`` that it begins with."""
+    """Solve a segment at all instants of ``grid``, with the ``choices`` that it begins with."""
     count, instants = len(size), grid.instants
     shape = count, len(instants)
     state = pattern.state(varied)
     with np.errstate(all="ignore"):
-        margins = solve_all(pattern.blocks, state, instants.clocks, signs)
+        margins, lost = solve_all(pattern, state, instants, choices, size)
         largest = wind(pattern.blocks, state, instants.clocks, angles, shape)
         end, certain = _ends(margins, shape)
         inside = np.arange(shape[1]) < end[:, None]
-        unsure = ~certain | (largest > FARTHEST_ANGLE) & (end == shape[1])
+        unsure = lost | ~certain | (largest > FARTHEST_ANGLE) & (end == shape[1])
         unsure |= _too_fast(pattern, state, instants, inside)
         unsure |= _nearly_one(pattern, state, instants, shape)
         unsure |= _near_inequality(pattern, state, instants, inside, size)
@@ -116,7 +121,10 @@ def follow_together(
         binds = np.full(count, np.inf)
         bound = end < shape[1]
         if bound.any():
-            binds[bound] = _bind_times(pattern, varied, signs, instants, end, bound)
+            if pattern.loops:
+                unsure |= bound
+            else:
+                binds[bound] = _bind_times(pattern, varied, choices, instants, end, bound)
     return Followed(state, unsure, binds)
 
 
@@ -136,9 +144,9 @@ def _ends(margins: dict[int, Any], shape: tuple[int, int]) -> tuple[IntArray, Bo
     return end, certain & (end > 0)
 
 
-def _clear(values: FloatArray, end: IntArray) -> BoolArray:
+def _clear(values: FloatArray, end: IntArray, *, falls: bool = True) -> BoolArray:
     """(V,) whether values (V, T) stay clear of zero before ``end``: no minimum among them may reach it in between, but
-    for the last descent before the end.
+    (if it ``falls``) for the last descent before the end.
     """
     count, many = values.shape
     place = np.arange(many)
@@ -150,7 +158,7 @@ def _clear(values: FloatArray, end: IntArray) -> BoolArray:
     bend = np.maximum(np.abs(before - values), np.abs(after - values))
     bend = np.where((before >= values) & (after >= values), np.maximum(before, after) - values, bend)
     low = (values <= before) & (values <= after) & inside  # a minimum, or flat
-    falling = (end[:, None] < many) & (place >= end[:, None] - 2)  # at the end it goes through zero
+    falling = falls & (end[:, None] < many) & (place >= end[:, None] - 2)  # at the end it goes through zero
     doubt = low & ~falling & ~(values > np.maximum(CLEAR, bend))
     doubt |= inside & ~falling & ~(values > CLEAR)
     return np.asarray(~doubt.any(axis=1), dtype=np.bool_)
@@ -201,11 +209,7 @@ def _near_inequality(
     end = inside.sum(axis=1)
     for value in pattern.selectors(state, instants.clocks):
         values = np.broadcast_to(value, inside.shape) / size[:, None] + SELECTOR_TOLERANCE
-        values = np.where(inside, values, np.inf)
-        low = np.min(values, axis=1)
-        steps = np.abs(np.diff(np.where(inside, values, 0.0), axis=1))
-        step = np.max(np.where(inside[:, 1:], steps, 0.0), axis=1, initial=0.0)
-        near |= ~(low > np.maximum(CLEAR, 0.5 * step)) & (end > 0)
+        near |= ~_clear(values, end, falls=False) & (end > 0)
     return near
 
 
@@ -249,16 +253,15 @@ def _bind_times(
     bad = instants.tau[places].copy()
     some = [value[bound] for value in varied]
     own = {number: sign[bound] for number, sign in signs.items()}
-    blocks = [item for item in pattern.blocks if not isinstance(item.block, Winding)]
+    blocks = [item for item in pattern.blocks if not item.winds]
     for _ in range(HALVINGS):
         middle = 0.5 * (good + bad)
         if ((middle <= good) | (middle >= bad)).all():
             break
         state = pattern.state(some)
         clocks = instants_of(pattern, middle[:, None]).clocks
-        margins = solve_all(blocks, state, clocks, own)
         holds = np.ones(len(middle), dtype=np.bool_)
-        for margin in margins.values():
+        for margin in margins_at(blocks, state, clocks, own):
             holds &= np.broadcast_to(margin, (len(middle), 1))[:, 0] >= -ROUNDING
         good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
     return good

@@ -7,6 +7,7 @@ same, and their numbers know where they come from (`variants.tracing`). Whether 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,8 +17,9 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, substitute, symbol, walk
-from movimentum.planning.blocks.kinds import Assign, Block, Linear, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Assign, Block, Linear, Newton, Quadratic, Winding
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import Equation
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
@@ -36,6 +38,12 @@ State = list[Any]
 
 MOST_CHOICES = 8
 """Blocks of two solutions in one part of a scene, beyond which all their combinations are too many."""
+
+
+MOST_UNKNOWNS = 12
+"""Of a block that Newton's method solves."""
+MOST_PATHS = 64
+"""Of its homotopy: the product of its equations' degrees."""
 
 
 class NotTogether(Exception):
@@ -58,9 +66,23 @@ class Formulas:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class PolynomialRows:
+    """The rows of a Newton block as polynomials in its core: ``terms``: (row, core places of the factors) of each term,
+    whose ``coefficients`` are formulas of inputs, varied constants and clocks. ``groups``: equal numbers for equal
+    coefficients, -1 for numbers. ``degrees``: of the rows.
+    """
+
+    terms: tuple[tuple[int, tuple[int, ...]], ...]
+    groups: tuple[int, ...]
+    coefficients: Formulas
+    degrees: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class BlockFormulas:
     """One block: ``solution`` gives (quadratic: the margin, then) the unknowns ``order``; for a winding the sine and the
-    cosine, for linear equations the matrix and the right-hand sides, then the targets with ``given``.
+    cosine, for linear equations the matrix and the right-hand sides, then the targets with ``given``; for equations that
+    Newton's method solves the residuals and the slopes, and `PolynomialRows` in ``rows``.
 
     ``normal``: the square of the distance of a dyad's two centres, where it can vanish; ``phases``: the driving angles.
     """
@@ -71,11 +93,22 @@ class BlockFormulas:
     normal: Formulas | None = None
     given: Formulas | None = None
     phases: Formulas | None = None
+    rows: PolynomialRows | None = None
 
     @property
     def branches(self) -> bool:
-        """Whether it has two solutions."""
-        return isinstance(self.block, Quadratic)
+        """Whether it has several solutions."""
+        return isinstance(self.block, Quadratic | Newton)
+
+    @property
+    def winds(self) -> bool:
+        """Whether it is a continuous angle."""
+        return isinstance(self.block, Winding)
+
+    @property
+    def newton(self) -> bool:
+        """Whether Newton's method solves it."""
+        return isinstance(self.block, Newton)
 
 
 @dataclass(eq=False)
@@ -99,6 +132,11 @@ class SegmentPattern:
     def unknowns(self) -> int:
         """How many unknowns there are: behind them stand the varied constants."""
         return len(self.plan.system.unknowns)
+
+    @property
+    def loops(self) -> bool:
+        """Whether Newton's method solves any of its blocks."""
+        return any(item.newton for item in self.blocks)
 
     @property
     def length(self) -> float:
@@ -172,11 +210,18 @@ def _plan(scene: Scene, segment: Segment, size: float, *, first: bool) -> Plan:
     if first and deceptive(structure, as_drawn(scene), size):
         raise NotTogether("a mechanism that moves although it looks determined")
     plan = compile_structure(structure, size)
-    if plan.wishes or any(not isinstance(b, Assign | Linear | Quadratic | Winding) for b in plan.blocks):
+    if plan.wishes or any(not _known_kind(block) for block in plan.blocks):
         raise NotTogether("blocks without a closed form")
     if any(isinstance(unknown.payload, Bearing) for unknown in plan.system.unknowns):
         raise NotTogether("bearings")
     return plan
+
+
+def _known_kind(block: Block) -> bool:
+    """Whether blocks of that kind are solved for many variants at once."""
+    if isinstance(block, Newton):
+        return block.is_square and 0 < len(block.core) <= MOST_UNKNOWNS
+    return isinstance(block, Assign | Linear | Quadratic | Winding)
 
 
 def _segment_pattern(
@@ -189,7 +234,7 @@ def _segment_pattern(
         made = [numbered(unfolding.unfolded(each), names, count) for each in expressions]
         return Formulas(compiled(made, clocks), len(made))
 
-    blocks = tuple(_block_formulas(plan, block, formulas) for block in plan.blocks)
+    blocks = tuple(_block_formulas(plan, block, formulas, unfolding.varies) for block in plan.blocks)
     system = plan.system
     checks: list[Expr] = [system.equations[n].residual for n in plan.checks]
     rows = Judge(plan, size).rows
@@ -214,7 +259,12 @@ def _is_of_angles(row: Equation) -> bool:
     return any("atan2d" in (side.op, side.args[0].op if side.op == "neg" else "") for side in sides)
 
 
-def _block_formulas(plan: Plan, block: Block, formulas: Callable[[Sequence[Expr]], Formulas]) -> BlockFormulas:
+def _block_formulas(
+    plan: Plan,
+    block: Block,
+    formulas: Callable[[Sequence[Expr]], Formulas],
+    varies: Callable[[Expr], bool],
+) -> BlockFormulas:
     phases = _phases(block)
     driving = formulas(phases) if phases else None
     match block:
@@ -228,12 +278,44 @@ def _block_formulas(plan: Plan, block: Block, formulas: Callable[[Sequence[Expr]
             order = (*block.core, *(n for n, _ in block.given))
             given = formulas([each for _, each in block.given]) if block.given else None
             return BlockFormulas(block, formulas(block.entries), order, given=given)
+        case Newton():
+            order = (*block.core, *(n for n, _ in block.given))
+            given = formulas([each for _, each in block.given]) if block.given else None
+            rows = _polynomial_rows(block, formulas, varies)
+            return BlockFormulas(block, formulas((*block.residuals, *block.slopes)), order, given=given, rows=rows)
         case Winding():
             (equation,) = (plan.system.equations[e] for e in block.equations)
             return BlockFormulas(block, formulas(equation.residual.args[1].args[0].args), block.core)
         case _:
             order = tuple(n for n, _ in block.formulas)
             return BlockFormulas(block, formulas(_sequential(block, [])), order, phases=driving)
+
+
+def _polynomial_rows(
+    block: Newton, formulas: Callable[[Sequence[Expr]], Formulas], varies: Callable[[Expr], bool]
+) -> PolynomialRows:
+    inside = set(block.core)
+    place = {n: j for j, n in enumerate(block.core)}
+    terms: list[tuple[int, tuple[int, ...]]] = []
+    coefficients: list[Expr] = []
+    degrees: list[int] = []
+    for row, residual in enumerate(block.residuals):
+        form = poly.from_expression(residual)
+        if form is None:
+            raise NotTogether("equations that are no polynomials")
+        form = poly.relative_to(form, inside)
+        degrees.append(poly.degree(form, inside))
+        for monomial, coefficient in form.items():
+            terms.append((row, tuple(place[n] for n in monomial)))
+            coefficients.append(coefficient)
+    if min(degrees) < 1 or math.prod(degrees) > MOST_PATHS:
+        raise NotTogether("equations with too many solutions")
+    numbers: dict[Expr, int] = {}
+    groups = tuple(
+        -1 if each.value is not None and not varies(each) else numbers.setdefault(each, len(numbers))
+        for each in coefficients
+    )
+    return PolynomialRows(tuple(terms), groups, formulas(coefficients), tuple(degrees))
 
 
 def _sequential(block: Assign | Quadratic, before: list[Expr]) -> list[Expr]:

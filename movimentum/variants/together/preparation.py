@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.planning.blocks.kinds import Assign, Linear, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Assign, Linear, Newton, Quadratic, Winding
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.timeline.model import Timeline
 from movimentum.variants.lowered import lower_measures
@@ -94,7 +94,7 @@ def _compare_segment(mine: SegmentPattern, other: SegmentPattern, varied: list[F
                 if sorted(a.order) != sorted(b.order) or a.block.equations != b.block.equations:
                     raise NotTogether("the structure of the equations depends on it")
                 # another order of elimination is as good: every variant's equations are verified as they are stated
-                if a.order == b.order and isinstance(a.block, Assign | Linear | Quadratic | Winding):
+                if a.order == b.order and isinstance(a.block, Assign | Linear | Quadratic | Winding | Newton):
                     _same(_solution(a, [*known, *varied], clocks), _solution(b, known, clocks), "a formula")
             for x, y in ((mine.selectors, other.selectors), (mine.checks, other.checks), (mine.stated, other.stated)):
                 _same(x([*known, *varied], clocks), y(known, clocks), "an equation")

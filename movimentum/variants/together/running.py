@@ -10,7 +10,35 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Linear, Winding
 from movimentum.planning.codegen.numeric import atan2d
-from movimentum.variants.together.pattern import BlockFormulas, State
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.scene.model import ThingAngle
+from movimentum.variants.together.pattern import BlockFormulas, SegmentPattern, State
+
+
+def column(value: Any, place: int) -> Any:
+    """One instant, (V, 1), of a value; a number stays one, and so does what is the same at all instants."""
+    if np.ndim(value) < 1:
+        return value
+    array = np.asarray(value)
+    if array.shape[-1] == 1:
+        return array
+    return array[..., place : place + 1] if place >= 0 else array[..., -1:]
+
+
+def core_scale(pattern: SegmentPattern, item: BlockFormulas, size: FloatArray) -> FloatArray:
+    """(V, n) the natural sizes of a block's core, see `scale_of`."""
+    sizes = np.empty((len(size), len(item.block.core)))
+    for j, n in enumerate(item.block.core):
+        payload = pattern.plan.system.unknowns[n].payload
+        sizes[:, j] = 1.0 if isinstance(payload, PoseCos | PoseSin) else 57.0 if isinstance(payload, ThingAngle) else size
+    return sizes
+
+
+def give(item: BlockFormulas, state: State, clocks: Sequence[FloatArray]) -> None:
+    """Set what follows from a block's core."""
+    if item.given is not None:
+        for n, value in zip(item.order[len(item.block.core) :], item.given(state, clocks), strict=True):
+            state[n] = value
 
 
 def solve_block(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], sign: Any = 1.0) -> Any:
@@ -24,9 +52,7 @@ def solve_block(item: BlockFormulas, state: State, clocks: Sequence[FloatArray],
         core = solved_linear(values, len(item.block.core))
         for n, value in zip(item.block.core, core, strict=True):
             state[n] = value
-        if item.given is not None:
-            for n, value in zip(item.order[len(core) :], item.given(state, clocks), strict=True):
-                state[n] = value
+        give(item, state, clocks)
         return None
     _store(item, state, values)
     return None
@@ -50,21 +76,6 @@ def solved_linear(values: Sequence[Any], size: int) -> list[Any]:
     found = np.linalg.solve(matrix, np.nan_to_num(right)[..., None])[..., 0]
     found = np.where(bad[..., None], np.nan, found)
     return [found[..., k] for k in range(size)]
-
-
-def solve_all(
-    blocks: Sequence[BlockFormulas], state: State, clocks: Sequence[FloatArray], signs: dict[int, FloatArray]
-) -> dict[int, Any]:
-    """Set ``state`` for all blocks but windings, given the (V, 1) ``signs`` by block; the margins by block."""
-    margins: dict[int, Any] = {}
-    for item in blocks:
-        number = item.block.number
-        if isinstance(item.block, Winding):
-            continue
-        margin = solve_block(item, state, clocks, signs.get(number, 1.0))
-        if margin is not None:
-            margins[number] = margin
-    return margins
 
 
 def wind(
