@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,8 +16,9 @@ from movimentum.text import counted
 from movimentum.workflow.choices import Choices
 
 if TYPE_CHECKING:
+    from movimentum.scene.model import Scene
     from movimentum.source import SourceText
-    from movimentum.variants.sweep import Swept
+    from movimentum.variants.sweep import SweepJob, Swept
 
 MAX_VARIANTS = 10_000_000
 
@@ -92,6 +94,7 @@ def sweep(
     sheet: str | None,
     plot: tuple[str, ...],
     max_variants: int,
+    dask: str | None = None,
 ) -> int:
     """Solve many variants of a script, and write a table with one row for each.
 
@@ -103,14 +106,12 @@ def sweep(
     target = None if output == "-" else output_file(script, output, ".csv")
     if target is None and resume:
         raise click.UsageError("--resume needs a file: -o table.csv.")
+    asked = _Asked(script, target, vary, sample, measure, resume, sheet, plot, max_variants, dask)
     source: SourceText | None = None
     try:
         source = read(script)
         with console.working("sweeping"):
-            done = _swept(
-                console, source, choices, target, vary, sample, measure, resume=resume, sheet=sheet, plot=plot,
-                most=max_variants,
-            )
+            done = _swept(console, source, choices, asked)
     except MovimentumError as error:
         console.trace(error)
         console.show(error.diagnostics, error.source or source)
@@ -118,38 +119,60 @@ def sweep(
     return done.exit_code
 
 
-def _swept(
-    console: Console,
-    source: SourceText,
-    choices: Choices,
-    target: Path | None,
-    vary: tuple[str, ...],
-    sample: str | None,
-    measure: tuple[str, ...],
-    *,
-    resume: bool,
-    sheet: str | None,
-    plot: tuple[str, ...],
-    most: int,
-) -> Swept:
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What the options say."""
+
+    script: str
+    target: Path | None
+    vary: tuple[str, ...]
+    sample: str | None
+    measure: tuple[str, ...]
+    resume: bool
+    sheet: str | None
+    plot: tuple[str, ...]
+    most: int
+    dask: str | None
+
+
+def _swept(console: Console, source: SourceText, choices: Choices, asked: _Asked) -> Swept:
     from movimentum.variants.axes import read_grid
     from movimentum.variants.measures import read_measures
-    from movimentum.variants.sweep import prepared, sweep_to_file, sweep_to_stream, told_counts
+    from movimentum.variants.plots import read_plots, write_plots
+    from movimentum.variants.sheet import check_sheet, write_sheet
+    from movimentum.variants.sweep import prepared, told_counts
     from movimentum.workflow.stages import understand
 
-    scene = understand(source, choices)
-    grid = read_grid(vary, sample, scene.constants, most)
-    job, scene = prepared(source, choices, grid, read_measures(measure, grid.names))
+    grid = read_grid(asked.vary, asked.sample, understand(source, choices).constants, asked.most)
+    job, scene = prepared(source, choices, grid, read_measures(asked.measure, grid.names))
+    beside = asked.target or Path("sweep.csv" if asked.script == "-" else asked.script)
+    plots = read_plots(asked.plot, grid, job.measures, beside)
+    if asked.sheet is not None:
+        check_sheet(Path(asked.sheet))
+    done = _solved(console, job, scene, asked)
+    if plots and done.measures is not None:
+        write_plots(plots, grid, job.measures, done.measures)
+        for plot in plots:
+            console.say(f"{plot.target}: {job.measures.names[plot.measure]} over {' and '.join(plot.over)}")
+    if asked.sheet is not None:
+        with console.progress("drawing") as progress:
+            count = write_sheet(job, Path(asked.sheet), progress)
+        console.say(f"{asked.sheet}: {counted(count, 'picture')}")
+    shown = "" if asked.target is None else f"{asked.target}: "
+    console.say(f"{shown}{counted(len(grid), 'variant')}: {told_counts(done.counts)}")
+    return done
+
+
+def _solved(console: Console, job: SweepJob, scene: Scene, asked: _Asked) -> Swept:
+    from movimentum.variants.sweep import sweep_to_file, sweep_to_stream
+
+    keep = bool(asked.plot)
     try:
         with console.progress("sweeping") as progress:
-            if target is None:
-                done = sweep_to_stream(job, progress)
-            else:
-                done = sweep_to_file(job, scene, target, progress, resume=resume)
+            if asked.target is None:
+                return sweep_to_stream(job, progress, keep=keep)
+            return sweep_to_file(job, scene, asked.target, progress, resume=asked.resume, keep=keep)
     except KeyboardInterrupt:
-        if target is not None:
-            console.say(f"\nwhat is finished is kept beside {target}; --resume goes on from there")
+        if asked.target is not None:
+            console.say(f"\nwhat is finished is kept beside {asked.target}; --resume goes on from there")
         raise
-    shown = "standard output" if target is None else str(target)
-    console.say(f"{shown}: {counted(len(grid), 'variant')}: {told_counts(done.counts)}")
-    return done

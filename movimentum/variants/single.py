@@ -11,7 +11,6 @@ from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError
 from movimentum.scene.model import Scene
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.reuse import Known
 from movimentum.source import SourceText
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import ScriptTree
@@ -66,7 +65,7 @@ class Variants:
         timeline: Timeline | None = None
         try:
             timeline = replace(arranged(self.scene(values), self.choices), claims=())
-            motion = moved(timeline, Known())
+            motion = moved(timeline, resumes=False)
         except ScriptError:
             start = float("nan") if timeline is None else float(timeline.start)
             return VariantOutcome.UNASSEMBLED, start, nothing

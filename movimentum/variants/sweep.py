@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum import __version__
-from movimentum.arrays import IntArray
+from movimentum.arrays import FloatArray, IntArray
 from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
 from movimentum.source import SourceText
 from movimentum.variants.axes import Grid, check_constants
@@ -58,9 +58,10 @@ class SweepJob:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Swept:
-    """What came of a sweep: how many variants of each outcome."""
+    """What came of a sweep: how many variants of each outcome; their measures (V, M), where they were to be kept."""
 
     counts: Counter[VariantOutcome]
+    measures: FloatArray | None = None
 
     @property
     def exit_code(self) -> int:
@@ -104,9 +105,18 @@ def solved_chunks(family: Family, waiting: Iterator[IntArray]) -> Iterator[tuple
 
 
 def sweep_to_file(
-    job: SweepJob, scene: Scene, target: Path, progress: Progress, *, resume: bool = False, solver: Solver | None = None
+    job: SweepJob,
+    scene: Scene,
+    target: Path,
+    progress: Progress,
+    *,
+    resume: bool = False,
+    keep: bool = False,
+    solver: Solver | None = None,
 ) -> Swept:
-    """Write the table of a sweep to ``target``. What is finished when it is interrupted is kept beside it."""
+    """Write the table of a sweep to ``target``. What is finished when it is interrupted is kept beside it; with
+    ``resume`` that is not solved again. ``keep``: the measures are wanted in memory, too.
+    """
     check_table(target)
     refuse_unwritable(target)
     refuse_overwriting(target, reads(job.source, scene))
@@ -125,10 +135,12 @@ def sweep_to_file(
         with whole_file(target) as part:
             write_table(job.columns, spool.rows, total, part, target.suffix)
         counts = Counter[VariantOutcome]()
+        kept: list[FloatArray] = []
         for rows in spool.rows():
             _count(counts, rows)
+            kept += [rows.measures] if keep else []
     remove_spool(path)
-    return Swept(counts)
+    return Swept(counts, np.concatenate(kept) if keep else None)
 
 
 def _keep(spool: Spool, numbers: IntArray, rows: VariantRows) -> None:
@@ -139,27 +151,43 @@ def _keep(spool: Spool, numbers: IntArray, rows: VariantRows) -> None:
         spool.write(int(numbers[begin]), some)
 
 
-def sweep_to_stream(job: SweepJob, progress: Progress) -> Swept:
-    """Write the table as CSV to standard output, line by line as the variants are finished."""
+def sweep_to_stream(job: SweepJob, progress: Progress, *, keep: bool = False, solver: Solver | None = None) -> Swept:
+    """Write the table as CSV to standard output, line by line as the variants are finished, in order. ``keep``: see
+    `sweep_to_file`.
+    """
     from movimentum.output.text import standard_output
 
     stream = standard_output()
     write_csv(job.columns, (), stream)
     counts = Counter[VariantOutcome]()
     done = 0
-    for numbers, rows in Here(job).solved(numbered(len(job.grid))):
+    kept: list[FloatArray] = []
+    for _, rows in in_order((solver or Here(job)).solved(numbered(len(job.grid)))):
         write_lines(rows, stream)
         _count(counts, rows)
-        done += len(numbers)
+        kept += [rows.measures] if keep else []
+        done += len(rows)
         progress(done, len(job.grid))
-    return Swept(counts)
+    return Swept(counts, np.concatenate(kept) if keep else None)
 
 
-def sweep_rows(job: SweepJob) -> VariantRows:
+def in_order(parts: Iterator[tuple[IntArray, VariantRows]]) -> Iterator[tuple[IntArray, VariantRows]]:
+    """The same parts in the order of their numbers, which begin with 0."""
+    waiting: dict[int, tuple[IntArray, VariantRows]] = {}
+    expected = 0
+    for part in parts:
+        waiting[int(part[0][0])] = part
+        while expected in waiting:
+            found = waiting.pop(expected)
+            expected += len(found[0])
+            yield found
+
+
+def sweep_rows(job: SweepJob, solver: Solver | None = None) -> VariantRows:
     """All variants at once, in memory."""
     from movimentum.variants.outcomes import joined
 
-    return joined([rows for _, rows in Here(job).solved(numbered(len(job.grid)))])
+    return joined([rows for _, rows in in_order((solver or Here(job)).solved(numbered(len(job.grid))))])
 
 
 def numbered(total: int) -> Iterator[IntArray]:
