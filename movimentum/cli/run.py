@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ import click
 
 from movimentum.cli.options import (
     ACCURACY,
+    DASK,
     EXIT_CODES,
     FPS,
     FRAMES,
@@ -44,6 +46,7 @@ Examples:
   movimentum run crank.mov -o 'frames/%04d.png'    numbered pictures
   movimentum run crank.mov --trace Rod.B --show names,free
   movimentum run crank.mov --watch --open          again whenever it changes
+  movimentum run crank.mov -o crank.mp4 --dask tcp://scheduler:8786
 
 """
     + EXIT_CODES
@@ -107,6 +110,7 @@ Examples:
     metavar="N",
     help="Render in N processes [default: chosen automatically]. The bytes of the file do not depend on it.",
 )
+@DASK
 @click.option("--watch", is_flag=True, help="Render again whenever the script or a sprite changes; Ctrl-C ends it.")
 @click.option("--open", "open_it", is_flag=True, help="Show the file when it is done.")
 @LIMITS
@@ -137,6 +141,7 @@ def run(
     loop: int,
     transparent: bool,
     workers: int | None,
+    dask: str | None,
     watch: bool,
     open_it: bool,
     max_pixels: int,
@@ -163,8 +168,14 @@ def run(
         from movimentum.workflow.animate import animate
 
         def work(source: SourceText) -> Outcome:
-            with console.progress("rendering") as progress:
-                return animate(source, target, choices, picture, progress, known=known)
+            with ExitStack() as stack:
+                elsewhere = None
+                if dask is not None:
+                    from movimentum.workflow.far_frames import FarFrames
+
+                    elsewhere = stack.enter_context(FarFrames(dask, console.say))
+                progress = stack.enter_context(console.progress("rendering"))
+                return animate(source, target, choices, picture, progress, known=known, elsewhere=elsewhere)
 
         code, outcome = carried_out(console, script, work)
         if outcome is not None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
+from movimentum.cli.options import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
 from movimentum.cli.work import output_file
 from movimentum.console import Console
 from movimentum.errors import MovimentumError
@@ -76,6 +77,7 @@ Examples:
     metavar="N",
     help="Refuse more variants.",
 )
+@DASK
 @FPS
 @LIMITS
 @SPEECH
@@ -94,7 +96,7 @@ def sweep(
     sheet: str | None,
     plot: tuple[str, ...],
     max_variants: int,
-    dask: str | None = None,
+    dask: str | None,
 ) -> int:
     """Solve many variants of a script, and write a table with one row for each.
 
@@ -168,10 +170,19 @@ def _solved(console: Console, job: SweepJob, scene: Scene, asked: _Asked) -> Swe
 
     keep = bool(asked.plot)
     try:
-        with console.progress("sweeping") as progress:
+        with ExitStack() as stack:
+            solver = None
+            if asked.dask is not None:
+                from movimentum.variants.distributed import OnCluster
+                from movimentum.workflow.clusters import cluster
+
+                solver = OnCluster(job, stack.enter_context(cluster(asked.dask, console.say)))
+            progress = stack.enter_context(console.progress("sweeping"))
             if asked.target is None:
-                return sweep_to_stream(job, progress, keep=keep)
-            return sweep_to_file(job, scene, asked.target, progress, resume=asked.resume, keep=keep)
+                return sweep_to_stream(job, progress, keep=keep, solver=solver)
+            return sweep_to_file(
+                job, scene, asked.target, progress, resume=asked.resume, keep=keep, solver=solver
+            )
     except KeyboardInterrupt:
         if asked.target is not None:
             console.say(f"\nwhat is finished is kept beside {asked.target}; --resume goes on from there")
