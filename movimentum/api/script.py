@@ -256,7 +256,13 @@ class Script:
 
         given = {**(vary or {}), **constants}
         choices = _choices(self.limits, tuple((name, value) for name, value in self.scene.settings))
-        texts = [measure] if isinstance(measure, str) else list(measure.items()) if isinstance(measure, Mapping) else measure
+        texts = (
+            [measure]
+            if isinstance(measure, str)
+            else list(measure.items())
+            if isinstance(measure, Mapping)
+            else measure
+        )
         with told_in(self.source):
             grid = grid_of(given)
             if sample is not None:

@@ -59,7 +59,11 @@ Examples:
     ".at(…, T) over all frames, or .margin(K), how far claim number K is from failing. May be repeated.",
 )
 @click.option(
-    "-o", "--output", default="-", metavar="OUT", help="A .csv, .npz or .parquet file [default: CSV on standard output]."
+    "-o",
+    "--output",
+    default="-",
+    metavar="OUT",
+    help="A .csv, .npz or .parquet file [default: CSV on standard output].",
 )
 @click.option("--resume", is_flag=True, help="Go on where a sweep to the same file was interrupted.")
 @click.option("--sheet", metavar="PNG", help="Pictures of the variants side by side (of at most 100 of them).")
@@ -67,7 +71,7 @@ Examples:
     "--plot",
     multiple=True,
     metavar="X[,Y],MEASURE",
-    help="Draw a measure over one constant (lines) or two (a map with contours), into OUT-MEASURE.png; may be repeated.",
+    help="Draw a measure over one constant (lines) or two (a map), into OUT-MEASURE.png; may be repeated.",
 )
 @click.option(
     "--max-variants",
@@ -180,9 +184,7 @@ def _solved(console: Console, job: SweepJob, scene: Scene, asked: _Asked) -> Swe
             progress = stack.enter_context(console.progress("sweeping"))
             if asked.target is None:
                 return sweep_to_stream(job, progress, keep=keep, solver=solver)
-            return sweep_to_file(
-                job, scene, asked.target, progress, resume=asked.resume, keep=keep, solver=solver
-            )
+            return sweep_to_file(job, scene, asked.target, progress, resume=asked.resume, keep=keep, solver=solver)
     except KeyboardInterrupt:
         if asked.target is not None:
             console.say(f"\nwhat is finished is kept beside {asked.target}; --resume goes on from there")

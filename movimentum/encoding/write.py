@@ -171,8 +171,8 @@ class _Job:
             self.progress(done, self.total)
 
     def choose_workers(self, coder: Coder, images: list[Image.Image] | None, seconds: float) -> int:
-        """As asked; otherwise by the measured time of a frame, because an estimate from sizes is no better. 0 stands for
-        elsewhere.
+        """As asked; otherwise by the measured time of a frame, because an estimate from sizes is no better. 0 stands
+        for elsewhere.
         """
         if self.elsewhere is not None:
             if images is None:

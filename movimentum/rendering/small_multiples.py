@@ -37,7 +37,9 @@ def write_small_multiples(cells: Sequence[Cell], columns: int | None, path: Path
             pen.rectangle((x, y, x + WIDTH - 1, y + high - 1), fill=BLANK)
         else:
             scale = min(WIDTH / picture.width, high / picture.height)
-            small = picture.resize((round(picture.width * scale), round(picture.height * scale)), Image.Resampling.LANCZOS)
+            small = picture.resize(
+                (round(picture.width * scale), round(picture.height * scale)), Image.Resampling.LANCZOS
+            )
             sheet.paste(small, (x + (WIDTH - small.width) // 2, y + (high - small.height) // 2))
         pen.rectangle((x, y, x + WIDTH - 1, y + high - 1), outline=FAILED if cell.failed else (200, 200, 200))
         pen.text((x + 3, y + high + 3), cell.caption, fill=FAILED if cell.failed else INK, font=font)

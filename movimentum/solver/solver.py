@@ -36,9 +36,8 @@ if TYPE_CHECKING:
 MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is without a solution."""
 CREEPING = 12
-"""So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, or there
-are solutions at single instants only, or Newton's method is at the end of its precision.
-"""
+"""So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, there are
+solutions at single instants only, or Newton's method is at the end of its precision."""
 SHORT = 3e-4
 """Of a segment: a piece that is shorter ends where it begins. `MAXIMAL_PIECES` like that would not fill a segment."""
 
@@ -48,9 +47,9 @@ def solve(
 ) -> PathMotion:
     """Find the motion of a whole timeline; it begins with the pose nearest to ``begin`` (None: as drawn).
 
-    ``known``: what was solved before; segments whose motion is known from there are taken over, with the same result to
-    the last bit. Never raises for what a scene may do: where there is no solution the motion says so in ``troubles``
-    and its poses mark the frames. Unless it ``resumes``, nothing is looked for behind the first failure. Raises `planning.planner.CyclicRateError` for a derivative that depends on itself.
+    ``known``: what was solved before; segments known from there are taken over, the same to the last bit. Never raises
+    for what a scene may do: its ``troubles`` say where there is no solution. Unless it ``resumes``, it ends with the
+    segment of the first one. Raises `planning.planner.CyclicRateError` for a derivative that depends on itself.
     """
     scene = timeline.scene
     size = scene_size(scene)

@@ -207,9 +207,7 @@ def _number(name: str, text: str) -> float:
     return value
 
 
-def _sampled(
-    text: str, intervals: Mapping[str, _Interval], known: Mapping[str, NamedConstant], seen: set[str]
-) -> Axis:
+def _sampled(text: str, intervals: Mapping[str, _Interval], known: Mapping[str, NamedConstant], seen: set[str]) -> Axis:
     """N points of a Sobol sequence (scrambled by Owen's method with a fixed seed, so always the same) in the intervals
     of all constants that have one.
     """
@@ -235,7 +233,7 @@ def _sampled(
         raise usage_error("usage/sample", f"{len(names):,} constants are more than a Sobol sequence has dimensions")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that the number should be a power of two: what is asked for is done
-        points = qmc.Sobol(len(names), scramble=True, seed=0).random(count)
+        points = qmc.Sobol(len(names), scramble=True, seed=np.random.default_rng(0)).random(count)  # pyright: ignore[reportCallIssue]
     low = np.array([chosen[name].low for name in names])
     high = np.array([chosen[name].high for name in names])
     return Axis(names, low + (high - low) * points)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -42,7 +41,7 @@ class Family:
         high = [float(axis.values[:, k].max()) for axis in self.grid.axes for k in range(len(axis.names))]
         self._intervals = dict(zip(self.grid.names, zip(low, high, strict=True), strict=True))
         self._structural: tuple[str, ...] | None = None
-        self._batches: dict[Hashable, Batch | None] = {}
+        self._batches: dict[tuple[float, ...], Batch | None] = {}
 
     def rows(self, constants: FloatArray) -> VariantRows:
         """(V, C) values of the constants -> the rows of these variants."""
@@ -82,7 +81,7 @@ class Family:
         result.outcomes[where] = rows.outcomes
         result.times[where] = rows.times
 
-    def _groups(self, constants: FloatArray) -> list[tuple[Hashable, BoolArray]]:
+    def _groups(self, constants: FloatArray) -> list[tuple[tuple[float, ...], BoolArray]]:
         """The variants by the values of the constants that decide their structure."""
         if self._structural is None:
             self._structural = self._found_structural(constants)
@@ -116,11 +115,11 @@ class Family:
                 found.append(name)
         return tuple(found)
 
-    def _batch(self, key: Hashable, constants: FloatArray) -> Batch | None:
+    def _batch(self, key: tuple[float, ...], constants: FloatArray) -> Batch | None:
         """What solves variants of one structure together; None where that is not possible, or does not pay."""
         if key in self._batches:
             return self._batches[key]
-        assert self._structural is not None and isinstance(key, tuple)
+        assert self._structural is not None
         fixed: dict[str, float] = dict(zip(self._structural, key, strict=True))
         share = len(self.grid)
         for axis in self.grid.axes:

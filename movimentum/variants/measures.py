@@ -8,7 +8,7 @@ expression is read as it would be in a claim of the first step.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
@@ -91,7 +91,7 @@ def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] =
             named = _NAMED.fullmatch(given)
             name, text = (named[1], named[2].strip()) if named else (given.strip(), given.strip())
         if not text:
-            raise wrong(given if isinstance(given, str) else name, "there is no expression", example(name))
+            raise wrong(name, "there is no expression", example(name))
         if name in names:
             what = "a constant that varies" if name in taken else "a column of its own"
             what = "another measure" if any(measure.name == name for measure in measures) else what
@@ -169,7 +169,7 @@ def _closing(text: str, opening: int) -> int:
     raise wrong(text, "a bracket is not closed", example())
 
 
-def _arguments(text: str) -> Iterator[str] | list[str]:
+def _arguments(text: str) -> list[str]:
     """The parts of a list of arguments."""
     parts, depth, begin = list[str](), 0, 0
     for place, letter in enumerate(text):

@@ -46,10 +46,14 @@ def read_plots(texts: Sequence[str], grid: Grid, measures: Measures, beside: Pat
         for word in over:
             if word not in grid.names:
                 guess = nearest(word, grid.names)
-                raise usage_error("usage/plot", f"`{word}` does not vary", f"did you mean `{guess}`?" if guess else example)
+                raise usage_error(
+                    "usage/plot", f"`{word}` does not vary", f"did you mean `{guess}`?" if guess else example
+                )
         if name not in measures.names:
             guess = nearest(name, measures.names)
-            raise usage_error("usage/plot", f"there is no measure `{name}`", f"did you mean `{guess}`?" if guess else example)
+            raise usage_error(
+                "usage/plot", f"there is no measure `{name}`", f"did you mean `{guess}`?" if guess else example
+            )
         others = [axis for axis in grid.axes if not set(axis.names) & set(over) and len(axis) > 1]
         most = len(COLORS) if len(over) == 1 else 1
         if int(np.prod([len(axis) for axis in others])) > most:
@@ -96,10 +100,11 @@ def _together(grid: Grid, name: str) -> tuple[str, ...]:
 
 def _map(plot: Plot, grid: Grid, constants: FloatArray, values: FloatArray, name: str, path: Path) -> None:
     x, y = (constants[:, grid.names.index(each)] for each in plot.over)
+    across, up = plot.over
     xs, ys = np.unique(x), np.unique(y)
     if len(xs) * len(ys) == len(values):
         table = np.full((len(ys), len(xs)), np.nan)
         table[np.searchsorted(ys, y), np.searchsorted(xs, x)] = values
-        write_heat_map(HeatMap(name, *plot.over, xs, ys, table), path)
+        write_heat_map(HeatMap(name, across, up, xs, ys, table), path)
     else:
-        write_heat_map(HeatMap(name, *plot.over, x, y, values), path)
+        write_heat_map(HeatMap(name, across, up, x, y, values), path)

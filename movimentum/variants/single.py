@@ -109,5 +109,3 @@ def structure_key(timeline: Timeline) -> Hashable:
     steps = tuple(segment.start for segment in timeline.segments)
     lives = tuple(sorted(timeline.lifetimes.items()))
     return things, tuple(scene.variables), steps, timeline.end, timeline.fps, timeline.loops, lives
-
-

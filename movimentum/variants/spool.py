@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
@@ -120,7 +121,5 @@ def open_spool(path: Path, key: str, grid: Grid, columns: int, *, resume: bool) 
 
 def remove_spool(path: Path) -> None:
     """Remove a file of finished variants, which are in their table now."""
-    try:
+    with suppress(OSError):
         os.unlink(path)
-    except OSError:
-        pass

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum import __version__
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
 from movimentum.source import SourceText
@@ -23,6 +22,7 @@ from movimentum.variants.single import Variants
 from movimentum.variants.spool import Spool, open_spool, remove_spool, signature, spool_path
 from movimentum.variants.tables import check_table, write_csv, write_lines, write_table
 from movimentum.workflow.choices import Choices, Progress
+from movimentum.workflow.clusters import own_version
 from movimentum.workflow.read import reads
 from movimentum.workflow.stages import arranged, understand
 
@@ -37,8 +37,8 @@ PATIENCE_S = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepJob:
-    """What is swept: a script read with ``choices``, the variants of ``grid``, what is measured. It can be sent to other
-    processes, which come to the same rows.
+    """What is swept: a script read with ``choices``, the variants of ``grid``, what is measured. It can be sent to
+    other processes, which come to the same rows.
     """
 
     source: SourceText
@@ -122,7 +122,7 @@ def sweep_to_file(
     refuse_overwriting(target, reads(job.source, scene))
     total = len(job.grid)
     path = spool_path(target)
-    said = [scene.source.text, repr(sorted(map(str, job.choices.settings))), str(job.choices.fps), __version__]
+    said = [scene.source.text, repr(sorted(map(str, job.choices.settings))), str(job.choices.fps), own_version()]
     said += [f"{measure.name}={measure.text}" for measure in job.measures.measures]
     spool = open_spool(path, signature(said, job.grid), job.grid, len(job.measures.measures), resume=resume)
     with spool.stream:

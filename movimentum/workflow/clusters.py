@@ -12,12 +12,11 @@ import re
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
-from movimentum import __version__
 from movimentum.errors import usage_error
 from movimentum.text import counted, listed
 
@@ -95,9 +94,9 @@ def _quiet() -> Generator[None, None, None]:
             logger.setLevel(level)
 
 
-def workers_version() -> str:
+def own_version() -> str:
     """The version of Movimentum where this runs."""
-    return __version__
+    return str(import_module("movimentum").__version__)
 
 
 def _checked(client: Any) -> Any:
@@ -108,22 +107,17 @@ def _checked(client: Any) -> Any:
         message = f"the scheduler has no workers (waited {TIMEOUT_S} s)"
         raise usage_error("usage/dask", message, f"`dask worker {client.scheduler.address}` starts one") from problem
     other: dict[str, list[str]] = {}
-    found: dict[str, Any] = client.run(_version_there, on_error="return")
+    own = own_version()
+    found: dict[str, Any] = client.run(own_version, on_error="return")
     for worker, version in found.items():
-        if version != __version__:
+        if version != own:
             told = version if isinstance(version, str) else "none"
             other.setdefault(told, []).append(worker)
     if other:
         told = "; ".join(f"{version} on {listed(names, 3)}" for version, names in other.items())
-        message = f"workers have another Movimentum than {__version__}: {told}"
-        raise usage_error("usage/dask", message, f"pip install movimentum=={__version__} there")
+        message = f"workers have another Movimentum than {own}: {told}"
+        raise usage_error("usage/dask", message, f"pip install movimentum=={own} there")
     return client
-
-
-def _version_there() -> str:
-    from movimentum import __version__ as version
-
-    return version
 
 
 def threads_of(client: Any) -> int:
@@ -132,7 +126,7 @@ def threads_of(client: Any) -> int:
 
 
 def kept_there(client: Any, value: object) -> Any:
-    """``value`` as a future of the cluster, by the hash of its content: sent once, and again where its worker is lost."""
+    """``value`` as a future of the cluster, by the hash of its content: sent once, and again if its worker is lost."""
     data = pickle.dumps(value)
     key = f"movimentum-{hashlib.sha256(data).hexdigest()}"
     with warnings.catch_warnings():
@@ -180,10 +174,8 @@ def done_by(
             yield result
     finally:
         if out:
-            try:
+            with suppress(Exception):
                 client.cancel(list(out), force=True)
-            except Exception:  # noqa: BLE001, S110 - the scheduler is gone: nothing runs any more
-                pass
 
 
 def _result_of(future: Any, client: Any, distributed: Any) -> Any:

@@ -66,9 +66,7 @@ class Began:
 class Beginning:
     """Chooses for V variants of one segment."""
 
-    def __init__(
-        self, places: Places, pattern: SegmentPattern, carried: Carried | None, size: FloatArray
-    ) -> None:
+    def __init__(self, places: Places, pattern: SegmentPattern, carried: Carried | None, size: FloatArray) -> None:
         self.places, self.pattern, self.carried, self.size = places, pattern, carried, size
         self.count = places.count
         ahead = 1e-4 * pattern.length if pattern.length > 0.0 else 1e-4
@@ -305,7 +303,9 @@ class _Part:
         self.beginning.unsure |= bad
         costs = np.where(alive[:, None], costs, np.inf)
         better = _less(costs, self.costs)
-        self.second = np.where(better[:, None], self.costs, np.where(_less(costs, self.second)[:, None], costs, self.second))
+        self.second = np.where(
+            better[:, None], self.costs, np.where(_less(costs, self.second)[:, None], costs, self.second)
+        )
         self.costs = np.where(better[:, None], costs, self.costs)
         old = self.chosen or self.trail
         self.chosen = [np.where(better[:, None], new, kept) for new, kept in zip(self.trail, old, strict=True)]
@@ -391,5 +391,3 @@ def _close(one: FloatArray, other: FloatArray) -> BoolArray:
         close |= open_ & same & ~exactly & np.isfinite(other[:, k])
         open_ &= exactly
     return close
-
-

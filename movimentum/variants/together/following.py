@@ -19,13 +19,13 @@ from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.block.change_points import ROUNDING
 from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 from movimentum.timeline.model import Timeline
-from movimentum.variants.together.pattern import SegmentPattern, State, directed, instants_of
 from movimentum.variants.together.loops import margins_at, solve_all
+from movimentum.variants.together.pattern import SegmentPattern, State, directed, instants_of
 from movimentum.variants.together.running import wind
 
 INTERVALS = 96
 FARTHEST_TURN = 0.2
-"""Change of a direction's cosine or sine between two instants, beyond which a variant is not followed closely enough."""
+"""Change of a direction's cosine or sine between two instants, beyond which it is not followed closely enough."""
 FARTHEST_PHASE = 20.0
 FARTHEST_ANGLE = 60.0
 """Degrees that a driving angle, or any thing, may turn between two instants."""
@@ -148,9 +148,9 @@ def _clear(values: FloatArray, end: IntArray, *, falls: bool = True) -> BoolArra
     """(V,) whether values (V, T) stay clear of zero before ``end``: no minimum among them may reach it in between, but
     (if it ``falls``) for the last descent before the end.
     """
-    count, many = values.shape
-    place = np.arange(many)
-    inside = place < end[:, None]
+    _count, many = values.shape
+    place: IntArray = np.arange(many, dtype=np.int64)
+    inside: BoolArray = place < end[:, None]
     if many < 2:
         return np.asarray((values[:, 0] > CLEAR) | (end == 0))
     padded = np.concatenate([values[:, :1], values, values[:, -1:]], axis=1)
@@ -184,9 +184,7 @@ def _too_fast(pattern: SegmentPattern, state: State, instants: Instants, inside:
     return fast
 
 
-def _nearly_one(
-    pattern: SegmentPattern, state: State, instants: Instants, shape: tuple[int, int]
-) -> BoolArray:
+def _nearly_one(pattern: SegmentPattern, state: State, instants: Instants, shape: tuple[int, int]) -> BoolArray:
     """(V,) whether the two circles of some dyad come near to being one."""
     near = np.zeros(shape[0], dtype=np.bool_)
     for item in pattern.blocks:
@@ -213,10 +211,8 @@ def _near_inequality(
     return near
 
 
-def _off(
-    pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray, size: FloatArray
-) -> BoolArray:
-    """(V,) whether an equation does not hold somewhere: as the script states it, or one that was taken for redundant."""
+def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray, size: FloatArray) -> BoolArray:
+    """(V,) whether an equation does not hold somewhere: as it is stated, or one that was taken for redundant."""
     count = len(inside)
     off = np.zeros(count, dtype=np.bool_)
     for n, value in enumerate(state[: pattern.unknowns]):
@@ -265,5 +261,3 @@ def _bind_times(
             holds &= np.broadcast_to(margin, (len(middle), 1))[:, 0] >= -ROUNDING
         good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
     return good
-
-

@@ -35,8 +35,8 @@ def follow_loop(
     core: FloatArray,
     size: FloatArray,
 ) -> BoolArray:
-    """Set ``state`` for a block that Newton's method solves, from its ``core`` (V, n) at the first instant; returns (V,)
-    the variants whose path is not certain.
+    """Set ``state`` for a block that Newton's method solves, from its ``core`` (V, n) at the first instant; returns the
+    variants (V,) whose path is not certain.
     """
     count, unknowns = core.shape
     many = len(instants)

@@ -2,7 +2,7 @@
 constants that vary.
 
 A plan that was made for one variant holds for all others, as long as its pivots do not vanish: the equations are the
-same, and their numbers know where they come from (`variants.tracing`). Whether it does hold is looked at in the results.
+same, and their numbers know where they come from (`variants.tracing`). Whether it holds is verified in the results.
 """
 
 from __future__ import annotations
@@ -80,9 +80,9 @@ class PolynomialRows:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockFormulas:
-    """One block: ``solution`` gives (quadratic: the margin, then) the unknowns ``order``; for a winding the sine and the
-    cosine, for linear equations the matrix and the right-hand sides, then the targets with ``given``; for equations that
-    Newton's method solves the residuals and the slopes, and `PolynomialRows` in ``rows``.
+    """One block: ``solution`` gives (quadratic: the margin, then) the unknowns ``order``; for a winding the sine and
+    the cosine, for linear equations the matrix and the right-hand sides, then the targets with ``given``; for equations
+    that Newton's method solves the residuals and the slopes, and `PolynomialRows` in ``rows``.
 
     ``normal``: the square of the distance of a dyad's two centres, where it can vanish; ``phases``: the driving angles.
     """
@@ -286,9 +286,11 @@ def _block_formulas(
         case Winding():
             (equation,) = (plan.system.equations[e] for e in block.equations)
             return BlockFormulas(block, formulas(equation.residual.args[1].args[0].args), block.core)
-        case _:
+        case Assign():
             order = tuple(n for n, _ in block.formulas)
             return BlockFormulas(block, formulas(_sequential(block, [])), order, phases=driving)
+        case _:
+            raise NotTogether("blocks without a closed form")
 
 
 def _polynomial_rows(

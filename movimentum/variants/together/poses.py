@@ -19,7 +19,7 @@ from movimentum.variants.together.pattern import Pattern, SegmentPattern, State,
 
 @dataclass(slots=True, eq=False)
 class BodyPose:
-    """A thing's local origin (x, y), direction (c, s) and turn (degrees); each a number or an array, (V, 1) or (V, T)."""
+    """A thing's local origin (x, y), direction (c, s) and turn (degrees): numbers or arrays, (V, 1) or (V, T)."""
 
     x: Any = 0.0
     y: Any = 0.0
@@ -137,15 +137,15 @@ def laid(
 
 def _pins(
     places: Places, segment: SegmentPattern, things: set[int], size: FloatArray
-) -> tuple[list[tuple[FloatArray, FloatArray, int]], BoolArray]:
+) -> tuple[list[tuple[Any, Any, int]], BoolArray]:
     """See `solver.start.placement.pinned`: (V,) complex places as drawn and as pinned, and the thing."""
     system = segment.plan.system
     shift = complex(*system.shift)
     closed = np.ones(places.count, dtype=np.bool_)
-    pins: list[tuple[FloatArray, FloatArray, int]] = []
+    pins: list[tuple[Any, Any, int]] = []
     unfolding, names = places.pattern.unfolding, places.pattern.names
 
-    def drawn(payload: AnchorCoordinate) -> FloatArray:
+    def drawn(payload: AnchorCoordinate) -> Any:
         x, y = places.local(payload.thing, payload.anchor)
         return np.broadcast_to(np.asarray(x + 1j * np.asarray(y)), (places.count, 1))[:, 0]
 
@@ -168,10 +168,8 @@ def _pins(
     return pins, closed
 
 
-def _rigid(
-    pins: Sequence[tuple[FloatArray, FloatArray, int]], size: FloatArray, count: int
-) -> tuple[BoolArray, Any, Any]:
-    """(V,) whether a rigid motion other than none takes the pins to their places; its turn and way as complex numbers."""
+def _rigid(pins: Sequence[tuple[Any, Any, int]], size: FloatArray, count: int) -> tuple[BoolArray, Any, Any]:
+    """(V,) whether a rigid motion other than none takes the pins to their places; its turn and way (complex)."""
     if not pins:
         return np.zeros(count, dtype=np.bool_), np.ones(count, complex), np.zeros(count, complex)
     here, there = np.stack([p for p, _, _ in pins], axis=1), np.stack([q for _, q, _ in pins], axis=1)
@@ -217,8 +215,11 @@ def _fits_as_drawn(
         return fits
     unfolding, names, first = places.pattern.unfolding, places.pattern.names, segment.unknowns
     expressions = [equation.residual for equation in single]
-    sides = [s.value for s in system.selectors if (read := symbol_numbers(s.value)) & own and all(
-        n in own or state[n] is not None for n in read)]
+    sides = [
+        s.value
+        for s in system.selectors
+        if (read := symbol_numbers(s.value)) & own and all(n in own or state[n] is not None for n in read)
+    ]
     made = [numbered(unfolding.unfolded(each), names, first) for each in (*expressions, *sides)]
     values = compiled(made, Clocks(segment.more_clocks))(trial, clocks)
     scale = np.minimum(places.size(), 1.0)
@@ -226,5 +227,3 @@ def _fits_as_drawn(
         value = np.broadcast_to(value, (places.count, 2))[:, 0]
         fits &= (np.abs(value) <= FITS * scale) if k < len(single) else (value >= 0.0)
     return fits
-
-

@@ -44,9 +44,7 @@ def prepare(variants: Variants, fixed: Mapping[str, float], intervals: Mapping[s
     if variants.measures.measures:
         lowered = lower_measures(variants.measures, variants.source, choices, timeline)
     for probe in range(1, PROBES + 1):
-        other = {
-            name: generic(*interval, k + 2 * probe + 1) for k, (name, interval) in enumerate(intervals.items())
-        }
+        other = {name: generic(*interval, k + 2 * probe + 1) for k, (name, interval) in enumerate(intervals.items())}
         plain = _timeline(variants, base.choices_of(other))
         _compare(pattern, make_pattern_of(plain), other)
     return Batch(pattern, lowered)

@@ -66,7 +66,7 @@ class _TotalDegree:
     def __init__(self, rows: Rows, coefficients: ComplexArray, degrees: Sequence[int]) -> None:
         generator = np.random.default_rng(2024)
         self.rows, self.coefficients = rows, coefficients[None]
-        self.degrees = np.array(degrees)
+        self.degrees: NDArray[np.int64] = np.array(degrees, dtype=np.int64)
         self.turn = np.exp(2j * np.pi * generator.uniform())
         self.constants = np.exp(2j * np.pi * generator.uniform(size=len(degrees)))
 
@@ -74,7 +74,7 @@ class _TotalDegree:
         """All solutions of the start system."""
         roots = [
             complex(c) ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d)
-            for c, d in zip(self.constants, self.degrees.tolist(), strict=True)
+            for c, d in zip(self.constants, map(int, self.degrees), strict=True)
         ]
         grid = np.meshgrid(*roots, indexing="ij")
         return np.stack([part.reshape(-1) for part in grid], axis=-1).astype(np.complex128)
@@ -84,8 +84,9 @@ class _TotalDegree:
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """See `PathProblem`."""
         values, jacobian = self.rows.evaluated(x, self.coefficients)
-        start = self.turn * (x**self.degrees - self.constants)
-        slope = self.turn * self.degrees * x ** (self.degrees - 1)
+        powers: Any = self.degrees
+        start = self.turn * (x**powers - self.constants)
+        slope = self.turn * powers * x ** (powers - 1)
         left, right = (1.0 - t)[:, None], t[:, None]
         whole = right[..., None] * jacobian
         for i in range(x.shape[1]):
@@ -143,7 +144,7 @@ def all_roots(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], s
     rows = Rows(item.rows, size)
     generic, roots = _generic_roots(item.rows, rows, typical)
     bad = ~np.isfinite(table).all(axis=1)
-    targets = np.where(bad[:, None], typical[None], table)
+    targets = np.where(np.asarray(bad)[:, None], typical[None], table)
     ends, finite, lost = followed(_ToVariants(rows, generic, roots, targets), 0.1)
     many = len(roots)
     ends, finite, lost = ends.reshape(count, many, size), finite.reshape(count, many), lost.reshape(count, many)
@@ -212,7 +213,9 @@ def newton_together(
         jacobian /= np.maximum(lengths, 1e-300)[..., None]
         residual /= np.maximum(lengths, 1e-300)
         determinant = np.asarray(np.linalg.det(np.nan_to_num(jacobian)))
-        able = (np.abs(determinant) > 1e-14) & np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
+        able = (
+            (np.abs(determinant) > 1e-14) & np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
+        )
         matrix = np.where(able[:, None, None], jacobian, np.eye(size))
         step = np.linalg.solve(matrix, np.where(able[:, None], residual, 0.0)[..., None])[..., 0]
         moved = np.max(np.abs(step), axis=1)

@@ -30,7 +30,9 @@ def core_scale(pattern: SegmentPattern, item: BlockFormulas, size: FloatArray) -
     sizes = np.empty((len(size), len(item.block.core)))
     for j, n in enumerate(item.block.core):
         payload = pattern.plan.system.unknowns[n].payload
-        sizes[:, j] = 1.0 if isinstance(payload, PoseCos | PoseSin) else 57.0 if isinstance(payload, ThingAngle) else size
+        sizes[:, j] = (
+            1.0 if isinstance(payload, PoseCos | PoseSin) else 57.0 if isinstance(payload, ThingAngle) else size
+        )
     return sizes
 
 
