@@ -250,7 +250,7 @@ class Script:
         ([nan, nan, 139.918, 139.918], 'binds', 1.489395)
         """
         from movimentum.api.sweeps import Sweep
-        from movimentum.variants.axes import Grid, grid_of, read_grid
+        from movimentum.variants.axes import VariantGrid, grid_of, read_grid
         from movimentum.variants.measures import read_measures
         from movimentum.variants.sweep import prepared, sweep_rows
 
@@ -266,7 +266,7 @@ class Script:
         with told_in(self.source):
             grid = grid_of(given)
             if sample is not None:
-                grid = Grid((*grid.axes, *read_grid((), sample, self._without(given)).axes))
+                grid = VariantGrid((*grid.axes, *read_grid((), sample, self._without(given)).axes))
             if not grid.axes:
                 raise usage_error("usage/vary", "nothing is varied", "script.sweep(R=np.linspace(20, 80, 61))")
             job, _ = prepared(self.source, choices, grid, read_measures(texts, grid.names))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,7 +23,7 @@ from movimentum.cli.options import (
     with_choices,
 )
 from movimentum.cli.parameters import FrameRange, RationalType, TraceType, WordsType
-from movimentum.cli.work import carried_out, output_file
+from movimentum.cli.work import carried_out, far_frames, output_file
 from movimentum.console import DONE, INTERRUPTED, NO_SOLUTION, Console
 from movimentum.errors import MovimentumError
 from movimentum.text import counted
@@ -168,13 +167,7 @@ def run(
         from movimentum.workflow.animate import animate
 
         def work(source: SourceText) -> Outcome:
-            with ExitStack() as stack:
-                elsewhere = None
-                if dask is not None:
-                    from movimentum.workflow.far_frames import FarFrames
-
-                    elsewhere = stack.enter_context(FarFrames(dask, console.say))
-                progress = stack.enter_context(console.progress("rendering"))
+            with far_frames(dask, console) as elsewhere, console.progress("rendering") as progress:
                 return animate(source, target, choices, picture, progress, known=known, elsewhere=elsewhere)
 
         code, outcome = carried_out(console, script, work)

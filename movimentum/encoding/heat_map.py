@@ -41,7 +41,7 @@ def write_heat_map(chart: HeatMap, path: Path) -> None:
     size = (LEFT + SIZE + RIGHT) * SCALE, (TOP + SIZE + BOTTOM) * SCALE
     image = Image.new("RGB", size, "white")
     pen = ImageDraw.Draw(image)
-    frame = _Frame(chart)
+    frame = _MapFrame(chart)
     finite = chart.values[np.isfinite(chart.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     if chart.values.ndim == 2:
@@ -90,7 +90,7 @@ def _colour(value: float, low: float, high: float) -> tuple[int, int, int]:
     return red, green, blue
 
 
-class _Frame:
+class _MapFrame:
     """From values to places in the picture."""
 
     def __init__(self, chart: HeatMap) -> None:

@@ -12,7 +12,7 @@ PAPER, INK, FAILED, BLANK = (255, 255, 255), (30, 30, 30), (176, 32, 32), (238, 
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class SheetCell:
     """One variant: the file of its ``picture`` (None: there is none), its ``caption``; ``failed``: it does not move."""
 
     picture: Path | None
@@ -20,7 +20,7 @@ class Cell:
     failed: bool
 
 
-def write_small_multiples(cells: Sequence[Cell], columns: int | None, path: Path) -> None:
+def write_small_multiples(cells: Sequence[SheetCell], columns: int | None, path: Path) -> None:
     """Write ``cells`` as one PNG, in rows of so many ``columns`` (None: about square)."""
     from PIL import Image, ImageDraw, ImageFont
 

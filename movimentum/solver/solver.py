@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is without a solution."""
 CREEPING = 12
-"""So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, there are
+"""So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, it has
 solutions at single instants only, or Newton's method is at the end of its precision."""
 SHORT = 3e-4
 """Of a segment: a piece that is shorter ends where it begins. `MAXIMAL_PIECES` like that would not fill a segment."""

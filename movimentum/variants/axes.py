@@ -41,7 +41,7 @@ class Axis:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Grid:
+class VariantGrid:
     """All combinations of the rows of ``axes``."""
 
     axes: tuple[Axis, ...]
@@ -74,7 +74,7 @@ class _Interval:
 
 def read_grid(
     vary: Sequence[str], sample: str | None, constants: Sequence[NamedConstant], most: int = MAX_VARIANTS
-) -> Grid:
+) -> VariantGrid:
     """The variants that options describe: ``vary`` are texts such as ``R=20:80:61``, ``sample`` is ``sobol:N``.
 
     Raises `UsageError` with a help for each thing that can be wrong with them.
@@ -111,10 +111,10 @@ def read_grid(
         ranged = [name for name, constant in known.items() if _interval(constant) is not None]
         example = f"--vary {ranged[0]}" if ranged else f"--vary {next(iter(known), 'R')}=20:80:61"
         raise usage_error("usage/vary", "nothing is varied", example)
-    return _limited(Grid(tuple(axes)), most)
+    return _limited(VariantGrid(tuple(axes)), most)
 
 
-def grid_of(given: Mapping[str, object], most: int = MAX_VARIANTS) -> Grid:
+def grid_of(given: Mapping[str, object], most: int = MAX_VARIANTS) -> VariantGrid:
     """All combinations of arrays of values by constant; `UsageError` for what is no array of numbers."""
     axes: list[Axis] = []
     for name, values in given.items():
@@ -126,17 +126,17 @@ def grid_of(given: Mapping[str, object], most: int = MAX_VARIANTS) -> Grid:
             message = f"`{name}` takes a number or a sequence of finite numbers"
             raise usage_error("usage/vary", message, f"{name}=np.linspace(20, 80, 61)")
         axes.append(Axis((name,), table[:, None]))
-    return _limited(Grid(tuple(axes)), most)
+    return _limited(VariantGrid(tuple(axes)), most)
 
 
-def check_constants(grid: Grid, constants: Sequence[NamedConstant]) -> None:
+def check_constants(grid: VariantGrid, constants: Sequence[NamedConstant]) -> None:
     """Raise `UsageError` for a constant that there is not, or that is no number."""
     known = {constant.name: constant for constant in constants}
     for name in grid.names:
         _check_constant(name, known)
 
 
-def _limited(grid: Grid, most: int) -> Grid:
+def _limited(grid: VariantGrid, most: int) -> VariantGrid:
     if len(grid) > most:
         factors = " × ".join(f"{size:,}" for size in grid.shape)
         message = f"{factors} are {len(grid):,} variants, more than the limit of {most:,}"

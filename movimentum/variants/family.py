@@ -9,7 +9,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import MovimentumError
 from movimentum.planning.planner import CyclicRateError
-from movimentum.variants.axes import Grid
+from movimentum.variants.axes import VariantGrid
 from movimentum.variants.outcomes import OUTCOMES, VariantRows
 from movimentum.variants.single import Variants
 from movimentum.variants.together.batch import Batch
@@ -31,7 +31,7 @@ class Family:
     """
 
     variants: Variants
-    grid: Grid
+    grid: VariantGrid
     alone: int = field(default=0, init=False)
     together: int = field(default=0, init=False)
     reasons: list[str] = field(default_factory=list[str], init=False)

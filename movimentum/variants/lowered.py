@@ -17,8 +17,8 @@ from movimentum.source import SourceText
 from movimentum.syntax.expression_tree import Constant, Expression, Name, children, rebuilt
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import HeldClaim, Timeline
-from movimentum.variants.measures import PLACE, Measures, ReducedPart, Reduction, example, retold, wrong
-from movimentum.variants.tracing import Reduced, Unfolding, Varied, generic, traced
+from movimentum.variants.measures import PLACE, MeasureSet, ReducedPart, Reduction, example, retold, wrong
+from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, traced
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.typed import claimed, parsed_statement
 
@@ -36,7 +36,7 @@ class LoweredMeasures:
     the script's own, with both sides unfolded.
     """
 
-    measures: Measures
+    measures: MeasureSet
     inner: tuple[Expr | None, ...]
     outer: tuple[Expr, ...]
     claims: tuple[tuple[HeldClaim, tuple[Expr, ...], tuple[Expr, ...]], ...]
@@ -56,13 +56,13 @@ class LoweredMeasures:
         self,
         read: Sequence[FloatArray],
         at: Sequence[FloatArray],
-        moments: Moments,
+        moments: FrameMoments,
         varied: Mapping[str, FloatArray],
         size: FloatArray,
     ) -> FloatArray:
         """(measures, V) the measures of V variants.
 
-        ``read``: the expressions `read` in all frames, each (V, F); ``at`` the same (V, T) at `Measures.times`;
+        ``read``: the expressions `read` in all frames, each (V, F); ``at`` the same (V, T) at `MeasureSet.times`;
         ``varied``: (V,) each; ``size`` (V,) the scene's.
         """
         from movimentum.planning.codegen.generate import Clocks, compiled
@@ -84,7 +84,7 @@ class LoweredMeasures:
             found = compiled(numbered, Clocks())([*reduced, *(varied[name] for name in names)], [])
         return np.array([np.broadcast_to(value, count) for value in found]).reshape(len(self.outer), count) + 0.0
 
-    def _margins(self, read: Sequence[FloatArray], moments: Moments, size: FloatArray) -> FloatArray:
+    def _margins(self, read: Sequence[FloatArray], moments: FrameMoments, size: FloatArray) -> FloatArray:
         """(claims, V) how far each claim is from failing, over the frames in which it holds; below 0 where it fails."""
         from movimentum.analysis.diagnose.claims import off_by
 
@@ -106,7 +106,7 @@ class LoweredMeasures:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Moments:
+class FrameMoments:
     """The frames of a timeline."""
 
     timeline: Timeline
@@ -117,7 +117,7 @@ class Moments:
         return np.array([held.covers(timeline.frame_time(k)) for k in range(timeline.frame_count)], dtype=np.bool_)
 
 
-def _reduced(part: ReducedPart, values: FloatArray, at: FloatArray, measures: Measures) -> FloatArray:
+def _reduced(part: ReducedPart, values: FloatArray, at: FloatArray, measures: MeasureSet) -> FloatArray:
     """(V,) what ``part`` makes of (V, F) values; moments in which the expression has none are left out."""
     if part.kind is Reduction.AT:
         assert part.time is not None
@@ -160,9 +160,9 @@ def _numbered(root: Expr, names: Sequence[str], reductions: int) -> Expr:
     return substitute(root, lambda node: number(node) if node.op == "symbol" else None)
 
 
-def lower_measures(measures: Measures, source: SourceText, choices: Choices, timeline: Timeline) -> LoweredMeasures:
+def lower_measures(measures: MeasureSet, source: SourceText, choices: Choices, timeline: Timeline) -> LoweredMeasures:
     """What ``measures`` mean in a script that was read with ``choices``; `UsageError` where they mean nothing."""
-    unfolding = Unfolding()
+    unfolding = OriginUnfolding()
     lowering = _Lowering(measures, source, choices, timeline, unfolding)
     inner = tuple(lowering.inner(part) for part in measures.parts)
     outer = tuple(lowering.outer(measure.outer, measure.text) for measure in measures.measures)
@@ -175,11 +175,11 @@ def lower_measures(measures: Measures, source: SourceText, choices: Choices, tim
 
 @dataclass(frozen=True, eq=False)
 class _Lowering:
-    measures: Measures
+    measures: MeasureSet
     source: SourceText
     choices: Choices
     timeline: Timeline
-    unfolding: Unfolding
+    unfolding: OriginUnfolding
 
     @cached_property
     def _known(self) -> dict[str, tuple[Expr, ...]]:

@@ -1,4 +1,4 @@
-"""Measures: one number for a variant, from expressions of the language that are reduced over time.
+"""MeasureSet: one number for a variant, from expressions of the language that are reduced over time.
 
 ``.max(Foot.x) - .min(Foot.x)``: a *reduction* makes one number of an expression's values in all frames, and around
 reductions any expression of the language may stand. The text is split here; what it means is left to the language: an
@@ -51,7 +51,7 @@ class ReducedPart:
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """``outer`` is ``text`` with a name for each reduction; ``parts`` are their numbers in `Measures.parts`."""
+    """``outer`` is ``text`` with a name for each reduction; ``parts`` are their numbers in `MeasureSet.parts`."""
 
     name: str
     text: str
@@ -59,8 +59,8 @@ class Measure:
 
 
 @dataclass(frozen=True, slots=True)
-class Measures:
-    """Measures, and all reductions in them, each once."""
+class MeasureSet:
+    """MeasureSet, and all reductions in them, each once."""
 
     measures: tuple[Measure, ...] = ()
     parts: tuple[ReducedPart, ...] = ()
@@ -76,8 +76,8 @@ class Measures:
         return tuple(sorted({part.time for part in self.parts if part.time is not None}))
 
 
-def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] = ()) -> Measures:
-    """Measures from texts such as ``stride = .max(Foot.x) - .min(Foot.x)``, or pairs of name and expression.
+def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] = ()) -> MeasureSet:
+    """MeasureSet from texts such as ``stride = .max(Foot.x) - .min(Foot.x)``, or pairs of name and expression.
 
     ``taken``: names of other columns. Raises `UsageError` (``usage/measure``).
     """
@@ -98,7 +98,7 @@ def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] =
             raise wrong(text, f"there is {what} called `{name}` already", f"--measure 'my_{name} = {text}'")
         names.add(name)
         measures.append(Measure(name, text, _split(text, parts)))
-    return Measures(tuple(measures), tuple(parts))
+    return MeasureSet(tuple(measures), tuple(parts))
 
 
 def wrong(text: str, message: str, *helps: str) -> UsageError:

@@ -16,8 +16,8 @@ from movimentum.errors import usage_error
 from movimentum.output.files import refuse_unwritable, whole_file
 from movimentum.syntax.suggest import nearest
 from movimentum.text import number
-from movimentum.variants.axes import Grid
-from movimentum.variants.measures import Measures
+from movimentum.variants.axes import VariantGrid
+from movimentum.variants.measures import MeasureSet
 
 MOST_PLOTTED = 4_000_000
 
@@ -31,7 +31,7 @@ class Plot:
     target: Path
 
 
-def read_plots(texts: Sequence[str], grid: Grid, measures: Measures, beside: Path) -> list[Plot]:
+def read_plots(texts: Sequence[str], grid: VariantGrid, measures: MeasureSet, beside: Path) -> list[Plot]:
     """Plots from texts such as ``crank,b,stride``; `UsageError` (``usage/plot``) for what cannot be drawn.
 
     Pictures stand ``beside`` the table (or the script), with the measure's name at the end of theirs.
@@ -68,7 +68,7 @@ def read_plots(texts: Sequence[str], grid: Grid, measures: Measures, beside: Pat
     return plots
 
 
-def write_plots(plots: Sequence[Plot], grid: Grid, measures: Measures, values: FloatArray) -> None:
+def write_plots(plots: Sequence[Plot], grid: VariantGrid, measures: MeasureSet, values: FloatArray) -> None:
     """Draw them; ``values`` (variants, measures)."""
     constants = grid.rows(np.arange(len(grid), dtype=np.int64))
     for plot in plots:
@@ -80,7 +80,7 @@ def write_plots(plots: Sequence[Plot], grid: Grid, measures: Measures, values: F
                 _map(plot, grid, constants, values[:, plot.measure], name, part)
 
 
-def _lines(plot: Plot, grid: Grid, constants: FloatArray, values: FloatArray, name: str, path: Path) -> None:
+def _lines(plot: Plot, grid: VariantGrid, constants: FloatArray, values: FloatArray, name: str, path: Path) -> None:
     across = constants[:, grid.names.index(plot.over[0])]
     other = [k for k, each in enumerate(grid.names) if each not in _together(grid, plot.over[0])]
     keys = constants[:, other]
@@ -94,11 +94,11 @@ def _lines(plot: Plot, grid: Grid, constants: FloatArray, values: FloatArray, na
     write_curves(name, places.tolist(), curves, path, ".png", across_label=plot.over[0])
 
 
-def _together(grid: Grid, name: str) -> tuple[str, ...]:
+def _together(grid: VariantGrid, name: str) -> tuple[str, ...]:
     return next(axis.names for axis in grid.axes if name in axis.names)
 
 
-def _map(plot: Plot, grid: Grid, constants: FloatArray, values: FloatArray, name: str, path: Path) -> None:
+def _map(plot: Plot, grid: VariantGrid, constants: FloatArray, values: FloatArray, name: str, path: Path) -> None:
     x, y = (constants[:, grid.names.index(each)] for each in plot.over)
     across, up = plot.over
     xs, ys = np.unique(x), np.unique(y)

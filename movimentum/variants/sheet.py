@@ -10,7 +10,7 @@ import numpy as np
 
 from movimentum.errors import MovimentumError, usage_error
 from movimentum.output.files import refuse_unwritable, whole_file
-from movimentum.rendering.small_multiples import Cell, write_small_multiples
+from movimentum.rendering.small_multiples import SheetCell, write_small_multiples
 from movimentum.settings import FailurePolicy
 from movimentum.text import number
 from movimentum.variants.outcomes import OUTCOMES
@@ -39,7 +39,7 @@ def write_sheet(job: SweepJob, target: Path, progress: Progress) -> int:
     shape = job.grid.shape
     columns = shape[-1] if total <= MOST_CELLS and len(shape) > 1 and 2 <= shape[-1] <= 12 else None
     with tempfile.TemporaryDirectory() as folder, whole_file(target) as part:
-        cells: list[Cell] = []
+        cells: list[SheetCell] = []
         for cell in _cells(job, numbers.tolist(), Path(folder)):
             cells.append(cell)
             progress(len(cells), len(numbers))
@@ -47,7 +47,7 @@ def write_sheet(job: SweepJob, target: Path, progress: Progress) -> int:
     return len(numbers)
 
 
-def _cells(job: SweepJob, numbers: list[int], folder: Path) -> Iterator[Cell]:
+def _cells(job: SweepJob, numbers: list[int], folder: Path) -> Iterator[SheetCell]:
     variants = Variants(job.source, job.choices, job.grid.names, job.measures)
     values = job.grid.rows(np.array(numbers))
     for place, row in enumerate(values.tolist()):
@@ -56,7 +56,7 @@ def _cells(job: SweepJob, numbers: list[int], folder: Path) -> Iterator[Cell]:
         caption = "  ".join(f"{name} = {number(value)}" for name, value in chosen.items())
         caption += "" if outcome is OUTCOMES[0] else f"  ({outcome})"
         picture = folder / f"{place}.png"
-        yield Cell(picture if _drawn(job, variants, chosen, picture) else None, caption, not outcome.moves)
+        yield SheetCell(picture if _drawn(job, variants, chosen, picture) else None, caption, not outcome.moves)
 
 
 def _drawn(job: SweepJob, variants: Variants, values: dict[str, float], picture: Path) -> bool:

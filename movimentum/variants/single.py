@@ -15,8 +15,8 @@ from movimentum.source import SourceText
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import ScriptTree
 from movimentum.timeline.model import Timeline
-from movimentum.variants.lowered import LoweredMeasures, Moments, evaluated, lower_measures
-from movimentum.variants.measures import Measures
+from movimentum.variants.lowered import FrameMoments, LoweredMeasures, evaluated, lower_measures
+from movimentum.variants.measures import MeasureSet
 from movimentum.variants.outcomes import VariantOutcome, outcome_of
 from movimentum.variants.tracing import settings_of, with_values
 from movimentum.workflow.choices import Choices
@@ -36,7 +36,7 @@ class Variants:
     source: SourceText
     choices: Choices
     names: tuple[str, ...]
-    measures: Measures
+    measures: MeasureSet
     tree: ScriptTree = field(init=False)
     lowered: dict[Hashable, LoweredMeasures | None] = field(init=False)
 
@@ -87,7 +87,7 @@ class Variants:
         times = lowered.measures.times
         at = evaluated(read, (motion.poses_at(times),)) if times else [values_[:, :0] for values_ in found]
         varied = {name: np.array([value]) for name, value in values.items()}
-        return lowered.values(found, at, Moments(lowered.timeline), varied, np.array([motion.size]))[:, 0]
+        return lowered.values(found, at, FrameMoments(lowered.timeline), varied, np.array([motion.size]))[:, 0]
 
     def lowered_for(self, timeline: Timeline, values: Mapping[str, float]) -> LoweredMeasures:
         """What the measures mean for a variant whose timeline is ``timeline``; lowered once for all variants that have

@@ -20,14 +20,14 @@ import numpy as np
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.errors import usage_error
 from movimentum.terminal import typed
-from movimentum.variants.axes import Grid
+from movimentum.variants.axes import VariantGrid
 from movimentum.variants.outcomes import VariantRows
 
 CHUNK = 16_384
 """Rows read at a time."""
 
 
-def signature(parts: list[str], grid: Grid) -> str:
+def signature(parts: list[str], grid: VariantGrid) -> str:
     """What a sweep is of: texts, and every value of every axis."""
     found = hashlib.sha256(json.dumps(parts).encode())
     for axis in grid.axes:
@@ -42,12 +42,12 @@ def spool_path(target: Path) -> Path:
 
 
 @dataclass(slots=True, eq=False)
-class Spool:
+class VariantSpool:
     """An open file of finished variants of ``grid`` with ``columns`` measures."""
 
     stream: BinaryIO
     begin: int
-    grid: Grid
+    grid: VariantGrid
     columns: int
 
     @property
@@ -93,7 +93,7 @@ class Spool:
         return sum(len(rows) for rows in self.rows())
 
 
-def open_spool(path: Path, key: str, grid: Grid, columns: int, *, resume: bool) -> Spool:
+def open_spool(path: Path, key: str, grid: VariantGrid, columns: int, *, resume: bool) -> VariantSpool:
     """The file of finished variants at ``path``; with ``resume``, what is in it stays, if it is of the same sweep.
 
     Raises `UsageError` (``usage/resume``) if it is of another one, and if it cannot be written.
@@ -108,7 +108,7 @@ def open_spool(path: Path, key: str, grid: Grid, columns: int, *, resume: bool) 
                 message = f"{path} is left from another sweep: the script, its values or the measures were others"
                 again = "without --resume, everything is solved again"
                 raise usage_error("usage/resume", message, again, f"rm {typed(path)}")
-            return Spool(stream, len(header), grid, columns)
+            return VariantSpool(stream, len(header), grid, columns)
         stream = path.open("w+b")
         stream.write(header)
         stream.flush()
@@ -116,7 +116,7 @@ def open_spool(path: Path, key: str, grid: Grid, columns: int, *, resume: bool) 
         from movimentum.output.files import unwritable
 
         raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
-    return Spool(stream, len(header), grid, columns)
+    return VariantSpool(stream, len(header), grid, columns)
 
 
 def remove_spool(path: Path) -> None:

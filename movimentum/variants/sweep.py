@@ -14,12 +14,12 @@ import numpy as np
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
 from movimentum.source import SourceText
-from movimentum.variants.axes import Grid, check_constants
+from movimentum.variants.axes import VariantGrid, check_constants
 from movimentum.variants.family import Family
-from movimentum.variants.measures import Measures
+from movimentum.variants.measures import MeasureSet
 from movimentum.variants.outcomes import OUTCOMES, VariantOutcome, VariantRows
 from movimentum.variants.single import Variants
-from movimentum.variants.spool import Spool, open_spool, remove_spool, signature, spool_path
+from movimentum.variants.spool import VariantSpool, open_spool, remove_spool, signature, spool_path
 from movimentum.variants.tables import check_table, write_csv, write_lines, write_table
 from movimentum.workflow.choices import Choices, Progress
 from movimentum.workflow.clusters import own_version
@@ -43,8 +43,8 @@ class SweepJob:
 
     source: SourceText
     choices: Choices
-    grid: Grid
-    measures: Measures
+    grid: VariantGrid
+    measures: MeasureSet
 
     @property
     def columns(self) -> list[str]:
@@ -69,7 +69,7 @@ class Swept:
         return 0 if any(outcome.moves for outcome in self.counts) else 3
 
 
-def prepared(source: SourceText, choices: Choices, grid: Grid, measures: Measures) -> tuple[SweepJob, Scene]:
+def prepared(source: SourceText, choices: Choices, grid: VariantGrid, measures: MeasureSet) -> tuple[SweepJob, Scene]:
     """The job of a sweep, checked: the script, its constants and the measures make sense (before anything is solved).
 
     Raises `ScriptError` and `UsageError`.
@@ -143,7 +143,7 @@ def sweep_to_file(
     return Swept(counts, np.concatenate(kept) if keep else None)
 
 
-def _keep(spool: Spool, numbers: IntArray, rows: VariantRows) -> None:
+def _keep(spool: VariantSpool, numbers: IntArray, rows: VariantRows) -> None:
     breaks = np.nonzero(np.diff(numbers) != 1)[0] + 1
     for begin, end in zip([0, *breaks.tolist()], [*breaks.tolist(), len(numbers)], strict=True):
         part = slice(begin, end)

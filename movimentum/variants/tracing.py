@@ -45,7 +45,7 @@ def generic(low: float, high: float, number: int) -> float:
     return low + (high - low) * share
 
 
-class Unfolding:
+class OriginUnfolding:
     """Writes expressions in terms of what was traced; what does not depend on it stays a number.
 
     Constants of equal value may have different origins, so nodes are told apart by identity.

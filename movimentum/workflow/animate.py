@@ -76,14 +76,10 @@ def animate(
     if not any(len(chunk.frames) for chunk in poses):
         message = "none of the frames asked for has a solution"
         raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
-    write = ready or way_to(
-        kind,
-        scene,
-        PoseChunks(motion, range(timeline.frame_count), skip, drawn=True),
-        options,
-        PoseChunks(motion, range(frames.start), skip, drawn=True),
-        elsewhere,
+    every, earlier = (
+        PoseChunks(motion, some, skip, drawn=True) for some in (range(timeline.frame_count), range(frames.start))
     )
+    write = ready or way_to(kind, scene, every, options, earlier, elsewhere)
     with ExitStack() as stack:
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
         place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target

@@ -99,6 +99,10 @@ def own_version() -> str:
     return str(import_module("movimentum").__version__)
 
 
+def _version_there() -> str:
+    return own_version()
+
+
 def _checked(client: Any) -> Any:
     """``client``, if it has workers and all of them have this version of Movimentum."""
     try:
@@ -108,7 +112,7 @@ def _checked(client: Any) -> Any:
         raise usage_error("usage/dask", message, f"`dask worker {client.scheduler.address}` starts one") from problem
     other: dict[str, list[str]] = {}
     own = own_version()
-    found: dict[str, Any] = client.run(own_version, on_error="return")
+    found: dict[str, Any] = client.run(_version_there, on_error="return")
     for worker, version in found.items():
         if version != own:
             told = version if isinstance(version, str) else "none"

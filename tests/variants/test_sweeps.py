@@ -41,7 +41,8 @@ def test_every_reduction_is_that_of_the_frames(script):
         ".min(Coupler.P.x)": x.min(), ".max(Coupler.P.x)": x.max(), ".mean(Coupler.P.x)": x.mean(),
         ".rms(Coupler.P.x)": np.sqrt(np.mean(x * x)), ".range(Coupler.P.x)": np.ptp(x),
         ".first(Coupler.P.x)": x[0], ".last(Coupler.P.x)": x[-1],
-        ".at(Coupler.P.x, 1/3)": motion.at("1/3")["Coupler.P.x"], "Coupler.P.x.at(0.25)": motion.at(0.25)["Coupler.P.x"],
+        ".at(Coupler.P.x, 1/3)": motion.at("1/3")["Coupler.P.x"],
+        "Coupler.P.x.at(0.25)": motion.at(0.25)["Coupler.P.x"],
         "(Coupler.P - Rocker.D).l.at(1)": np.hypot(*(motion.at(1)["Coupler.P"] - motion.at(1)["Rocker.D"])),
         ".max(Coupler.P.x) - .min(Coupler.P.x)": np.ptp(x), ".q(.range(Coupler.P.x)/R)": np.sqrt(np.ptp(x) / 50),
         ".max(.min(Coupler.P.x), 60)": max(x.min(), 60.0), ".max(.max(Coupler.P.x, Rocker.C.y))":
@@ -168,7 +169,9 @@ def test_a_sweep_goes_on_where_it_was_interrupted(script, tmp_path, monkeypatch,
     assert run_command_line(["sweep", *options]) == 130
     assert "--resume" in capsys.readouterr().err
     assert not (tmp_path / "t.csv").exists()
-    monkeypatch.setattr(Family, "rows", lambda self, constants: (solved.append(len(constants)), rows(self, constants))[1])
+    monkeypatch.setattr(
+        Family, "rows", lambda self, constants: (solved.append(len(constants)), rows(self, constants))[1]
+    )
     assert run_command_line(["sweep", *options, "--resume"]) == 0
     assert (tmp_path / "t.csv").read_bytes() == whole
     assert sum(solved) == 400

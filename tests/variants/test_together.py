@@ -1,4 +1,4 @@
-"""Variants that are solved together come out as they do one by one: on scripts of the gallery with numbers that vary."""
+"""Variants that are solved together come out as they do one by one: on gallery scripts with numbers that vary."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import movimentum as mv
 from movimentum.errors import NoSolutionError, ScriptError
-from movimentum.variants.axes import Axis, Grid
+from movimentum.variants.axes import Axis, VariantGrid
 from movimentum.variants.family import Family
 from movimentum.variants.measures import read_measures
 from movimentum.variants.single import Variants
@@ -44,7 +44,7 @@ def compared(name: str, seed: int, spread: float, count: int) -> Family:
             continue  # the number was one that must be whole, say
         break
     values = 1.0 + spread * np.random.default_rng(seed).uniform(-1.0, 1.0, (count, len(names)))
-    job = SweepJob(source, Choices(), Grid((Axis(names, values),)), read_measures(measured(source), names))
+    job = SweepJob(source, Choices(), VariantGrid((Axis(names, values),)), read_measures(measured(source), names))
     family = job.family()
     rows = family.rows(values)
     alone = Variants(source, Choices(), names, job.measures)
@@ -100,7 +100,7 @@ def test_an_irreducible_loop_has_the_same_assembly_mode_and_motion():
 
 
 def test_a_loop_of_variants_is_solved_side_by_side():
-    grid = Grid((Axis(("L", "s"), np.random.default_rng(1).uniform([118, 0.85], [140, 1.1], (14, 2))),))
+    grid = VariantGrid((Axis(("L", "s"), np.random.default_rng(1).uniform([118, 0.85], [140, 1.1], (14, 2))),))
     job = SweepJob(mv.loads(TRIAD).source, Choices(), grid, read_measures(["x = .range(Plat.A.x)"]))
     family = job.family()
     family.rows(grid.rows(np.arange(14)))
@@ -119,7 +119,10 @@ Arm[1..n] : .bar O = [0,0] P = [R,0];
 def test_constants_that_decide_times_and_numbers_of_things():
     script = mv.loads(STEPS)
     table = script.sweep(
-        T=[0.5, 1, 1.5], n=[1, 2], R=np.linspace(40, 60, 5), measure={"y": ".max(Arm[1].P.y)", "x": ".min(Arm[1].P.x)/R"}
+        T=[0.5, 1, 1.5],
+        n=[1, 2],
+        R=np.linspace(40, 60, 5),
+        measure={"y": ".max(Arm[1].P.y)", "x": ".min(Arm[1].P.x)/R"},
     )
     assert table.ok.all()
     for k in range(0, len(table), 7):

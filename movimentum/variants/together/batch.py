@@ -11,9 +11,9 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
-from movimentum.variants.lowered import LoweredMeasures, Moments
+from movimentum.variants.lowered import FrameMoments, LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
-from movimentum.variants.together.beginning import Beginning, Carried
+from movimentum.variants.together.beginning import Carried, VariantBeginning
 from movimentum.variants.together.following import INTERVALS, SegmentGrid, follow_together, segment_grid
 from movimentum.variants.together.pattern import NotTogether, Pattern, SegmentPattern, State, anchors_read, numbered
 from movimentum.variants.together.poses import BodyPose, Places
@@ -54,7 +54,7 @@ class Batch:
         ]
         self.clocks = Clocks()
         self.reading = compiled(made, self.clocks)
-        self.moments = None if self.lowered is None else Moments(self.lowered.timeline)
+        self.moments = None if self.lowered is None else FrameMoments(self.lowered.timeline)
 
     def grids(self) -> list[SegmentGrid]:
         """The instants of every segment."""
@@ -107,7 +107,7 @@ class Batch:
         carried: Carried | None = None
         choices: dict[int, FloatArray] = {}
         for segment, grid in zip(self.pattern.segments, self.grids(), strict=True):
-            beginning = Beginning(places, segment, carried, size)
+            beginning = VariantBeginning(places, segment, carried, size)
             angles = beginning.angles_before()
             if not segment.continues:
                 began = beginning.began()

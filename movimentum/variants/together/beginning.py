@@ -63,7 +63,7 @@ class Began:
     unsure: BoolArray
 
 
-class Beginning:
+class VariantBeginning:
     """Chooses for V variants of one segment."""
 
     def __init__(self, places: Places, pattern: SegmentPattern, carried: Carried | None, size: FloatArray) -> None:
@@ -243,11 +243,11 @@ class _Best:
 
 
 class _Part:
-    """All combinations of the choices of one independent part. ``split``: see `Beginning`; then only a part with one
-    combination is decided here.
+    """All combinations of the choices of one independent part. ``split``: see `VariantBeginning`; then only a part with
+    one combination is decided here.
     """
 
-    def __init__(self, beginning: Beginning, numbers: list[int], *, split: bool) -> None:
+    def __init__(self, beginning: VariantBeginning, numbers: list[int], *, split: bool) -> None:
         self.beginning = beginning
         self.numbers = numbers
         self.split = split
@@ -311,7 +311,7 @@ class _Part:
         self.chosen = [np.where(better[:, None], new, kept) for new, kept in zip(self.trail, old, strict=True)]
 
     def _cost(self, number: int) -> FloatArray:
-        """(V, 4) break of continuity, distance from the pose carried over, turn, displacement; see `Measures`."""
+        """(V, 4) break of continuity, distance from the pose carried over, turn, displacement (see `start.costs`)."""
         beginning = self.beginning
         block = beginning.pattern.blocks[number].block
         result = np.zeros((beginning.count, 4))

@@ -52,7 +52,7 @@ class SegmentGrid:
 
 
 @dataclass(slots=True, eq=False)
-class Followed:
+class FollowedVariants:
     """A segment of V variants: the ``state`` at the T instants; ``unsure`` (V,); the time (V,) at which a variant binds
     (inf where it does not).
     """
@@ -103,7 +103,7 @@ def follow_together(
     angles: dict[int, Any],
     grid: SegmentGrid,
     size: FloatArray,
-) -> Followed:
+) -> FollowedVariants:
     """Solve a segment at all instants of ``grid``, with the ``choices`` that it begins with."""
     count, instants = len(size), grid.instants
     shape = count, len(instants)
@@ -125,7 +125,7 @@ def follow_together(
                 unsure |= bound
             else:
                 binds[bound] = _bind_times(pattern, varied, choices, instants, end, bound)
-    return Followed(state, unsure, binds)
+    return FollowedVariants(state, unsure, binds)
 
 
 def _ends(margins: dict[int, Any], shape: tuple[int, int]) -> tuple[IntArray, BoolArray]:

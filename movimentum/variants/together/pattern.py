@@ -31,7 +31,7 @@ from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.judge import Judge
 from movimentum.solver.start.deceptive import deceptive
 from movimentum.timeline.model import Segment, Timeline
-from movimentum.variants.tracing import Unfolding, Varied
+from movimentum.variants.tracing import OriginUnfolding, Varied
 
 State = list[Any]
 """By unknown number, then the varied constants: None, a number, or an array that broadcasts to (V, T)."""
@@ -51,7 +51,7 @@ class NotTogether(Exception):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Formulas:
+class SegmentFormulas:
     """Compiled expressions of a segment in its unknowns and the varied constants.
 
     ``function(u, k, g)``: one value for each; ``count`` of them.
@@ -74,7 +74,7 @@ class PolynomialRows:
 
     terms: tuple[tuple[int, tuple[int, ...]], ...]
     groups: tuple[int, ...]
-    coefficients: Formulas
+    coefficients: SegmentFormulas
     degrees: tuple[int, ...]
 
 
@@ -88,11 +88,11 @@ class BlockFormulas:
     """
 
     block: Block
-    solution: Formulas
+    solution: SegmentFormulas
     order: tuple[int, ...]
-    normal: Formulas | None = None
-    given: Formulas | None = None
-    phases: Formulas | None = None
+    normal: SegmentFormulas | None = None
+    given: SegmentFormulas | None = None
+    phases: SegmentFormulas | None = None
     rows: PolynomialRows | None = None
 
     @property
@@ -121,9 +121,9 @@ class SegmentPattern:
     plan: Plan
     continues: bool
     blocks: tuple[BlockFormulas, ...]
-    selectors: Formulas
-    checks: Formulas
-    stated: Formulas
+    selectors: SegmentFormulas
+    checks: SegmentFormulas
+    stated: SegmentFormulas
     stated_sizes: FloatArray
     stated_turns: FloatArray
     more_clocks: tuple[Fraction, ...]
@@ -160,7 +160,7 @@ class Pattern:
     values: dict[str, float]
     timeline: Timeline
     segments: tuple[SegmentPattern, ...]
-    unfolding: Unfolding
+    unfolding: OriginUnfolding
     places: Compiled
     place_of: dict[tuple[int, int], int]
 
@@ -178,7 +178,7 @@ def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
     """The pattern of a timeline that was read with traced ``values``; `NotTogether` where there is none."""
     scene = timeline.scene
     names = tuple(values)
-    unfolding = Unfolding()
+    unfolding = OriginUnfolding()
     size = scene_size(scene)
     if not any(len(thing.anchors) > 1 for thing in scene.things):
         raise NotTogether("no thing has two anchors")
@@ -225,14 +225,14 @@ def _known_kind(block: Block) -> bool:
 
 
 def _segment_pattern(
-    plan: Plan, segment: Segment, names: tuple[str, ...], unfolding: Unfolding, size: float, *, continues: bool
+    plan: Plan, segment: Segment, names: tuple[str, ...], unfolding: OriginUnfolding, size: float, *, continues: bool
 ) -> SegmentPattern:
     clocks = Clocks(plan.clocks)
     count = len(plan.system.unknowns)
 
-    def formulas(expressions: Sequence[Expr]) -> Formulas:
+    def formulas(expressions: Sequence[Expr]) -> SegmentFormulas:
         made = [numbered(unfolding.unfolded(each), names, count) for each in expressions]
-        return Formulas(compiled(made, clocks), len(made))
+        return SegmentFormulas(compiled(made, clocks), len(made))
 
     blocks = tuple(_block_formulas(plan, block, formulas, unfolding.varies) for block in plan.blocks)
     system = plan.system
@@ -262,7 +262,7 @@ def _is_of_angles(row: Equation) -> bool:
 def _block_formulas(
     plan: Plan,
     block: Block,
-    formulas: Callable[[Sequence[Expr]], Formulas],
+    formulas: Callable[[Sequence[Expr]], SegmentFormulas],
     varies: Callable[[Expr], bool],
 ) -> BlockFormulas:
     phases = _phases(block)
@@ -294,7 +294,7 @@ def _block_formulas(
 
 
 def _polynomial_rows(
-    block: Newton, formulas: Callable[[Sequence[Expr]], Formulas], varies: Callable[[Expr], bool]
+    block: Newton, formulas: Callable[[Sequence[Expr]], SegmentFormulas], varies: Callable[[Expr], bool]
 ) -> PolynomialRows:
     inside = set(block.core)
     place = {n: j for j, n in enumerate(block.core)}

@@ -29,7 +29,7 @@ STEP_TOLERANCE = 1e-13
 MET = 1e-11
 
 
-class Rows:
+class VariantPolynomials:
     """Polynomials in unknowns of size one: ``coefficients`` (paths or 1, terms)."""
 
     def __init__(self, rows: PolynomialRows, count: int) -> None:
@@ -63,7 +63,7 @@ class Rows:
 class _TotalDegree:
     """(1 - t) g (x^d - r) + t F(x)."""
 
-    def __init__(self, rows: Rows, coefficients: ComplexArray, degrees: Sequence[int]) -> None:
+    def __init__(self, rows: VariantPolynomials, coefficients: ComplexArray, degrees: Sequence[int]) -> None:
         generator = np.random.default_rng(2024)
         self.rows, self.coefficients = rows, coefficients[None]
         self.degrees: NDArray[np.int64] = np.array(degrees, dtype=np.int64)
@@ -97,7 +97,9 @@ class _TotalDegree:
 class _ToVariants:
     """From generic coefficients to those of each variant; V times as many paths as there are ``roots``."""
 
-    def __init__(self, rows: Rows, generic: ComplexArray, roots: ComplexArray, targets: FloatArray) -> None:
+    def __init__(
+        self, rows: VariantPolynomials, generic: ComplexArray, roots: ComplexArray, targets: FloatArray
+    ) -> None:
         self.rows, self.roots = rows, roots
         self.generic = generic
         self.targets = targets
@@ -141,7 +143,7 @@ def all_roots(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], s
         weight = max(float(np.max(np.abs(typical[mine]))), 1e-300)
         table[:, mine] /= weight
         typical[mine] /= weight
-    rows = Rows(item.rows, size)
+    rows = VariantPolynomials(item.rows, size)
     generic, roots = _generic_roots(item.rows, rows, typical)
     bad = ~np.isfinite(table).all(axis=1)
     targets = np.where(np.asarray(bad)[:, None], typical[None], table)
@@ -158,7 +160,9 @@ def all_roots(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], s
     return VariantRoots(x[:, :most], exist[:, :most], unsure)
 
 
-def _generic_roots(polynomials: PolynomialRows, rows: Rows, typical: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+def _generic_roots(
+    polynomials: PolynomialRows, rows: VariantPolynomials, typical: FloatArray
+) -> tuple[ComplexArray, ComplexArray]:
     """Random complex coefficients near ``typical`` ones (numbers stay, what is equal stays equal), and all finite
     solutions for them.
     """
