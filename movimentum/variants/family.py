@@ -7,13 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.errors import MovimentumError
-from movimentum.planning.planner import CyclicRateError
 from movimentum.variants.axes import VariantGrid
 from movimentum.variants.outcomes import OUTCOMES, VariantRows
 from movimentum.variants.single import Variants
 from movimentum.variants.together.batch import Batch
-from movimentum.variants.together.pattern import NotTogether
 from movimentum.variants.together.preparation import prepare
 
 FEW = 12
@@ -71,7 +68,11 @@ class Family:
         step = batch.at_once()
         for first in range(0, len(places), step):
             some = places[first : first + step]
-            rows, unsure = batch.rows_refined(constants[some][:, columns])
+            try:
+                rows, unsure = batch.rows_refined(constants[some][:, columns])
+            except Exception as error:  # see `_batch`
+                self.reasons.append(str(error).split("\n")[0])
+                continue
             result.measures[some], result.outcomes[some], result.times[some] = rows.measures, rows.outcomes, rows.times
             left[some] = unsure
             self.together += int((~unsure).sum())
@@ -102,7 +103,7 @@ class Family:
         try:
             prepare(self.variants, {}, self._intervals)
             return ()
-        except (NotTogether, MovimentumError, CyclicRateError) as error:
+        except Exception as error:  # see `_batch`
             self.reasons.append(str(error).split("\n")[0])
         if len(names) == 1:
             return names
@@ -110,7 +111,7 @@ class Family:
             fixed = {other: value for other, value in middle.items() if other != name}
             try:
                 prepare(self.variants, fixed, {name: self._intervals[name]})
-            except (NotTogether, MovimentumError, CyclicRateError) as error:
+            except Exception as error:
                 self.reasons.append(f"{name}: " + str(error).split("\n")[0])
                 found.append(name)
         return tuple(found)
@@ -131,7 +132,7 @@ class Family:
         try:
             batch = prepare(self.variants, fixed, intervals)
             self._batches[key] = batch if self._proven(batch, constants) else None
-        except (NotTogether, MovimentumError, CyclicRateError) as error:
+        except Exception as error:  # whatever it is, the single solver has the last word
             self.reasons.append(str(error).split("\n")[0])
             self._batches[key] = None
         return self._batches[key]

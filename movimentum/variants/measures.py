@@ -115,8 +115,7 @@ def example(name: str = "stroke") -> str:
 def retold(text: str, item: Diagnostic) -> UsageError:
     """A diagnostic about an expression in a measure."""
     message = f"the measure `{text}`: {item.message}"
-    helps = tuple(help_ for help_ in item.helps if isinstance(help_, str))
-    return UsageError([Diagnostic(item.code, Severity.ERROR, message, helps=helps)])
+    return UsageError([Diagnostic(item.code, Severity.ERROR, message, helps=item.helps)])
 
 
 def _split(text: str, parts: dict[ReducedPart, int]) -> str:

@@ -66,7 +66,8 @@ def write_csv(names: list[str], rows: Iterable[VariantRows], stream: TextIO) -> 
 def write_lines(some: VariantRows, stream: TextIO) -> None:
     """A line for each row. Numbers are in the shortest form that reads back exactly."""
     table: list[list[float]] = (np.column_stack([some.constants, some.measures, some.times]) + 0.0).tolist()
-    for row, code in zip(table, some.outcomes.tolist(), strict=True):
+    codes: list[int] = some.outcomes.tolist()
+    for row, code in zip(table, codes, strict=True):
         cells: list[str] = ["" if value != value else repr(value) for value in row]
         cells.insert(-1, str(OUTCOMES[code]))
         stream.write(",".join(cells) + "\n")

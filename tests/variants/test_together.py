@@ -147,3 +147,42 @@ def test_a_variant_that_binds_is_a_row_with_its_time():
         elif length > 70:
             assert outcome == "ok"
             assert y == pytest.approx(np.sqrt(length**2 - 70**2), rel=1e-9)
+
+
+FOLLOWS = """
+.let R = 50;
+Crank : .bar A = [130,110] B = A + [R,0];   Coupler : .plate B = [0,0] P = B + [70,90] C = B + [150,0];
+Rocker : .bar C = [0,0] D = C - [0,130];    Hand : .bar O = [0,0] P = [20,0];
+@0 Crank.A = [130,110]; Crank.angle = 180*.t; Coupler.B = Crank.B; Rocker.C = Coupler.C; Rocker.D = [310,110];
+   Rocker.C.y > Rocker.D.y;   Hand.O = [300,250]; Hand.angle = 3*Rocker.angle;
+@2 .loop;
+"""
+
+
+def test_what_follows_a_continuous_angle():
+    table = mv.loads(FOLLOWS).sweep(
+        R=np.linspace(30, 60, 16), measure={"x": ".min(Hand.P.x)", "turn": ".max(Hand.angle)"}
+    )
+    for k in (0, 7, 15):
+        motion = mv.loads(FOLLOWS, R=table["R"][k]).solve()
+        assert table["x"][k] == pytest.approx(motion["Hand.P.x"].min(), rel=1e-9)
+        assert table["turn"][k] == pytest.approx(motion["Hand.angle"].max(), rel=1e-9)
+
+
+def test_several_steps_with_other_constraints_go_on_from_where_they_are():
+    text = """
+    .let L = 120;   .let T = 1;
+    Arm : .bar O = [0,0] P = [100,0];   Fore : .bar P = [0,0] Q = [L,0];
+    @0  Arm.O = [100,100];  Arm.angle = 60*.t;  Fore.P = Arm.P;  Fore.Q = [x, 100];  x > Arm.P.x;
+    @1  x = .max(0, x0) ;   x0 = 60*.t + 100*.cos(60) + 100 + .q(L^2 - (100*.sin(60))^2); Arm.angle = _;  Arm.P.y > 100;
+    @1.3
+    """
+    script = mv.loads(text)
+    table = script.sweep(L=np.linspace(118, 125, 13), measure={"x": ".max(Fore.Q.x)", "y": ".last(Arm.P.y)"})
+    for k in range(0, 13, 4):
+        motion = mv.loads(text, L=table["L"][k]).solve(on_failure="hold")
+        if table.outcome[k] == "ok":
+            assert table["x"][k] == pytest.approx(motion["Fore.Q.x"].max(), rel=1e-9)
+            assert table["y"][k] == pytest.approx(motion["Arm.P.y"][-1], rel=1e-9)
+        else:
+            assert not motion.solved.all() or table.outcome[k] == "jumps"

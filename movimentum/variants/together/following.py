@@ -21,7 +21,6 @@ from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 from movimentum.timeline.model import Timeline
 from movimentum.variants.together.loops import margins_at, solve_all
 from movimentum.variants.together.pattern import SegmentPattern, State, directed, instants_of
-from movimentum.variants.together.running import wind
 
 INTERVALS = 96
 FARTHEST_TURN = 0.2
@@ -109,8 +108,7 @@ def follow_together(
     shape = count, len(instants)
     state = pattern.state(varied)
     with np.errstate(all="ignore"):
-        margins, lost = solve_all(pattern, state, instants, choices, size)
-        largest = wind(pattern.blocks, state, instants.clocks, angles, shape)
+        margins, largest, lost = solve_all(pattern, state, instants, choices, angles, size)
         end, certain = _ends(margins, shape)
         inside = np.arange(shape[1]) < end[:, None]
         unsure = lost | ~certain | (largest > FARTHEST_ANGLE) & (end == shape[1])
@@ -121,7 +119,7 @@ def follow_together(
         binds = np.full(count, np.inf)
         bound = end < shape[1]
         if bound.any():
-            if pattern.loops:
+            if pattern.loops or pattern.turns:
                 unsure |= bound
             else:
                 binds[bound] = _bind_times(pattern, varied, choices, instants, end, bound)

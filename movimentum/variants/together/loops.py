@@ -15,7 +15,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.solver.basis.instants import Instants
 from movimentum.variants.together.pattern import BlockFormulas, SegmentPattern, State
 from movimentum.variants.together.roots import newton_together
-from movimentum.variants.together.running import column, core_scale, give, solve_block
+from movimentum.variants.together.running import column, core_scale, give, solve_block, wind
 
 LARGEST_STEP = 0.25
 """How far (in units of the unknowns' scale) a step may lead,"""
@@ -93,16 +93,20 @@ def solve_all(
     state: State,
     instants: Instants,
     choices: dict[int, FloatArray],
+    angles: dict[int, Any],
     size: FloatArray,
-) -> tuple[dict[int, Any], BoolArray]:
-    """Set ``state`` for all blocks but windings, given the ``choices`` that they begin with: the margins by block, and
-    (V,) the variants whose path is not certain.
+) -> tuple[dict[int, Any], FloatArray, BoolArray]:
+    """Set ``state`` for all blocks, given the ``choices`` and the ``angles`` that they begin with: the margins by
+    block, (V,) the largest turn between two instants in degrees, and (V,) the variants whose path is not certain.
     """
     margins: dict[int, Any] = {}
     lost = np.zeros(len(size), dtype=np.bool_)
+    largest = np.zeros(len(size))
     for item in pattern.blocks:
         number = item.block.number
         if item.winds:
+            shape = len(size), len(instants)
+            largest = np.maximum(largest, wind((item,), state, instants.clocks, angles, shape))
             continue
         if item.newton:
             lost |= follow_loop(pattern, item, state, instants, choices[number], size)
@@ -110,7 +114,7 @@ def solve_all(
         margin = solve_block(item, state, instants.clocks, choices.get(number, 1.0))
         if margin is not None:
             margins[number] = margin
-    return margins, lost
+    return margins, largest, lost
 
 
 def margins_at(

@@ -139,6 +139,12 @@ class SegmentPattern:
         return any(item.newton for item in self.blocks)
 
     @property
+    def turns(self) -> bool:
+        """Whether a block reads a continuous angle that follows a direction."""
+        angles = {n for item in self.blocks if item.winds for n in item.order}
+        return any(not angles.isdisjoint(item.block.inputs) for item in self.blocks)
+
+    @property
     def length(self) -> float:
         """In time units."""
         return float(self.segment.end - self.segment.start)
