@@ -32,6 +32,8 @@ FIRST_STEPS = np.array([1e-4, 5e-4, 2e-3, 0.01, 0.03, 0.08, 0.2, 0.4, 0.7])
 """Of the distance of two instants."""
 CLEAR = 1e-6
 """A margin below which two solutions are too near to one another for a sign to be certain."""
+NEAR_A_BIND = 1e-4
+"""Of the scene's size: an inequality that is nearer to equality where a variant binds may have been violated before."""
 NEARLY_ONE = 1e-3
 """Of its largest value: a squared distance of a dyad's two centres, below which they may meet between instants."""
 WITHIN = 1e-9
@@ -122,7 +124,8 @@ def follow_together(
             if pattern.loops or pattern.turns:
                 unsure |= bound
             else:
-                binds[bound] = _bind_times(pattern, varied, choices, instants, end, bound)
+                binds[bound], violated = _bind_times(pattern, varied, choices, instants, end, bound, size)
+                unsure[bound] |= violated
     return FollowedVariants(state, unsure, binds)
 
 
@@ -238,9 +241,10 @@ def _bind_times(
     instants: Instants,
     end: IntArray,
     bound: BoolArray,
-) -> FloatArray:
+    size: FloatArray,
+) -> tuple[FloatArray, BoolArray]:
     """The offset at which each of the variants ``bound`` loses its solution: bisected between the last instant that has
-    one and the first that has none.
+    one and the first that has none; and whether an inequality is violated before that, or nearly.
     """
     places = end[bound]
     good = instants.tau[np.maximum(places - 1, 0)].copy()
@@ -258,4 +262,12 @@ def _bind_times(
         for margin in margins_at(blocks, state, clocks, own):
             holds &= np.broadcast_to(margin, (len(middle), 1))[:, 0] >= -ROUNDING
         good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
-    return good
+    violated = np.zeros(len(good), dtype=np.bool_)
+    if pattern.selectors.count:
+        state = pattern.state(some)
+        clocks = instants_of(pattern, good[:, None]).clocks
+        margins_at(blocks, state, clocks, own)
+        for value in pattern.selectors([np.nan if each is None else each for each in state], clocks):
+            slack = np.broadcast_to(value, (len(good), 1))[:, 0] / size[bound]
+            violated |= ~(slack > NEAR_A_BIND)
+    return good, violated
