@@ -186,3 +186,11 @@ def test_several_steps_with_other_constraints_go_on_from_where_they_are():
             assert table["y"][k] == pytest.approx(motion["Arm.P.y"][-1], rel=1e-9)
         else:
             assert not motion.solved.all() or table.outcome[k] == "jumps"
+
+
+def test_an_inequality_that_is_violated_just_before_a_bind():
+    """Between two instants of the grid: the height is half a pixel 6e-5 before the rod would not reach."""
+    text = ".let L = 50; Rod : .bar A=[0,0] B=[L,0]; @0 Rod.A=[0,0]; Rod.B=[30 + 40*.t, y]; y > 0.5; @1"
+    table = mv.loads(text).sweep(L=np.linspace(45, 60, 16))
+    assert set(table.outcome) == {"binds"}
+    np.testing.assert_allclose(table.time, (np.sqrt(table["L"] ** 2 - 0.25) - 30) / 40, rtol=0.0, atol=1e-9)
