@@ -102,9 +102,11 @@ def whole_runs(painter: Painter, source: PoseSource) -> Iterator[FrameRun]:
         yield FrameRun(run.number, run.lead, run.poses, past)
 
 
-def coded_alone(painter: Painter, coder: Coder, run: FrameRun) -> Pieces:
-    """One of `whole_runs`, drawn and encoded by itself."""
-    return _code_run(PaintSession(painter), coder, run)
+def coded_alone(session: PaintSession, coder: Coder, run: FrameRun) -> Pieces:
+    """One of `whole_runs`, drawn and encoded by itself. ``session`` may have drawn others before, if there are no
+    traces: it remembers nothing else.
+    """
+    return _code_run(PaintSession(session.painter) if session.painter.traces else session, coder, run)
 
 
 def workers_that_pay(seconds_a_frame: float, frames: int, held: int = 0) -> int:

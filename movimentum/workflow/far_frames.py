@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from contextlib import ExitStack
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from movimentum.text import counted, number
@@ -16,7 +17,7 @@ from movimentum.workflow.clusters import check_address, cluster, done_by, thread
 if TYPE_CHECKING:
     from movimentum.encoding.pieces import Coder
     from movimentum.encoding.runs import FrameRun, Pieces
-    from movimentum.rendering.painter import Painter
+    from movimentum.rendering.painter import Painter, PaintSession
     from movimentum.rendering.stream import PoseSource
 
 WORTH_S = 5.0
@@ -57,5 +58,13 @@ def draw_run(data: bytes, run: FrameRun) -> Pieces:
     """One run of frames; runs on a worker."""
     from movimentum.encoding.runs import coded_alone
 
+    return coded_alone(*_session(data), run)
+
+
+@lru_cache(maxsize=1)
+def _session(data: bytes) -> tuple[PaintSession, Coder]:
+    """What this worker draws and encodes with: layers that stand still are prepared once."""
+    from movimentum.rendering.painter import PaintSession
+
     painter, coder = unpacked(data)
-    return coded_alone(painter, coder, run)
+    return PaintSession(painter), coder
