@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from movimentum.api.script import Script as Script
     from movimentum.api.script import load as load
     from movimentum.api.script import loads as loads
+    from movimentum.api.sweeps import Sweep as Sweep
     from movimentum.diagnostics import Diagnostic as Diagnostic
     from movimentum.diagnostics import Severity as Severity
     from movimentum.errors import MovimentumError as MovimentumError
@@ -50,6 +51,7 @@ _HOME = {
     "Script": "movimentum.api.script",
     "ScriptError": "movimentum.errors",
     "Severity": "movimentum.diagnostics",
+    "Sweep": "movimentum.api.sweeps",
     "UnknownNameError": "movimentum.errors",
     "UsageError": "movimentum.errors",
     "Written": "movimentum.api.output",

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from movimentum.api.motion import Motion
 from movimentum.api.names import Names
@@ -24,6 +25,11 @@ from movimentum.timeline.model import Timeline
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import read
 from movimentum.workflow.stages import Solution, arranged, examined, understand
+
+if TYPE_CHECKING:
+    from movimentum.api.sweeps import Measured, Sweep
+    from movimentum.expressions import Expr
+    from movimentum.scene.expansion.product import NamedConstant
 
 
 def load(path: str | os.PathLike[str], limits: Limits | None = None, /, **constants: object) -> Script:
@@ -94,7 +100,7 @@ def _number(value: object) -> str | None:
     return float_text(number) if math.isfinite(number) else None
 
 
-def _choices(limits: Limits, settings: tuple[tuple[str, str], ...] = ()) -> Choices:
+def _choices(limits: Limits, settings: tuple[tuple[str, str | Expr], ...] = ()) -> Choices:
     return Choices(
         settings=settings,
         max_frames=limits.frames,
@@ -215,6 +221,65 @@ class Script:
             if solution.fault and policy is FailurePolicy.STOP:
                 raise NoSolutionError(solution.diagnostics)
         return Motion(self, solution, replace(choices, on_failure=policy))
+
+    def sweep(
+        self,
+        vary: Mapping[str, object] | None = None,
+        /,
+        *,
+        measure: Measured = (),
+        sample: str | None = None,
+        client: object = None,
+        **constants: object,
+    ) -> Sweep:
+        """Solve many variants: all combinations of the values that ``constants`` of the script take (arrays, or
+        anything that is one), or a ``sample`` such as "sobol:4096" of the intervals of all that have a `.range`.
+
+        ``measure``: what is measured, by name: expressions with reductions over all frames, such as
+        ``".max(Rod.B.x) - .min(Rod.B.x)"`` (see docs/sweep.md). ``vary``: the same as ``constants``, for constants that
+        are called like an argument. ``client``: a `distributed.Client` whose workers solve.
+
+        A variant that does not move is a row, and no error. Raises `UsageError` for a constant that there is not, and
+        for a measure that makes no sense.
+
+        >>> import movimentum as mv
+        >>> import numpy as np
+        >>> script = mv.load("scripts/whitworth.mov")
+        >>> table = script.sweep(r=np.linspace(60, 90, 4), measure={"stroke": ".range(Ram.H.x)"})
+        >>> table["stroke"].round(3).tolist(), table.outcome[0].item(), table.time[0].round(6).item()
+        ([nan, nan, 139.918, 139.918], 'binds', 1.489395)
+        """
+        from movimentum.api.sweeps import Sweep
+        from movimentum.variants.axes import VariantGrid, grid_of, read_grid
+        from movimentum.variants.measures import read_measures
+        from movimentum.variants.sweep import prepared, sweep_rows
+
+        given = {**(vary or {}), **constants}
+        choices = _choices(self.limits, tuple((name, value) for name, value in self.scene.settings))
+        texts = (
+            [measure]
+            if isinstance(measure, str)
+            else list(measure.items())
+            if isinstance(measure, Mapping)
+            else measure
+        )
+        with told_in(self.source):
+            grid = grid_of(given)
+            if sample is not None:
+                grid = VariantGrid((*grid.axes, *read_grid((), sample, self._without(given)).axes))
+            if not grid.axes:
+                raise usage_error("usage/vary", "nothing is varied", "script.sweep(R=np.linspace(20, 80, 61))")
+            job, _ = prepared(self.source, choices, grid, read_measures(texts, grid.names))
+            solver = None
+            if client is not None:
+                from movimentum.variants.distributed import OnCluster
+
+                solver = OnCluster(job, client)
+            rows = sweep_rows(job, solver)
+        return Sweep(self.name, grid.names, job.measures.names, grid.shape, rows)
+
+    def _without(self, given: Mapping[str, object]) -> list[NamedConstant]:
+        return [constant for constant in self.scene.constants if constant.name not in given]
 
     def _examined(self, choices: Choices) -> Solution:
         found = self._solutions.get(choices)

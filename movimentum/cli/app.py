@@ -32,6 +32,7 @@ MODULES = {
     "run": "run:run",
     "solve": "solve:solve",
     "studio": "studio:studio",
+    "sweep": "sweep:sweep",
     "trade": "tradeoff:trade",
 }
 """Each command's module in this package, and its name there."""

@@ -116,6 +116,14 @@ ON_FAILURE = click.option(
 )
 
 
+DASK = click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Have the work done by a Dask cluster: `local` or `local:N` (N processes on this machine), or a scheduler's "
+    "address, such as tcp://scheduler:8786 (extra `cluster`).",
+)
+
+
 def _settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> Any:
     found: dict[str, str] = {}
     for text in texts:

@@ -11,6 +11,7 @@ import click
 
 from movimentum.cli.options import (
     ACCURACY,
+    DASK,
     EXIT_CODES,
     FPS,
     FRAMES,
@@ -22,7 +23,7 @@ from movimentum.cli.options import (
     with_choices,
 )
 from movimentum.cli.parameters import FrameRange, RationalType, TraceType, WordsType
-from movimentum.cli.work import carried_out, output_file
+from movimentum.cli.work import carried_out, far_frames, output_file
 from movimentum.console import DONE, INTERRUPTED, NO_SOLUTION, Console
 from movimentum.errors import MovimentumError
 from movimentum.text import counted
@@ -44,6 +45,7 @@ Examples:
   movimentum run crank.mov -o 'frames/%04d.png'    numbered pictures
   movimentum run crank.mov --trace Rod.B --show names,free
   movimentum run crank.mov --watch --open          again whenever it changes
+  movimentum run crank.mov -o crank.mp4 --dask tcp://scheduler:8786
 
 """
     + EXIT_CODES
@@ -107,6 +109,7 @@ Examples:
     metavar="N",
     help="Render in N processes [default: chosen automatically]. The bytes of the file do not depend on it.",
 )
+@DASK
 @click.option("--watch", is_flag=True, help="Render again whenever the script or a sprite changes; Ctrl-C ends it.")
 @click.option("--open", "open_it", is_flag=True, help="Show the file when it is done.")
 @LIMITS
@@ -137,6 +140,7 @@ def run(
     loop: int,
     transparent: bool,
     workers: int | None,
+    dask: str | None,
     watch: bool,
     open_it: bool,
     max_pixels: int,
@@ -163,8 +167,8 @@ def run(
         from movimentum.workflow.animate import animate
 
         def work(source: SourceText) -> Outcome:
-            with console.progress("rendering") as progress:
-                return animate(source, target, choices, picture, progress, known=known)
+            with far_frames(dask, console) as elsewhere, console.progress("rendering") as progress:
+                return animate(source, target, choices, picture, progress, known=known, elsewhere=elsewhere)
 
         code, outcome = carried_out(console, script, work)
         if outcome is not None:

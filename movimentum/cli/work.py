@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from movimentum.workflow.choices import Outcome
 
 if TYPE_CHECKING:
     from movimentum.source import SourceText
+    from movimentum.workflow.far_frames import FarFrames
 
 
 def output_file(script: str, output: str | None, suffix: str) -> Path:
@@ -31,6 +33,18 @@ def output_file(script: str, output: str | None, suffix: str) -> Path:
 def output_or_stdout(script: str, output: str, suffix: str) -> Path | None:
     """The same; None for ``-``, which is standard output."""
     return None if output == "-" else output_file(script, output, suffix)
+
+
+@contextmanager
+def far_frames(dask: str | None, console: Console) -> Generator[FarFrames | None, None, None]:
+    """The cluster at the address ``dask``, which may draw; None without one."""
+    if dask is None:
+        yield None
+        return
+    from movimentum.workflow.far_frames import FarFrames
+
+    with FarFrames(dask, console.say) as elsewhere:
+        yield elsewhere
 
 
 def carried_out(console: Console, script: str, work: Callable[[SourceText], Outcome]) -> tuple[int, Outcome | None]:

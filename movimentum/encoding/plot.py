@@ -75,9 +75,16 @@ def write_plot(panels: Sequence[Panel], path: Path, suffix: str) -> None:
 
 
 def write_curves(
-    title: str, times: Sequence[float], curves: Sequence[tuple[str, Sequence[float]]], path: Path, suffix: str
+    title: str,
+    times: Sequence[float],
+    curves: Sequence[tuple[str, Sequence[float]]],
+    path: Path,
+    suffix: str,
+    across_label: str = "time",
 ) -> None:
-    """Write courses over time in one diagram: (name, values at ``times``); values that are not finite are left out."""
+    """Write courses over time (or what ``across_label`` says) in one diagram: (name, values at ``times``); values that
+    are not finite are left out.
+    """
     finite = [v for _, values in curves for v in values if math.isfinite(v)] or [0.0]
     low, high = min(finite), max(finite)
     spare = 0.05 * (high - low) or 0.5
@@ -92,11 +99,11 @@ def write_curves(
         return bottom + (value - low) / (high - low) * (top - bottom)
 
     shapes: list[_Shape] = [_Text((left + right) / 2, TOP - 18, title, 13, "middle")]
-    shapes.append(_Text((left + right) / 2, HEIGHT - 14, "time", 11, "middle"))
-    for value in _ticks(low, high):
+    shapes.append(_Text((left + right) / 2, HEIGHT - 14, across_label, 11, "middle"))
+    for value in ticks(low, high):
         shapes.append(_Line((left, up(value), right, up(value)), "#dddddd"))
         shapes.append(_Text(left - 6, up(value) + 4, f"{value:g}", 10, "end"))
-    for value in _ticks(first, last):
+    for value in ticks(first, last):
         shapes.append(_Line((across(value), bottom, across(value), top), "#dddddd"))
         shapes.append(_Text(across(value), bottom + 15, f"{value:g}", 10, "middle"))
     for k, (name, values) in enumerate(curves):
@@ -112,7 +119,7 @@ def write_curves(
         _png(shapes, size, path)
 
 
-def _ticks(low: float, high: float) -> list[float]:
+def ticks(low: float, high: float) -> list[float]:
     """About five round numbers from ``low`` to ``high``."""
     if not high > low:
         return [low]

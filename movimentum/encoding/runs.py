@@ -19,7 +19,7 @@ import time
 import warnings
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias, cast
+from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +76,37 @@ def coded_runs(painter: Painter, coder: Coder, source: PoseSource, workers: int)
     if workers <= 1:
         return _coded_here(painter, coder, source)
     return _coded_elsewhere(painter, coder, source, workers)
+
+
+class Elsewhere(Protocol):
+    """Somebody else who draws and encodes runs: the workers of a cluster."""
+
+    def takes(self, seconds: float) -> bool:
+        """Whether that many seconds of work are worth being done there."""
+        ...
+
+    def coded(self, painter: Painter, coder: Coder, source: PoseSource) -> Generator[Pieces, None, None]:
+        """As `coded_runs`, with the same result."""
+        ...
+
+
+def whole_runs(painter: Painter, source: PoseSource) -> Iterator[FrameRun]:
+    """All runs of a source, each with the points of traces of all runs before it, so that anybody can draw it."""
+    tail: list[Points] = []
+    for run in runs(source):
+        if not painter.traces:
+            yield run
+            continue
+        past = tuple(np.concatenate(part) for part in zip(*tail, strict=True))
+        tail.append(painter.trace_points(run.poses))
+        yield FrameRun(run.number, run.lead, run.poses, past)
+
+
+def coded_alone(session: PaintSession, coder: Coder, run: FrameRun) -> Pieces:
+    """One of `whole_runs`, drawn and encoded by itself. ``session`` may have drawn others before, if there are no
+    traces: it remembers nothing else.
+    """
+    return _code_run(PaintSession(session.painter) if session.painter.traces else session, coder, run)
 
 
 def workers_that_pay(seconds_a_frame: float, frames: int, held: int = 0) -> int:

@@ -17,10 +17,11 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from fractions import Fraction
+from io import BytesIO
 from pathlib import Path
 
 from PIL import Image
@@ -32,7 +33,7 @@ from movimentum.encoding.apng import ApngCoder, ApngWriter
 from movimentum.encoding.gif import GifCoder, GifWriter
 from movimentum.encoding.palette import choose_palette
 from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, PieceWriter
-from movimentum.encoding.runs import coded_runs, timed_frames, workers_that_pay
+from movimentum.encoding.runs import Elsewhere, coded_runs, timed_frames, workers_that_pay
 from movimentum.encoding.stills import JPEG_LARGEST, SequenceWriter, coder_of
 from movimentum.encoding.video import write_video
 from movimentum.encoding.webp import WebpCoder, WebpWriter
@@ -118,12 +119,14 @@ def write_animation(
     loop: int = 0,
     workers: int | None = None,
     progress: Progress | None = None,
+    elsewhere: Elsewhere | None = None,
 ) -> WriteReport:
     """Draw all frames of ``source`` and write them to ``path``, whose suffix gives the format (see `check_output`).
 
     Frame k (by position in ``source``) is shown from k / ``fps``. ``loop``: how often the animation is played, 0 for
     ever (not in video). ``workers``: processes that draw; None: chosen automatically. The bytes written do not depend
-    on it. ``progress`` is called with (frames done, frames in all) about every 30 frames.
+    on it, nor on whether they are drawn ``elsewhere``. ``progress`` is called with (frames done, frames in all) about
+    every 30 frames.
 
     The file appears whole or not at all, whatever goes wrong. `UsageError`: see `check_output`; a file that cannot be
     written or a full disk (``output/unwritable``); no frames (``output/no-frames``); a picture larger than the format
@@ -133,7 +136,7 @@ def write_animation(
     kind = check_output(path, total, transparent=painter.transparent)
     if total == 0:
         raise usage_error("output/no-frames", "there is no frame to draw")
-    job = _Job(painter, source, total, fps, loop, workers, progress)
+    job = _Job(painter, source, total, fps, loop, workers, progress, elsewhere)
     match kind:
         case "gif":
             return _write_gif(job, path)
@@ -158,6 +161,7 @@ class _Job:
     loop: int
     workers: int | None
     progress: Progress | None
+    elsewhere: Elsewhere | None
 
     def report(self, files: list[Path], duration: Fraction, workers: int, *diagnostics: Diagnostic) -> WriteReport:
         return WriteReport(tuple(files), self.total, self.painter.size, duration, workers, diagnostics)
@@ -167,7 +171,16 @@ class _Job:
             self.progress(done, self.total)
 
     def choose_workers(self, coder: Coder, images: list[Image.Image] | None, seconds: float) -> int:
-        """As asked; otherwise by the measured time of a frame, because an estimate from sizes is no better."""
+        """As asked; otherwise by the measured time of a frame, because an estimate from sizes is no better. 0 stands
+        for elsewhere.
+        """
+        if self.elsewhere is not None:
+            if images is None:
+                images, seconds = timed_frames(self.painter, self.source, sorted({0, self.total // 2}))
+            began = time.perf_counter()
+            coder.code(images[-1], images[0])
+            if self.elsewhere.takes((seconds + time.perf_counter() - began) * self.total):
+                return 0
         if self.workers is not None:
             return max(1, self.workers)
         if self.total < _WORTH_TIMING:
@@ -201,7 +214,7 @@ def _write_gif(job: _Job, path: Path) -> WriteReport:
         keep = kept_frames(job.total, job.fps, gif.FASTEST)
         warnings.append(_too_fast(job.fps))
         thin = _Thinned(job.source, job.fps, gif.FASTEST, keep)
-        job = _Job(job.painter, thin, keep, Fraction(gif.FASTEST), job.loop, job.workers, job.progress)
+        job = _Job(job.painter, thin, keep, Fraction(gif.FASTEST), job.loop, job.workers, job.progress, job.elsewhere)
         clock = FrameClock(job.fps, 100)
     painter = job.painter
     end = max(end, clock.at(job.total))
@@ -265,14 +278,29 @@ def _write_video(job: _Job, path: Path, kind: str) -> WriteReport:
         if done % 30 == 0 or done == job.total:
             job.tell(done)
 
+    coder = coder_of(".png")
+    far = job.elsewhere is not None and job.choose_workers(coder, None, 0.0) == 0
+
     def images() -> Iterator[Image.Image]:
+        if far:  # whole pictures, without loss, come back
+            with closing(_coded(job, coder, 0)) as coded:
+                for run in coded:
+                    yield from (Image.open(BytesIO(piece.data)) for piece in run if piece is not None)
+            return
         session = PaintSession(painter)
         for piece in pieces(chunks(job.source), 30):
             yield from session.frames(piece)
 
     with whole_file(path) as part:
         write_video(images(), part, kind, painter.size, job.fps, painter.background, step)
-    return job.report([path], job.total / job.fps, 1, *warnings)
+    return job.report([path], job.total / job.fps, 0 if far else 1, *warnings)
+
+
+def _coded(job: _Job, coder: Coder, workers: int) -> Generator[list[FramePiece | None], None, None]:
+    """The pieces of all runs, by so many workers (0: elsewhere)."""
+    if workers == 0 and job.elsewhere is not None:
+        return job.elsewhere.coded(job.painter, coder, job.source)
+    return coded_runs(job.painter, coder, job.source, workers)
 
 
 def _write_pieces(job: _Job, writer: PieceWriter, coder: Coder, workers: int) -> None:
@@ -280,7 +308,7 @@ def _write_pieces(job: _Job, writer: PieceWriter, coder: Coder, workers: int) ->
     writer.begin()
     shown: FramePiece | None = None
     since = done = 0
-    with closing(coded_runs(job.painter, coder, job.source, workers)) as coded:
+    with closing(_coded(job, coder, workers)) as coded:
         for run in coded:
             for piece in run:
                 if piece is not None:

@@ -83,9 +83,9 @@ def _structure(base: System, driven: frozenset[int], merged: frozenset[int]) -> 
     return Structure(base, driven, merged, system, decomposition)
 
 
-def compile_structure(structure: Structure, size: float, kept: KeptBlocks) -> Plan:
+def compile_structure(structure: Structure, size: float, kept: KeptBlocks | None) -> Plan:
     """Compile the blocks of a structure; ``size`` is the scene's size in world pixels (for scaling). Blocks that were
-    made before are in ``kept``.
+    made before are in ``kept`` (None: none is shared, and each number keeps the operation that it comes from).
     """
     system, decomposition, driven = structure.system, structure.decomposition, structure.driven
     hanging = measured(system, decomposition.groups)
@@ -103,8 +103,8 @@ def compile_structure(structure: Structure, size: float, kept: KeptBlocks) -> Pl
             folded[e] = _folded(folded[e], constants)
         number, rows = len(blocks), [folded[e] for e in group.equations]
         make = partial(make_block, number, replace(system, equations=folded), group, clocks, moving, size)
-        key = block_key(number, system, rows, group, clocks, moving)
-        block = make() if key is None else kept.block((size, key), group.equations, make)
+        key = None if kept is None else block_key(number, system, rows, group, clocks, moving)
+        block = make() if key is None or kept is None else kept.block((size, key), group.equations, make)
         block = with_wishes(block, system.wishes, known, clocks)
         blocks.append(block)
         known |= set(block.unknowns)

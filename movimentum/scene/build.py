@@ -9,6 +9,7 @@ from itertools import count
 
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, real, replacement, the_first
 from movimentum.errors import ScriptError, script_error
+from movimentum.expressions import Expr
 from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
 from movimentum.scene.constants import exact
@@ -56,7 +57,7 @@ def build(
     *,
     max_pixels: int = MAX_PIXELS,
     read_text: ReadText | None = None,
-    settings: Mapping[str, str] | None = None,
+    settings: Mapping[str, str | Expr] | None = None,
     added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
     element: ElementPlace | None = None,
 ) -> Scene:

@@ -322,7 +322,7 @@ class Scene:
     mentioned: dict[int, int] = field(default_factory=dict[int, int])
     """thing number -> number of the first step that mentions it (absent: no step does)."""
     constants: tuple[NamedConstant, ...] = ()
-    settings: tuple[tuple[str, str], ...] = ()
+    settings: tuple[tuple[str, str | Expr], ...] = ()
     """Constants that were set from outside: (name, expression)."""
     loop: Span | None = None
     """Where the script says that the film begins again at its end (``.loop;``)."""

@@ -29,11 +29,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solving:
-    """What is the same for all segments of a timeline."""
+    """What is the same for all segments of a timeline. Unless it ``resumes``, the first trouble ends it."""
 
     scene: Scene
     size: float
     known: Known
+    resumes: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,23 +32,24 @@ if TYPE_CHECKING:
 MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is without a solution."""
 CREEPING = 12
-"""So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, or there
-are solutions at single instants only, or Newton's method is at the end of its precision.
-"""
+"""So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, it has
+solutions at single instants only, or Newton's method is at the end of its precision."""
 SHORT = 3e-4
 """Of a segment: a piece that is shorter ends where it begins. `MAXIMAL_PIECES` like that would not fill a segment."""
 
 
-def solve(timeline: Timeline, begin: Carry | None = None, known: Known | None = None) -> PathMotion:
+def solve(
+    timeline: Timeline, begin: Carry | None = None, known: Known | None = None, *, resumes: bool = True
+) -> PathMotion:
     """Find the motion of a whole timeline; it begins with the pose nearest to ``begin`` (None: as drawn).
 
-    ``known``: what was solved before; segments whose motion is known from there are taken over, with the same result to
-    the last bit. Never raises for what a scene may do: where there is no solution the motion says so in ``troubles``
-    and its poses mark the frames. Raises `planning.planner.CyclicRateError` for a derivative that depends on itself.
+    ``known``: what was solved before; segments known from there are taken over, the same to the last bit. Never raises
+    for what a scene may do: its ``troubles`` say where there is no solution. Unless it ``resumes``, it ends with the
+    segment of the first one. Raises `planning.planner.CyclicRateError` for a derivative that depends on itself.
     """
     scene = timeline.scene
     size = scene_size(scene)
-    work = Solving(scene, size, known or Known())
+    work = Solving(scene, size, known or Known(), resumes)
     work.known.begin()
     with remembering(work.known.memory):
         return PathMotion(timeline, _solved(work, timeline, begin, known), size)
@@ -74,6 +75,8 @@ def _solved(work: Solving, timeline: Timeline, begin: Carry | None, known: Known
             if known is not None and begin is None:
                 work.known.keep(key, stretch)
         stretches.append(stretch)
+        if stretch.troubles and not work.resumes:
+            break
     return tuple(stretches)
 
 
@@ -85,7 +88,7 @@ def _solve_segment(work: Solving, task: SegmentTask, earlier: SegmentMotion | No
         stretch = SegmentMotion(segment, plan, carry, [Unsolved(0.0, task.length, carry)], [], [])
         stretch.troubles.append(Failure(FailureKind.START, 0.0, until=task.length, selection=selection))
         return stretch
-    stretch = _followed(segment, plan, selection, carry, task.ahead)
+    stretch = _followed(work, segment, plan, selection, carry, task.ahead)
     wrong = _disagreement(stretch)
     if wrong is not None:
         stretch = _planned_anew(work, task, stretch, wrong)
@@ -100,20 +103,22 @@ def _left_by(stretch: SegmentMotion) -> Carry:
     return carry_at(stretch, last, float(stretch.segment.end - stretch.segment.start), stretch.base)
 
 
-def _followed(segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float) -> SegmentMotion:
+def _followed(
+    work: Solving, segment: Segment, plan: Plan, selection: Selection, carry: Carry, ahead: float
+) -> SegmentMotion:
     """A segment's motion from where it begins, piece by piece."""
     length = float(segment.end - segment.start)
     stretch = SegmentMotion(segment, plan, carry, [], [PathBeginning(0.0, selection, carry, PathReason.STEP)], [])
     begin = 0.0
     choices: list[Choice] | None = selection.choices
     if choices is None:
-        choices, begin = _late_beginning(stretch, selection, length, ahead)
+        choices, begin = _late_beginning(stretch, selection, length, ahead, resumes=work.resumes)
     while choices is not None:
         piece, gaps = follow(plan, segment.start, begin, length, choices)
         stretch.pieces.append(piece)
         if length <= begin:
             break
-        choices, begin = _continue(stretch, piece, gaps, length, ahead)
+        choices, begin = _continue(stretch, piece, gaps, length, ahead, resumes=work.resumes)
     return stretch
 
 
@@ -134,7 +139,7 @@ def _planned_anew(work: Solving, task: SegmentTask, stretch: SegmentMotion, wron
     plan = work.known.plan(task.key, merged, work.size)
     selection = selected(plan, ahead, carry)
     if selection.choices is not None:
-        again = _followed(segment, plan, selection, carry, ahead)
+        again = _followed(work, segment, plan, selection, carry, ahead)
         ends = min((trouble.begin for trouble in again.troubles), default=length)
         if ends > time + 1e-3 * (length - time) and _disagreement(again) is None:
             return again
@@ -154,7 +159,7 @@ def _planned_anew(work: Solving, task: SegmentTask, stretch: SegmentMotion, wron
 
 
 def _late_beginning(
-    stretch: SegmentMotion, selection: Selection, length: float, ahead: float
+    stretch: SegmentMotion, selection: Selection, length: float, ahead: float, *, resumes: bool
 ) -> tuple[list[Choice] | None, float]:
     """Where there is no solution to begin with: the first time at which there is one, and the choice there."""
     carry = stretch.base
@@ -162,7 +167,7 @@ def _late_beginning(
     def chosen(tau: float) -> Selection:
         return select(stretch.plan, stretch.segment.start, tau, ahead, carry, totals_of(stretch.plan, carry))
 
-    found = first_beginning(stretch.plan, stretch.segment.start, length, selection, chosen)
+    found = first_beginning(stretch.plan, stretch.segment.start, length, selection, chosen) if resumes else None
     onset, begin, there = found or (length, length, selection)
     stretch.troubles.append(Failure(FailureKind.START, 0.0, until=onset, selection=selection))
     stretch.pieces.append(Unsolved(0.0, begin, held(carry)))
@@ -173,7 +178,7 @@ def _late_beginning(
 
 
 def _continue(
-    stretch: SegmentMotion, piece: Piece, gaps: list[Gap], length: float, ahead: float
+    stretch: SegmentMotion, piece: Piece, gaps: list[Gap], length: float, ahead: float, *, resumes: bool
 ) -> tuple[list[Choice] | None, float]:
     """What comes after ``piece``: nothing (it reaches the end), or another piece: from where an inequality is violated,
     or from where a path that ended has a solution again.
@@ -193,7 +198,7 @@ def _continue(
         return _beyond_inequality(stretch, piece, violated, length, ahead)
     if gap is None:
         return None, length
-    return _beyond_gap(stretch, piece, gap, length)
+    return _beyond_gap(stretch, piece, gap, length, resumes=resumes)
 
 
 def _creeps(stretch: SegmentMotion, end: float, length: float) -> bool:
@@ -212,13 +217,15 @@ def _die(stretch: SegmentMotion, piece: Piece, end: float, until: float) -> Carr
     return carry
 
 
-def _beyond_gap(stretch: SegmentMotion, piece: Piece, gap: Gap, length: float) -> tuple[list[Choice] | None, float]:
+def _beyond_gap(
+    stretch: SegmentMotion, piece: Piece, gap: Gap, length: float, *, resumes: bool
+) -> tuple[list[Choice] | None, float]:
     """From where the branch has a solution again."""
     branch = Branch.of(piece, gap.begin)
     times = times_after(gap.begin, piece.nodes, length)
     if gap.begin < gap.end < length:  # known to the last digit, unless something else is in the way
         times = np.union1d(times, [gap.end])
-    found = branch.first(times, gap.begin)
+    found = branch.first(times, gap.begin) if resumes else None
     stretch.troubles.append(
         Failure(FailureKind.GAP, gap.begin, until=length if found is None else found[0], block=gap.block)
     )

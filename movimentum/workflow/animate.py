@@ -23,6 +23,7 @@ from movimentum.workflow.ways import way_to
 
 if TYPE_CHECKING:
     from movimentum.drawing.options import FreeMark, PictureOptions
+    from movimentum.encoding.runs import Elsewhere
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
@@ -38,10 +39,12 @@ def animate(
     progress: Progress,
     solution: Solution | None = None,
     known: Known | None = None,
+    elsewhere: Elsewhere | None = None,
 ) -> Outcome:
     """Render the script to ``target``, whose suffix names the format; a picture without ``%d`` is the first frame.
 
-    ``solution``: where it has been solved with these ``choices`` already; ``known``: what was solved before.
+    ``solution``: where it has been solved with these ``choices`` already; ``known``: what was solved before;
+    ``elsewhere``: who draws, other than this machine.
     """
     from movimentum.analysis.diagnose.off_canvas import OUTSIDE
     from movimentum.drawing.options import Show
@@ -62,7 +65,7 @@ def animate(
 
         refuse_too_long(scene, len(shown), target)
     # what is too large is refused before the work
-    ready = way_to(kind, scene, (), options) if _is_ready(scene, options) else None
+    ready = way_to(kind, scene, (), options, (), elsewhere) if _is_ready(scene, options) else None
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
     poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).held()
@@ -73,13 +76,10 @@ def animate(
     if not any(len(chunk.frames) for chunk in poses):
         message = "none of the frames asked for has a solution"
         raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
-    write = ready or way_to(
-        kind,
-        scene,
-        PoseChunks(motion, range(timeline.frame_count), skip, drawn=True),
-        options,
-        PoseChunks(motion, range(frames.start), skip, drawn=True),
+    every, earlier = (
+        PoseChunks(motion, some, skip, drawn=True) for some in (range(timeline.frame_count), range(frames.start))
     )
+    write = ready or way_to(kind, scene, every, options, earlier, elsewhere)
     with ExitStack() as stack:
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
         place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.workflow.limits import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, MAX_PIXELS
+
+if TYPE_CHECKING:
+    from movimentum.expressions import Expr
 
 FrameChoice = Callable[[int], tuple[int, int]]
 """From the number of frames to the first chosen one and the end (not included)."""
@@ -31,8 +35,8 @@ class Choices:
     max_nesting: int = MAX_NESTING
     max_digits: int = MAX_DIGITS
     max_operations: int = MAX_OPERATIONS
-    settings: tuple[tuple[str, str], ...] = ()
-    """Constants of the script that get other values: (name, constant expression)."""
+    settings: tuple[tuple[str, str | Expr], ...] = ()
+    """Constants of the script that get other values: (name, constant expression, as a text or lowered)."""
 
 
 @dataclass(frozen=True, slots=True)

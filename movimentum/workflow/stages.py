@@ -90,15 +90,15 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
         return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
 
 
-def moved(timeline: Timeline, known: Known | None = None) -> PathMotion:
+def moved(timeline: Timeline, known: Known | None = None, *, resumes: bool = True) -> PathMotion:
     """The motion, as far as there is one; `ScriptError` if a derivative depends on itself. What is ``known`` from other
-    timelines is not solved again.
+    timelines is not solved again. Unless it ``resumes``, nothing is looked for behind the first failure.
     """
     from movimentum.planning.planner import CyclicRateError
     from movimentum.solver.solver import solve
 
     try:
-        return solve(timeline, known=known)
+        return solve(timeline, known=known, resumes=resumes)
     except CyclicRateError as error:
         from movimentum.analysis.diagnose.failure import cyclic_rate
 

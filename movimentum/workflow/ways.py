@@ -11,6 +11,7 @@ from movimentum.workflow.choices import Picture, Progress
 
 if TYPE_CHECKING:
     from movimentum.drawing.options import PictureOptions
+    from movimentum.encoding.runs import Elsewhere
     from movimentum.encoding.write import WriteReport
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
@@ -19,16 +20,27 @@ Way: TypeAlias = "Callable[[PoseSource, Path, Fraction, Picture, Progress], Writ
 """Writes the frames of poses to a file, at so many frames a second, with the user's choices."""
 
 
-def way_to(kind: str, scene: Scene, source: PoseSource, options: PictureOptions, before: PoseSource = ()) -> Way:
+def way_to(
+    kind: str,
+    scene: Scene,
+    source: PoseSource,
+    options: PictureOptions,
+    before: PoseSource = (),
+    elsewhere: Elsewhere | None = None,
+) -> Way:
     """Everything ready to write a file of ``kind`` (see `encoding.write.check_output`); what is too large or cannot be
-    read is refused here, see `rendering.prepare.prepare_drawing`.
+    read is refused here, see `rendering.prepare.prepare_drawing`. Pixels may be drawn ``elsewhere``.
     """
     from movimentum.encoding.write import VECTOR_KINDS
 
-    return (_vectors if kind in VECTOR_KINDS else _pixels)(scene, source, options, before)
+    if kind in VECTOR_KINDS:
+        return _vectors(scene, source, options, before)
+    return _pixels(scene, source, options, before, elsewhere)
 
 
-def _pixels(scene: Scene, source: PoseSource, options: PictureOptions, before: PoseSource) -> Way:
+def _pixels(
+    scene: Scene, source: PoseSource, options: PictureOptions, before: PoseSource, elsewhere: Elsewhere | None
+) -> Way:
     from movimentum.encoding.write import write_animation
     from movimentum.rendering.painter import make_painter
 
@@ -36,7 +48,14 @@ def _pixels(scene: Scene, source: PoseSource, options: PictureOptions, before: P
 
     def write(poses: PoseSource, path: Path, fps: Fraction, picture: Picture, progress: Progress) -> WriteReport:
         return write_animation(
-            painter, poses, path, fps=fps, loop=picture.loop, workers=picture.workers, progress=progress
+            painter,
+            poses,
+            path,
+            fps=fps,
+            loop=picture.loop,
+            workers=picture.workers,
+            progress=progress,
+            elsewhere=elsewhere,
         )
 
     return write

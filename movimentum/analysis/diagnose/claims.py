@@ -84,7 +84,7 @@ def _grid(motion: PathMotion) -> list[Fraction]:
     return sorted(time for time in times if time <= end)
 
 
-def _off(claim: Claim, values: Sequence[FloatArray]) -> FloatArray:
+def off_by(claim: Claim, values: Sequence[FloatArray]) -> FloatArray:
     """(F,) how far the two sides are from what is claimed; 0 or less where an inequality holds."""
     count = len(claim.left)
     left, right = values[:count], values[count:]
@@ -126,7 +126,7 @@ class _Judge:
         if len(places) == 0:
             return
         values = self.read(poses)
-        off = _off(self.held.claim, values)
+        off = off_by(self.held.claim, values)
         fails = self.failing(off)
         self.looked += len(places)
         bad = places[fails[places]]
@@ -172,7 +172,7 @@ class _Judge:
             if not good < middle < bad:
                 break
             poses = self.motion.poses_at([middle])
-            if poses.solved[0] and self.failing(_off(self.held.claim, self.read(poses)))[0]:
+            if poses.solved[0] and self.failing(off_by(self.held.claim, self.read(poses)))[0]:
                 bad = middle
             else:
                 good = middle

@@ -5,6 +5,7 @@ solution.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,9 +24,27 @@ LEAST = 1e-6
 """Of the scene's size, or in radians: less is never a jump."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Jump:
+    """Something that is suddenly elsewhere where the path ``beginning`` begins: ``thing`` goes or turns by ``amount``;
+    ``note`` tells how fast it moves there anyway.
+    """
+
+    beginning: PathBeginning
+    thing: int
+    amount: str
+    note: str
+
+
 def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
-    """A warning for each beginning of a path in stretch number ``index`` where something jumps: the anchor that goes
-    farthest, and the thing of one anchor that turns most (no anchor shows that).
+    """A warning for each jump in stretch number ``index``."""
+    for jump in found_jumps(motion, index):
+        yield _told(motion.stretches[index], jump.beginning, jump.thing, jump.amount, jump.note)
+
+
+def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
+    """For each beginning of a path in stretch number ``index`` where something jumps: the anchor that goes farthest,
+    and the thing of one anchor that turns most (no anchor shows that).
     """
     stretch = motion.stretches[index]
     scene = motion.timeline.scene
@@ -46,7 +65,7 @@ def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
         jumped: int | None = None
         if thing is not None and far > (least if over else max(FRAMES * travel, least)):
             jumped = thing
-            yield _told(stretch, beginning, thing, number(far), f"it moves {number(travel)} per frame there")
+            yield Jump(beginning, thing, number(far), f"it moves {number(travel)} per frame there")
         turned, thing = _most_turned(scene, carry.now, after, seen)
         if thing is None or thing == jumped:
             continue
@@ -55,7 +74,7 @@ def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
         if turned > (LEAST if over else max(FRAMES * turning, LEAST)):
             degrees = f"{number(float(np.degrees(turned)))} degrees"
             slow = number(float(np.degrees(turning)))
-            yield _told(stretch, beginning, thing, degrees, f"it turns {slow} degrees per frame there")
+            yield Jump(beginning, thing, degrees, f"it turns {slow} degrees per frame there")
 
 
 def _after(stretch: SegmentMotion, beginning: PathBeginning) -> Snapshot | None:

@@ -67,6 +67,7 @@ class _Making:
             "core": core,
             "targets": tuple(n for n, _ in explicit),
             "explicit": compiled([expr for _, expr in explicit], self.clocks) if explicit else None,
+            "given": tuple(explicit),
             "inputs": frozenset(inputs),
             "moving": timed or bool(inputs & self.moving),
             "phases": compiled(list(phases), self.clocks) if phases else None,
@@ -171,7 +172,9 @@ def _assign_block(making: _Making, core: tuple[int, ...], explicit: list[tuple[i
 def _linear_block(
     making: _Making, core: tuple[int, ...], explicit: list[tuple[int, Expr]], outputs: list[Expr]
 ) -> Linear:
-    return Linear(**making.common(core, explicit, outputs), system=compiled(outputs, making.clocks))
+    return Linear(
+        **making.common(core, explicit, outputs), system=compiled(outputs, making.clocks), entries=tuple(outputs)
+    )
 
 
 def _quadratic_block(

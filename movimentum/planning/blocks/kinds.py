@@ -22,6 +22,7 @@ class BlockBase:
     ``unknowns``   what the block determines, from its ``equations``
     ``core``       the unknowns that are solved for; all others, the ``targets``, are given by ``explicit`` (compiled;
                    one value for each, in that order) from the core and the inputs
+    ``given``      the targets with their expressions
     ``inputs``     the unknowns of earlier blocks that it reads
     ``moving``     whether anything in it can change with time
     ``phases``     compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
@@ -36,6 +37,7 @@ class BlockBase:
     core: tuple[int, ...]
     targets: tuple[int, ...] = ()
     explicit: Compiled | None = None
+    given: tuple[tuple[int, Expr], ...] = ()
     inputs: frozenset[int]
     moving: bool
     phases: Compiled | None = None
@@ -65,10 +67,11 @@ class Assign(BlockBase):
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Linear(BlockBase):
     """Linear equations in m core unknowns. ``system``: compiled; the (m, m) matrix row by row, then the m right-hand
-    sides.
+    sides, whose expressions are ``entries``.
     """
 
     system: Compiled
+    entries: tuple[Expr, ...]
 
 
 class QuadraticShape(StrEnum):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, substitute, symbol
+from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, neg, substitute, symbol
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.polynomial import Polynomial
@@ -104,7 +104,8 @@ def line_and_conic(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[in
         if np.max(np.abs(a - ratio * b)) > 1e-14 * np.max(np.abs(a)):
             return None
         conic = min(forms, key=lambda form: (not _is_circle(form, core), len(form)))  # a direction's own unit circle
-        difference = poly.plus(forms[0], poly.scaled(forms[1], const(-ratio)))
+        one, other = (form.get(quadratic[k], ZERO) for form in forms)
+        difference = poly.plus(forms[0], poly.scaled(forms[1], neg(div(one, other))))
         line = {m: c for m, c in difference.items() if len(m) < 2}
         if not any(line.get((n,)) for n in core):
             return None
@@ -112,7 +113,7 @@ def line_and_conic(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[in
     if a.value is not None and b.value is not None and c.value is not None:
         mean = 0.5 * (a.value + c.value)
         if max(abs(a.value - mean), abs(b.value)) <= 4e-15 * abs(mean):  # a circle but for rounding
-            a = c = const(mean)
+            a = c = mul(const(0.5), add(a, c))
             b = ZERO
     return [
         line.get((p,), ZERO),

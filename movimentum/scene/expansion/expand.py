@@ -9,11 +9,12 @@ from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import MovimentumError, UsageError
+from movimentum.expressions import Expr
 from movimentum.scene.constants import exact
 from movimentum.scene.expansion.constants import Constants
 from movimentum.scene.expansion.declaring import Body, Declarer, Made, TooMany
 from movimentum.scene.expansion.includes import Includer, ReadText
-from movimentum.scene.expansion.placement import CopyFrame, local_in, statement_in
+from movimentum.scene.expansion.placement import CopyFrame, local_in, stated, statement_in
 from movimentum.scene.expansion.product import Expanded, NamedConstant, StepAt, Timed
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
 from movimentum.scene.expansion.writing import ItemWriter
@@ -57,12 +58,12 @@ def expand(
     source: SourceText,
     findings: Findings,
     read_text: ReadText,
-    settings: Mapping[str, str],
+    settings: Mapping[str, str | Expr],
     added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
 ) -> Expanded:
     """``script`` written out, with statements ``added`` to the ends of steps, by number.
 
-    ``settings``: constants by name, as expressions, that take the place of its own.
+    ``settings``: constants by name, as expressions (texts, or already lowered), that take the place of its own.
 
     Errors go to ``findings``, at places in the text of the result. Raises `UsageError` (``usage/constant``) for a
     setting of a constant that does not exist, or that is no expression.
@@ -102,7 +103,7 @@ def expand(
     )
 
 
-def _set(settings: Mapping[str, str], scope: Scope, unfolding: Unfolding) -> None:
+def _set(settings: Mapping[str, str | Expr], scope: Scope, unfolding: Unfolding) -> None:
     """Give constants other expressions."""
     for name, text in settings.items():
         entry = scope.constants.get(name)
@@ -112,6 +113,9 @@ def _set(settings: Mapping[str, str], scope: Scope, unfolding: Unfolding) -> Non
             helps = f"did you mean `{guess}`?" if guess else f"its constants are {known}" if known else None
             helps = helps or "`.let R = 50;` in the script makes one"
             raise _usage(f"the script has no constant `{name}`", helps)
+        if isinstance(text, Expr):
+            scope.constants[name] = ConstantEntry(name, stated(text), scope, entry.span, options=entry.options)
+            continue
         file = SourceText(f"<{name}>", f".let {name} = {text};")
         try:
             (item,) = parse(file).items

@@ -16,7 +16,7 @@ import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,6 +144,20 @@ class AllSolutions:
         return _Family(self.block, generic, clocks, self.scale, ends if finished else ends[:0])
 
 
+class PathProblem(Protocol):
+    """H(x, t), whose solutions at t = 0 are known and are to be followed to t = 1."""
+
+    def starts(self) -> ComplexArray:
+        """All solutions at t = 0 (paths, n)."""
+        ...
+
+    def at(
+        self, x: ComplexArray, t: FloatArray, paths: NDArray[np.intp]
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """H, its Jacobian by x, and its derivative by t, on the ``paths`` with these numbers."""
+        ...
+
+
 class _ComplexRows:
     """A block's residuals and their Jacobian, for complex unknowns of size one, each row divided by ``rows``."""
 
@@ -190,8 +204,10 @@ class _Family(_ComplexRows):
     def _inputs(self, t: FloatArray) -> Inputs:
         return {n: (1.0 - t) * self.generic[n] + t * value for n, value in self.target.items()}
 
-    def at(self, x: ComplexArray, t: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """H, its Jacobian by x, and its derivative by t."""
+    def at(
+        self, x: ComplexArray, t: FloatArray, paths: NDArray[np.intp]
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """H, its Jacobian by x, and its derivative by t (the same function on all ``paths``)."""
         values, jacobian = self.evaluated(x, self._inputs(t))
         ahead, behind = (self.evaluated(x, self._inputs(t + h))[0] for h in (1e-5, -1e-5))
         return values, jacobian, (ahead - behind) / 2e-5
@@ -221,8 +237,10 @@ class _Problem(_ComplexRows):
         grid = np.meshgrid(*roots, indexing="ij")
         return np.stack([part.reshape(-1) for part in grid], axis=-1).astype(np.complex128)
 
-    def at(self, x: ComplexArray, t: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """H, its Jacobian by x, and its derivative by t."""
+    def at(
+        self, x: ComplexArray, t: FloatArray, paths: NDArray[np.intp]
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """H, its Jacobian by x, and its derivative by t (the same function on all ``paths``)."""
         values, jacobian = self.evaluated(x, self.state)
         start = self.turn * (x**self.degrees - self.constants)
         slope = self.turn * self.degrees * x ** (self.degrees - 1)
@@ -241,9 +259,15 @@ def _solve(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
     return np.asarray(result, dtype=np.complex128)
 
 
-def _track(problem: _Problem | _Family, first: float = 0.02) -> tuple[ComplexArray, bool]:
-    """Follow all paths from t = 0 to 1, each with its own step (``first`` to begin with): the finite ends, and whether
-    all came to an end.
+def _track(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, bool]:
+    """`followed`: the finite ends, and whether all paths came to an end."""
+    x, finite, lost = followed(problem, first)
+    return x[finite], not lost.any()
+
+
+def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Follow all paths from t = 0 to 1, each with its own step (``first`` to begin with): where they end (paths, n),
+    which ends are finite (paths,), and which paths could not be followed to an end (paths,).
     """
     x = problem.starts()
     count = len(x)
@@ -256,11 +280,11 @@ def _track(problem: _Problem | _Family, first: float = 0.02) -> tuple[ComplexArr
         if len(active) == 0:
             break
         here, now, step = x[active], t[active], np.minimum(h[active], 1.0 - t[active])
-        guess = here + step[:, None] * _tangent(problem, here, now, step)
+        guess = here + step[:, None] * _tangent(problem, here, now, step, active)
         good = np.ones(len(active), dtype=np.bool_)
         last = np.full(len(active), np.inf)
         for round_ in range(3):
-            value, jacobian, _ = problem.at(guess, now + step)
+            value, jacobian, _ = problem.at(guess, now + step, active)
             move = _solve(jacobian, value)
             guess = guess - move
             size = np.max(np.abs(move), axis=1) / (1.0 + np.max(np.abs(guess), axis=1))
@@ -283,12 +307,14 @@ def _track(problem: _Problem | _Family, first: float = 0.02) -> tuple[ComplexArr
     ended = t >= 1.0
     large = np.max(np.abs(x), axis=1)
     lost = ~ended & ~((large > 50.0) | ~np.isfinite(large))
-    return x[ended & (large < INFINITE)], not lost.any()
+    return x, ended & (large < INFINITE), lost
 
 
-def _tangent(problem: _Problem | _Family, x: ComplexArray, t: FloatArray, step: FloatArray) -> ComplexArray:
+def _tangent(
+    problem: PathProblem, x: ComplexArray, t: FloatArray, step: FloatArray, paths: NDArray[np.intp]
+) -> ComplexArray:
     """The mean slope over a step by Heun's method."""
-    _, jacobian, by_t = problem.at(x, t)
+    _, jacobian, by_t = problem.at(x, t, paths)
     first = -_solve(jacobian, by_t)
-    _, jacobian, by_t = problem.at(x + step[:, None] * first, t + step)
+    _, jacobian, by_t = problem.at(x + step[:, None] * first, t + step, paths)
     return 0.5 * (first - _solve(jacobian, by_t))

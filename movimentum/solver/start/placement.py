@@ -55,7 +55,7 @@ def placed(plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry)
     things = list(carry.now.things)
     moved = False
     with np.errstate(all="ignore"):
-        for part in _parts(plan):
+        for part in connected_parts(plan):
             members = [t for t in part if t in bodies]
             if len(members) < 2 or carry.now.known.intersection(members):
                 continue  # a single body has no inner pose that a drawing could tell
@@ -195,7 +195,7 @@ def _numbers(body: BodyUnknowns) -> Iterable[int]:
     return (n for n in (body.x, body.y, body.c, body.s, body.angle) if n is not None)
 
 
-def _parts(plan: Plan) -> list[list[int]]:
+def connected_parts(plan: Plan) -> list[list[int]]:
     """The things of each part that equations connect."""
     system = plan.system
     count = len(system.scene.things)

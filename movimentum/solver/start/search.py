@@ -10,7 +10,7 @@ after, so that solutions that meet at the beginning (a mechanism drawn in its de
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import takewhile
@@ -82,6 +82,29 @@ def select(
     )
 
 
+def independent_parts(
+    plan: Plan, branching: Container[int], rank: Sequence[int], judgements: Judgements
+) -> tuple[list[bool], list[list[int]]]:
+    """Which blocks depend on a choice (of the blocks ``branching``), and the blocks in parts whose choices have nothing
+    to do with each other. Tells ``judgements`` after which block each of them can be made.
+    """
+    owner = judgements.owner
+    above: list[set[int]] = []
+    links: list[tuple[int, int]] = []
+    touched: list[bool] = []
+    for block in plan.blocks:  # a block belongs to the parts of the branching blocks it depends on
+        roots = {block.number} if block.number in branching else set[int]()
+        for n in block.inputs:
+            if n in owner and touched[owner[n]]:
+                roots |= above[owner[n]]
+        above.append({min(roots)} if roots else set())
+        touched.append(bool(roots))
+        ordered = sorted(roots | ({block.number} if roots else set()))
+        links.extend((ordered[0], other) for other in ordered[1:])
+    links.extend(judgements.placed_after(touched, rank))
+    return touched, groups(len(plan.blocks), links)
+
+
 @dataclass(slots=True, eq=False)
 class _Level:
     """Where the search stands in the options of one block: ``place`` is the next to take. ``blame`` are the levels on
@@ -116,20 +139,7 @@ class _Search:
         plan = self.plan
         branching = {b.number for b in plan.blocks if self._branches(b)}
         self.rank = solving_order(plan.blocks, self.owner, branching)
-        above: list[set[int]] = []
-        owner = self.owner
-        links: list[tuple[int, int]] = []
-        touched: list[bool] = []
-        for block in plan.blocks:  # a block belongs to the parts of the branching blocks it depends on
-            roots = {block.number} if block.number in branching else set[int]()
-            for n in block.inputs:
-                if n in owner and touched[owner[n]]:
-                    roots |= above[owner[n]]
-            above.append({min(roots)} if roots else set())
-            touched.append(bool(roots))
-            ordered = sorted(roots | ({block.number} if roots else set()))
-            links.extend((ordered[0], other) for other in ordered[1:])
-        links.extend(self.judgements.placed_after(touched, self.rank))
+        touched, together = independent_parts(plan, branching, self.rank, self.judgements)
         choices: dict[int, Choice] = {}
         parts: list[Part] = []
         common = [b.number for b in plan.blocks if not touched[b.number]]
@@ -155,7 +165,7 @@ class _Search:
                     tuple(rejections),
                 )
         self.blocks.begin_from(placed(plan, self.state, self.instants.clocks, self.blocks.carry))
-        for part_blocks in groups(len(plan.blocks), links):
+        for part_blocks in together:
             if not touched[part_blocks[0]]:
                 continue
             part = self._search_part(sorted(part_blocks, key=self.rank.__getitem__))

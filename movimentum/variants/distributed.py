@@ -1,0 +1,46 @@
+"""Sweeps on a cluster: groups of variants go out, their rows come back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from movimentum.arrays import IntArray
+from movimentum.variants.family import Family
+from movimentum.variants.outcomes import VariantRows
+from movimentum.variants.sweep import Solver, SweepJob
+from movimentum.workflow.clusters import done_by, threads_of, unpacked
+
+LARGEST, SMALLEST = 16_384, 16
+"""Variants of a piece of work, at most and at least."""
+PIECES = 8
+"""For each thread, where there are enough variants."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OnCluster(Solver):
+    """Solves on the workers of ``client``, a `distributed.Client`."""
+
+    client: Any
+
+    def solved(self, waiting: Iterator[IntArray]) -> Iterator[tuple[IntArray, VariantRows]]:
+        """The variants in order."""
+        total = len(self.job.grid)
+        size = min(max(total // (PIECES * threads_of(self.client)), SMALLEST), LARGEST)
+        pieces = ((numbers[k : k + size],) for numbers in waiting for k in range(0, len(numbers), size))
+        yield from done_by(self.client, solve_piece, self.job, pieces)
+
+
+@lru_cache(maxsize=1)
+def _family(data: bytes) -> Family:
+    """The family of the sweep that this worker was last asked for: what it finds out about its variants is kept."""
+    job: SweepJob = unpacked(data)
+    return job.family()
+
+
+def solve_piece(data: bytes, numbers: IntArray) -> tuple[IntArray, VariantRows]:
+    """The rows of the variants ``numbers``; runs on a worker."""
+    family = _family(data)
+    return numbers, family.rows(family.grid.rows(numbers))

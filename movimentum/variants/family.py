@@ -1,0 +1,166 @@
+"""The variants of one script, solved together as far as they are alike, and the others one by one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.variants.axes import VariantGrid
+from movimentum.variants.outcomes import OUTCOMES, VariantRows
+from movimentum.variants.single import Variants
+from movimentum.variants.together.batch import Batch
+from movimentum.variants.together.preparation import prepare
+
+FEW = 12
+"""Variants of one structure below which solving them together does not pay."""
+PROVEN = 3
+"""Variants that are solved both ways before the others are solved together."""
+SAME = 1e-9
+"""What the two ways may differ by, of a measure's size and of time."""
+
+
+@dataclass(eq=False)
+class Family:
+    """Solves variants of ``grid``. ``alone`` and ``together`` count them by the way they were solved; ``reasons`` tell
+    why a structure is solved one by one.
+    """
+
+    variants: Variants
+    grid: VariantGrid
+    alone: int = field(default=0, init=False)
+    together: int = field(default=0, init=False)
+    reasons: list[str] = field(default_factory=list[str], init=False)
+
+    def __post_init__(self) -> None:
+        low = [float(axis.values[:, k].min()) for axis in self.grid.axes for k in range(len(axis.names))]
+        high = [float(axis.values[:, k].max()) for axis in self.grid.axes for k in range(len(axis.names))]
+        self._intervals = dict(zip(self.grid.names, zip(low, high, strict=True), strict=True))
+        self._structural: tuple[str, ...] | None = None
+        self._batches: dict[tuple[float, ...], Batch | None] = {}
+
+    def rows(self, constants: FloatArray) -> VariantRows:
+        """(V, C) values of the constants -> the rows of these variants."""
+        total = len(self.grid)
+        if total < FEW or self._structural == self.grid.names:
+            return self._one_by_one(constants)
+        count = len(constants)
+        result = VariantRows(
+            constants,
+            np.full((count, len(self.variants.measures.measures)), np.nan),
+            np.zeros(count, dtype=np.int64),
+            np.full(count, np.nan),
+        )
+        left = np.ones(count, dtype=np.bool_)
+        for key, chosen in self._groups(constants):
+            batch = self._batch(key, constants[chosen])
+            if batch is not None:
+                self._solve(batch, constants, chosen, result, left)
+        self._put(result, left, self._one_by_one(constants[left]))
+        return result
+
+    def _solve(
+        self, batch: Batch, constants: FloatArray, chosen: BoolArray, result: VariantRows, left: BoolArray
+    ) -> None:
+        places = np.nonzero(chosen)[0]
+        columns = [self.grid.names.index(name) for name in batch.pattern.names]
+        step = batch.at_once()
+        for first in range(0, len(places), step):
+            some = places[first : first + step]
+            try:
+                rows, unsure = batch.rows_refined(constants[some][:, columns])
+            except Exception as error:  # see `_batch`
+                self.reasons.append(str(error).split("\n")[0])
+                continue
+            result.measures[some], result.outcomes[some], result.times[some] = rows.measures, rows.outcomes, rows.times
+            left[some] = unsure
+            self.together += int((~unsure).sum())
+
+    def _put(self, result: VariantRows, where: BoolArray, rows: VariantRows) -> None:
+        result.measures[where] = rows.measures
+        result.outcomes[where] = rows.outcomes
+        result.times[where] = rows.times
+
+    def _groups(self, constants: FloatArray) -> list[tuple[tuple[float, ...], BoolArray]]:
+        """The variants by the values of the constants that decide their structure."""
+        if self._structural is None:
+            self._structural = self._found_structural(constants)
+        columns = [self.grid.names.index(name) for name in self._structural]
+        if not columns:
+            return [((), np.ones(len(constants), dtype=np.bool_))]
+        if len(columns) == len(self.grid.names):
+            return []
+        keys, inverse = np.unique(constants[:, columns], axis=0, return_inverse=True)
+        inverse = np.ravel(inverse)
+        return [(tuple(key), inverse == k) for k, key in enumerate(keys.tolist())]
+
+    def _found_structural(self, constants: FloatArray) -> tuple[str, ...]:
+        """The constants on which more depends than the numbers in equations."""
+        names = self.grid.names
+        found: list[str] = []
+        middle = dict(zip(names, constants[len(constants) // 2].tolist(), strict=True))
+        try:
+            prepare(self.variants, {}, self._intervals)
+            return ()
+        except Exception as error:  # see `_batch`
+            self.reasons.append(str(error).split("\n")[0])
+        if len(names) == 1:
+            return names
+        for name in names:
+            fixed = {other: value for other, value in middle.items() if other != name}
+            try:
+                prepare(self.variants, fixed, {name: self._intervals[name]})
+            except Exception as error:
+                self.reasons.append(f"{name}: " + str(error).split("\n")[0])
+                found.append(name)
+        return tuple(found)
+
+    def _batch(self, key: tuple[float, ...], constants: FloatArray) -> Batch | None:
+        """What solves variants of one structure together; None where that is not possible, or does not pay."""
+        if key in self._batches:
+            return self._batches[key]
+        assert self._structural is not None
+        fixed: dict[str, float] = dict(zip(self._structural, key, strict=True))
+        share = len(self.grid)
+        for axis in self.grid.axes:
+            if set(axis.names) & set(self._structural):
+                share //= max(1, len(axis))
+        if share < FEW:
+            return None
+        intervals = {name: each for name, each in self._intervals.items() if name not in fixed}
+        try:
+            batch = prepare(self.variants, fixed, intervals)
+            self._batches[key] = batch if self._proven(batch, constants) else None
+        except Exception as error:  # whatever it is, the single solver has the last word
+            self.reasons.append(str(error).split("\n")[0])
+            self._batches[key] = None
+        return self._batches[key]
+
+    def _proven(self, batch: Batch, constants: FloatArray) -> bool:
+        """Whether some variants come out the same both ways."""
+        places = sorted({round(k * (len(constants) - 1) / (PROVEN - 1)) for k in range(PROVEN)})
+        columns = [self.grid.names.index(name) for name in batch.pattern.names]
+        rows, unsure = batch.rows(constants[places][:, columns])
+        for k, place in enumerate(places):
+            if unsure[k]:
+                continue
+            values = dict(zip(self.grid.names, constants[place].tolist(), strict=True))
+            outcome, time, measures = self.variants.row(values)
+            off = np.abs(rows.measures[k] - measures) > SAME * (1.0 + np.abs(measures))
+            if OUTCOMES[int(rows.outcomes[k])] is not outcome or off.any() or abs(rows.times[k] - time) > SAME:
+                self.reasons.append(f"variant {values} comes out otherwise")
+                return False
+        return True
+
+    def _one_by_one(self, constants: FloatArray) -> VariantRows:
+        names = self.variants.names
+        count = len(constants)
+        measures = np.full((count, len(self.variants.measures.measures)), np.nan)
+        outcomes = np.zeros(count, dtype=np.int64)
+        times = np.full(count, np.nan)
+        for place, values in enumerate(constants.tolist()):
+            outcome, times[place], measures[place] = self.variants.row(dict(zip(names, values, strict=True)))
+            outcomes[place] = outcome.code
+        self.alone += count
+        return VariantRows(constants, measures, outcomes, times)

@@ -1,0 +1,247 @@
+"""What measures mean for a script: expressions of its scene, lowered once for all variants of one structure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.errors import MovimentumError, UsageError
+from movimentum.expressions import Expr, symbols
+from movimentum.scene.model import Relation
+from movimentum.source import SourceText
+from movimentum.syntax.expression_tree import Constant, Expression, Name, children, rebuilt
+from movimentum.text import counted, time_text
+from movimentum.timeline.model import HeldClaim, Timeline
+from movimentum.variants.measures import PLACE, MeasureSet, ReducedPart, Reduction, example, retold, wrong
+from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, traced
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.typed import claimed, parsed_statement
+
+if TYPE_CHECKING:
+    from movimentum.analysis.evaluate import Reader
+
+EQUAL_WITHIN = 1e-9
+"""Of the scene's size: the tolerance of a claim without ``.within`` (as in `analysis.diagnose.claims`)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoweredMeasures:
+    """``inner``: for each reduction the expression that it reduces (None for a claim's margin), in symbols of the scene
+    and of the varied constants. ``outer``: each measure, in symbols of reductions and varied constants. ``claims`` are
+    the script's own, with both sides unfolded.
+    """
+
+    measures: MeasureSet
+    inner: tuple[Expr | None, ...]
+    outer: tuple[Expr, ...]
+    claims: tuple[tuple[HeldClaim, tuple[Expr, ...], tuple[Expr, ...]], ...]
+    timeline: Timeline
+
+    @property
+    def read(self) -> tuple[Expr, ...]:
+        """All expressions that have to be read off a motion: those of reductions, then both sides of claims."""
+        sides = (side for _, left, right in self._claims_read for side in (*left, *right))
+        return (*(each for each in self.inner if each is not None), *sides)
+
+    @property
+    def _claims_read(self) -> Sequence[tuple[HeldClaim, tuple[Expr, ...], tuple[Expr, ...]]]:
+        return self.claims if any(part.kind is Reduction.MARGIN for part in self.measures.parts) else ()
+
+    def values(
+        self,
+        read: Sequence[FloatArray],
+        at: Sequence[FloatArray],
+        moments: FrameMoments,
+        varied: Mapping[str, FloatArray],
+        size: FloatArray,
+    ) -> FloatArray:
+        """(measures, V) the measures of V variants.
+
+        ``read``: the expressions `read` in all frames, each (V, F); ``at`` the same (V, T) at `MeasureSet.times`;
+        ``varied``: (V,) each; ``size`` (V,) the scene's.
+        """
+        from movimentum.planning.codegen.generate import Clocks, compiled
+
+        margins = self._margins(read, moments, size)
+        reduced: list[FloatArray] = []
+        place = 0
+        with np.errstate(all="ignore"):
+            for part in self.measures.parts:
+                if part.kind is Reduction.MARGIN:
+                    chosen = margins if part.claim is None else margins[part.claim : part.claim + 1]
+                    reduced.append(np.min(chosen, axis=0))
+                    continue
+                reduced.append(_reduced(part, read[place], at[place], self.measures))
+                place += 1
+            names = list(varied)
+            numbered = [_numbered(each, names, len(reduced)) for each in self.outer]
+            count = len(size)
+            found = compiled(numbered, Clocks())([*reduced, *(varied[name] for name in names)], [])
+        return np.array([np.broadcast_to(value, count) for value in found]).reshape(len(self.outer), count) + 0.0
+
+    def _margins(self, read: Sequence[FloatArray], moments: FrameMoments, size: FloatArray) -> FloatArray:
+        """(claims, V) how far each claim is from failing, over the frames in which it holds; below 0 where it fails."""
+        from movimentum.analysis.diagnose.claims import off_by
+
+        result: list[FloatArray] = []
+        place = sum(each is not None for each in self.inner)
+        for held, left, right in self._claims_read:
+            count = len(left) + len(right)
+            values, place = read[place : place + count], place + count
+            claim = held.claim
+            inside = moments.inside(held)
+            given = claim.tolerance
+            allowed = np.zeros_like(size) if claim.relation is not Relation.EQUAL else EQUAL_WITHIN * size
+            allowed = allowed if given is None else np.full_like(size, float(given))
+            with np.errstate(all="ignore"):
+                room = allowed[:, None] - off_by(claim, values)
+            room = np.broadcast_to(room, (len(size), len(inside)))[:, inside]
+            result.append(np.min(room, axis=1) if room.shape[1] else np.full(len(size), np.nan))
+        return np.array(result)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameMoments:
+    """The frames of a timeline."""
+
+    timeline: Timeline
+
+    def inside(self, held: HeldClaim) -> BoolArray:
+        """(F,) the frames in which a claim holds."""
+        timeline = self.timeline
+        return np.array([held.covers(timeline.frame_time(k)) for k in range(timeline.frame_count)], dtype=np.bool_)
+
+
+def _reduced(part: ReducedPart, values: FloatArray, at: FloatArray, measures: MeasureSet) -> FloatArray:
+    """(V,) what ``part`` makes of (V, F) values; moments in which the expression has none are left out."""
+    if part.kind is Reduction.AT:
+        assert part.time is not None
+        return at[:, measures.times.index(part.time)]
+    known = np.isfinite(values)
+    least = np.min(np.where(known, values, np.inf), axis=1)
+    most = np.max(np.where(known, values, -np.inf), axis=1)
+    count = known.sum(axis=1)
+    match part.kind:
+        case Reduction.MIN:
+            found = least
+        case Reduction.MAX:
+            found = most
+        case Reduction.RANGE:
+            found = most - least
+        case Reduction.MEAN:
+            found = np.where(known, values, 0.0).sum(axis=1) / count
+        case Reduction.RMS:
+            found = np.sqrt(np.where(known, values * values, 0.0).sum(axis=1) / count)
+        case Reduction.FIRST:
+            return values[:, 0]
+        case _:
+            return values[:, -1]
+    return np.where(count > 0, found, np.nan)
+
+
+def _numbered(root: Expr, names: Sequence[str], reductions: int) -> Expr:
+    """``root`` in numbered symbols: reductions, then varied constants."""
+    from movimentum.expressions import substitute, symbol
+
+    def number(node: Expr) -> Expr | None:
+        match node.payload:
+            case Reduced(k):
+                return symbol(k)
+            case Varied(name):
+                return symbol(reductions + names.index(name))
+            case _:
+                return None
+
+    return substitute(root, lambda node: number(node) if node.op == "symbol" else None)
+
+
+def lower_measures(measures: MeasureSet, source: SourceText, choices: Choices, timeline: Timeline) -> LoweredMeasures:
+    """What ``measures`` mean in a script that was read with ``choices``; `UsageError` where they mean nothing."""
+    unfolding = OriginUnfolding()
+    lowering = _Lowering(measures, source, choices, timeline, unfolding)
+    inner = tuple(lowering.inner(part) for part in measures.parts)
+    outer = tuple(lowering.outer(measure.outer, measure.text) for measure in measures.measures)
+    claims = tuple(
+        (held, tuple(map(unfolding.unfolded, held.claim.left)), tuple(map(unfolding.unfolded, held.claim.right)))
+        for held in timeline.claims
+    )
+    return LoweredMeasures(measures, inner, outer, claims, timeline)
+
+
+@dataclass(frozen=True, eq=False)
+class _Lowering:
+    measures: MeasureSet
+    source: SourceText
+    choices: Choices
+    timeline: Timeline
+    unfolding: OriginUnfolding
+
+    @cached_property
+    def _known(self) -> dict[str, tuple[Expr, ...]]:
+        return {}
+
+    def inner(self, part: ReducedPart) -> Expr | None:
+        if part.kind is Reduction.MARGIN:
+            count = len(self.timeline.claims)
+            if count <= (part.claim or 0):
+                message = f"the script has {counted(count, 'claim')}" if count else "the script claims nothing"
+                raise wrong(f".margin({part.claim + 1 if part.claim is not None else ''})", message)
+            return None
+        if part.time is not None and not self.timeline.start <= part.time <= self.timeline.end:
+            begin, end = time_text(float(self.timeline.start)), time_text(float(self.timeline.end))
+            message = f"t = {time_text(float(part.time))} is outside the animation, from {begin} to {end}"
+            raise wrong(f".at({part.text}, {time_text(float(part.time))})", message)
+        found = self._understood(part.text, part.text)
+        return self.unfolding.unfolded(found)
+
+    def outer(self, text: str, told: str) -> Expr:
+        root = self.unfolding.unfolded(self._understood(text, told))
+        if root.op == "clock" or any(not isinstance(p, Varied | Reduced) for p in symbols(root)) or _has_clock(root):
+            plain = text if PLACE not in text else "…"
+            raise wrong(told, "it is not one number, but changes with time", f"reduce it: `.max({plain})`")
+        return root
+
+    def _understood(self, text: str, told: str) -> Expr:
+        """A scalar expression, as in a claim of the first step."""
+        try:
+            statement = parsed_statement(f"{text} = 0;", text)
+            claim = None
+            if statement is not None:
+                tree = _with_reductions(statement.left)
+                claim = claimed(self.source, self.choices, 0, tree)
+        except UsageError:
+            raise
+        except MovimentumError as error:
+            raise retold(told, error.diagnostics[0]) from None
+        if claim is None:
+            raise wrong(told, "it is no expression", example())
+        if len(claim.left) != 1:
+            raise wrong(told, f"`{text}` is a vector", f"its length `({text}).l`, or `({text}).x`")
+        return claim.left[0]
+
+
+def _has_clock(root: Expr) -> bool:
+    from movimentum.expressions import walk
+
+    return any(node.op in ("clock", "progress", "lifetime") for node in walk(root))
+
+
+def _with_reductions(node: Expression) -> Expression:
+    """``node`` with a traced constant for each name that stands for a reduction."""
+    if isinstance(node, Name) and node.name.startswith(PLACE) and node.name[len(PLACE) :].isdigit():
+        number = int(node.name[len(PLACE) :])
+        value = traced(Reduced(number), generic(0.2, 0.9, number))
+        return Constant(value.value or 0.0, value, span=node.span)
+    below = children(node)
+    return rebuilt(node, [_with_reductions(each) for each in below], node.span) if below else node
+
+
+def evaluated(reader: Reader, chunks: Iterable[object]) -> list[FloatArray]:
+    """Each expression of ``reader`` in all frames of ``chunks`` of poses, (1, F) each."""
+    parts = [reader(poses) for poses in chunks]  # type: ignore[arg-type]
+    return [np.concatenate(column)[None, :] for column in zip(*parts, strict=True)]

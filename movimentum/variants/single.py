@@ -1,0 +1,111 @@
+"""Variants one by one: each is read and solved as a script of its own. What cannot be solved together is solved so."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.errors import ScriptError
+from movimentum.scene.model import Scene
+from movimentum.solver.motion import PathMotion
+from movimentum.source import SourceText
+from movimentum.syntax.printer import float_text
+from movimentum.syntax.tree import ScriptTree
+from movimentum.timeline.model import Timeline
+from movimentum.variants.lowered import FrameMoments, LoweredMeasures, evaluated, lower_measures
+from movimentum.variants.measures import MeasureSet
+from movimentum.variants.outcomes import VariantOutcome, outcome_of
+from movimentum.variants.tracing import settings_of, with_values
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.frames import PoseChunks
+from movimentum.workflow.stages import arranged, built, moved, parsed
+
+Row = tuple[VariantOutcome, float, FloatArray]
+"""The outcome, its time, and (M,) the measures."""
+
+
+@dataclass(eq=False)
+class Variants:
+    """The variants of one script: its text, the choices it is read with, the constants ``names`` that vary, and what is
+    measured.
+    """
+
+    source: SourceText
+    choices: Choices
+    names: tuple[str, ...]
+    measures: MeasureSet
+    tree: ScriptTree = field(init=False)
+    lowered: dict[Hashable, LoweredMeasures | None] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.tree = parsed(self.source, self.choices)
+        self.lowered = {}
+
+    def scene(self, values: Mapping[str, float]) -> Scene:
+        """The scene of one variant; `ScriptError` for values with which the script makes no sense."""
+        return built(self.tree, self.source, self.choices_of(values))
+
+    def choices_of(self, values: Mapping[str, float]) -> Choices:
+        """The choices that make a variant of the script."""
+        others = ((name, text) for name, text in self.choices.settings if name not in values)
+        own = ((name, float_text(float(value))) for name, value in values.items())
+        return replace(self.choices, settings=(*others, *own))
+
+    def traced_choices(self, values: Mapping[str, float]) -> Choices:
+        """The same, where what depends on the varied constants can be told."""
+        others = ((name, text) for name, text in self.choices.settings if name not in values)
+        return replace(self.choices, settings=(*others, *settings_of(tuple(values), tuple(values.values()))))
+
+    def row(self, values: Mapping[str, float]) -> Row:
+        """One variant, solved by itself."""
+        nothing = np.full(len(self.measures.measures), np.nan)
+        timeline: Timeline | None = None
+        try:
+            timeline = replace(arranged(self.scene(values), self.choices), claims=())
+            motion = moved(timeline, resumes=False)
+        except ScriptError:
+            start = float("nan") if timeline is None else float(timeline.start)
+            return VariantOutcome.UNASSEMBLED, start, nothing
+        outcome, time = outcome_of(motion)
+        if not outcome.moves:
+            return outcome, time, nothing
+        return outcome, time, self._measured(motion, values)
+
+    def _measured(self, motion: PathMotion, values: Mapping[str, float]) -> FloatArray:
+        if not self.measures.measures:
+            return np.zeros(0)
+        from movimentum.analysis.evaluate import reader
+
+        timeline = motion.timeline
+        lowered = self.lowered_for(timeline, values)
+        read = reader(timeline.scene, with_values(lowered.read, values))
+        frames = PoseChunks(motion, range(timeline.frame_count), skip=False)
+        found = evaluated(read, frames)
+        times = lowered.measures.times
+        at = evaluated(read, (motion.poses_at(times),)) if times else [values_[:, :0] for values_ in found]
+        varied = {name: np.array([value]) for name, value in values.items()}
+        return lowered.values(found, at, FrameMoments(lowered.timeline), varied, np.array([motion.size]))[:, 0]
+
+    def lowered_for(self, timeline: Timeline, values: Mapping[str, float]) -> LoweredMeasures:
+        """What the measures mean for a variant whose timeline is ``timeline``; lowered once for all variants that have
+        the same things and steps.
+        """
+        key = structure_key(timeline)
+        found = self.lowered.get(key)
+        if found is None:
+            choices = self.traced_choices(values)
+            traced = arranged(built(self.tree, self.source, choices), choices)
+            found = self.lowered[key] = lower_measures(self.measures, self.source, choices, traced)
+        return found
+
+
+def structure_key(timeline: Timeline) -> Hashable:
+    """What the numbers of things and anchors, and the times of frames, depend on."""
+    scene = timeline.scene
+    things = tuple((thing.name, tuple(anchor.name for anchor in thing.anchors)) for thing in scene.things)
+    steps = tuple(segment.start for segment in timeline.segments)
+    lives = tuple(sorted(timeline.lifetimes.items()))
+    return things, tuple(scene.variables), steps, timeline.end, timeline.fps, timeline.loops, lives

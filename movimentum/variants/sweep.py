@@ -1,0 +1,232 @@
+"""`sweep`: many variants of one script, some at a time, and the table that they make."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from movimentum.arrays import FloatArray, IntArray
+from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
+from movimentum.source import SourceText
+from movimentum.variants.axes import VariantGrid, check_constants
+from movimentum.variants.family import Family
+from movimentum.variants.measures import MeasureSet
+from movimentum.variants.outcomes import OUTCOMES, VariantOutcome, VariantRows
+from movimentum.variants.single import Variants
+from movimentum.variants.spool import VariantSpool, open_spool, remove_spool, signature, spool_path
+from movimentum.variants.tables import check_table, write_csv, write_lines, write_table
+from movimentum.workflow.choices import Choices, Progress
+from movimentum.workflow.clusters import own_version
+from movimentum.workflow.read import reads
+from movimentum.workflow.stages import arranged, understand
+
+if TYPE_CHECKING:
+    from movimentum.scene.model import Scene
+
+FIRST, MOST = 64, 65_536
+"""Variants that are solved between two looks at the clock: at first, and at most."""
+PATIENCE_S = 0.5
+"""So long may some variants take before fewer are solved at a time."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SweepJob:
+    """What is swept: a script read with ``choices``, the variants of ``grid``, what is measured. It can be sent to
+    other processes, which come to the same rows.
+    """
+
+    source: SourceText
+    choices: Choices
+    grid: VariantGrid
+    measures: MeasureSet
+
+    @property
+    def columns(self) -> list[str]:
+        """The constants, then the measures."""
+        return [*self.grid.names, *self.measures.names]
+
+    def family(self) -> Family:
+        """What solves its variants."""
+        return Family(Variants(self.source, self.choices, self.grid.names, self.measures), self.grid)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Swept:
+    """What came of a sweep: how many variants of each outcome; their measures (V, M), where they were to be kept."""
+
+    counts: Counter[VariantOutcome]
+    measures: FloatArray | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """0 where some variant moves, else 3."""
+        return 0 if any(outcome.moves for outcome in self.counts) else 3
+
+
+def prepared(source: SourceText, choices: Choices, grid: VariantGrid, measures: MeasureSet) -> tuple[SweepJob, Scene]:
+    """The job of a sweep, checked: the script, its constants and the measures make sense (before anything is solved).
+
+    Raises `ScriptError` and `UsageError`.
+    """
+    from movimentum.variants.lowered import lower_measures
+
+    scene = understand(source, choices)
+    check_constants(grid, scene.constants)
+    job = SweepJob(source, choices, grid, measures)
+    if measures.measures:
+        own = {constant.name: constant for constant in scene.constants}
+        variants = Variants(source, choices, grid.names, measures)
+        traced = variants.traced_choices({name: float(own[name].value[0].value) for name in grid.names})
+        lower_measures(measures, source, traced, arranged(understand(source, traced), traced))
+    return job, scene
+
+
+def solved_chunks(family: Family, waiting: Iterator[IntArray]) -> Iterator[tuple[IntArray, VariantRows]]:
+    """The variants ``waiting`` (by their numbers), solved some at a time: more at once while that takes no time."""
+    size = FIRST
+    for numbers in waiting:
+        place = 0
+        while place < len(numbers):
+            some = numbers[place : place + size]
+            begun = time.monotonic()
+            yield some, family.rows(family.grid.rows(some))
+            took = time.monotonic() - begun
+            place += len(some)
+            if took < 0.5 * PATIENCE_S:
+                size = min(2 * size, MOST)
+            elif took > 2.0 * PATIENCE_S:
+                size = max(size // 2, 1)
+
+
+def sweep_to_file(
+    job: SweepJob,
+    scene: Scene,
+    target: Path,
+    progress: Progress,
+    *,
+    resume: bool = False,
+    keep: bool = False,
+    solver: Solver | None = None,
+) -> Swept:
+    """Write the table of a sweep to ``target``. What is finished when it is interrupted is kept beside it; with
+    ``resume`` that is not solved again. ``keep``: the measures are wanted in memory, too.
+    """
+    check_table(target)
+    refuse_unwritable(target)
+    refuse_overwriting(target, reads(job.source, scene))
+    total = len(job.grid)
+    path = spool_path(target)
+    said = [scene.source.text, repr(sorted(map(str, job.choices.settings))), str(job.choices.fps), own_version()]
+    said += [f"{measure.name}={measure.text}" for measure in job.measures.measures]
+    spool = open_spool(path, signature(said, job.grid), job.grid, len(job.measures.measures), resume=resume)
+    with spool.stream:
+        done = spool.finished() if resume else 0
+        solver = solver or Here(job)
+        for numbers, rows in solver.solved(spool.waiting()):
+            _keep(spool, numbers, rows)
+            done += len(numbers)
+            progress(done, total)
+        with whole_file(target) as part:
+            write_table(job.columns, spool.rows, total, part, target.suffix)
+        counts = Counter[VariantOutcome]()
+        kept: list[FloatArray] = []
+        for rows in spool.rows():
+            _count(counts, rows)
+            kept += [rows.measures] if keep else []
+    remove_spool(path)
+    return Swept(counts, np.concatenate(kept) if keep else None)
+
+
+def _keep(spool: VariantSpool, numbers: IntArray, rows: VariantRows) -> None:
+    breaks = np.nonzero(np.diff(numbers) != 1)[0] + 1
+    for begin, end in zip([0, *breaks.tolist()], [*breaks.tolist(), len(numbers)], strict=True):
+        part = slice(begin, end)
+        some = VariantRows(rows.constants[part], rows.measures[part], rows.outcomes[part], rows.times[part])
+        spool.write(int(numbers[begin]), some)
+
+
+def sweep_to_stream(job: SweepJob, progress: Progress, *, keep: bool = False, solver: Solver | None = None) -> Swept:
+    """Write the table as CSV to standard output, line by line as the variants are finished, in order. ``keep``: see
+    `sweep_to_file`.
+    """
+    from movimentum.output.text import standard_output
+
+    stream = standard_output()
+    write_csv(job.columns, (), stream)
+    counts = Counter[VariantOutcome]()
+    done = 0
+    kept: list[FloatArray] = []
+    for _, rows in in_order((solver or Here(job)).solved(numbered(len(job.grid)))):
+        write_lines(rows, stream)
+        _count(counts, rows)
+        kept += [rows.measures] if keep else []
+        done += len(rows)
+        progress(done, len(job.grid))
+    return Swept(counts, np.concatenate(kept) if keep else None)
+
+
+def in_order(parts: Iterator[tuple[IntArray, VariantRows]]) -> Iterator[tuple[IntArray, VariantRows]]:
+    """The same parts in the order of their numbers, which begin with 0."""
+    waiting: dict[int, tuple[IntArray, VariantRows]] = {}
+    expected = 0
+    for part in parts:
+        waiting[int(part[0][0])] = part
+        while expected in waiting:
+            found = waiting.pop(expected)
+            expected += len(found[0])
+            yield found
+
+
+def sweep_rows(job: SweepJob, solver: Solver | None = None) -> VariantRows:
+    """All variants at once, in memory."""
+    from movimentum.variants.outcomes import joined
+
+    return joined([rows for _, rows in in_order((solver or Here(job)).solved(numbered(len(job.grid))))])
+
+
+def numbered(total: int) -> Iterator[IntArray]:
+    """The numbers of all variants, some at a time."""
+    for first in range(0, total, MOST):
+        yield np.arange(first, min(first + MOST, total), dtype=np.int64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solver:
+    """Solves the variants of a job."""
+
+    job: SweepJob
+
+    def solved(self, waiting: Iterator[IntArray]) -> Iterator[tuple[IntArray, VariantRows]]:
+        """The variants ``waiting``, by number, in any order."""
+        raise NotImplementedError
+
+
+class Here(Solver):
+    """Solves in this process."""
+
+    def solved(self, waiting: Iterator[IntArray]) -> Iterator[tuple[IntArray, VariantRows]]:
+        """The variants in order."""
+        return solved_chunks(self.job.family(), waiting)
+
+
+def _count(counts: Counter[VariantOutcome], rows: VariantRows) -> None:
+    for code, many in enumerate(np.bincount(rows.outcomes, minlength=len(OUTCOMES)).tolist()):
+        if many:
+            counts[OUTCOMES[code]] += many
+
+
+def told_counts(counts: Counter[VariantOutcome]) -> str:
+    """``1,200 ok, 113 bind``."""
+    words: dict[VariantOutcome, Sequence[str]] = {
+        VariantOutcome.OK: ("ok", "ok"),
+        VariantOutcome.BINDS: ("binds", "bind"),
+        VariantOutcome.UNASSEMBLED: ("cannot be assembled", "cannot be assembled"),
+        VariantOutcome.JUMPS: ("jumps", "jump"),
+    }
+    return ", ".join(f"{counts[kind]:,} {words[kind][counts[kind] != 1]}" for kind in OUTCOMES if counts[kind])

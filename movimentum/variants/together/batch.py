@@ -1,0 +1,233 @@
+"""V variants of one structure from beginning to end, and their measures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
+from movimentum.variants.lowered import FrameMoments, LoweredMeasures
+from movimentum.variants.outcomes import VariantOutcome, VariantRows
+from movimentum.variants.together.beginning import Carried, VariantBeginning
+from movimentum.variants.together.following import INTERVALS, SegmentGrid, follow_together, segment_grid
+from movimentum.variants.together.pattern import NotTogether, Pattern, SegmentPattern, State, anchors_read, numbered
+from movimentum.variants.together.poses import BodyPose, Places
+from movimentum.variants.together.running import column
+
+ELEMENTS = 60_000
+"""Variants times instants that are solved at once: few enough for the processor's caches."""
+MANY_UNSURE = 0.2
+SAME_PLACE = 1e-7
+"""Of the scene's size: what is farther from where it was at a step has jumped, or nearly."""
+
+
+@dataclass(eq=False)
+class Batch:
+    """Solves variants of ``pattern`` together. ``unsure`` in what comes back are those that it cannot tell."""
+
+    pattern: Pattern
+    lowered: LoweredMeasures | None
+    intervals: int = INTERVALS
+    settled: bool = False
+    _grids: dict[int, list[SegmentGrid]] = field(default_factory=dict[int, "list[SegmentGrid]"])
+
+    def __post_init__(self) -> None:
+        expressions = self.lowered.read if self.lowered is not None else ()
+        self.payloads = anchors_read(expressions)
+        for payload in self.payloads:
+            if not isinstance(payload, AnchorCoordinate | ThingAngle | VariableComponent):
+                raise NotTogether("what is measured")
+        place = {payload: n for n, payload in enumerate(self.payloads)}
+        from movimentum.expressions import substitute, symbol
+
+        made = [
+            substitute(
+                numbered(each, self.pattern.names, len(place)),
+                lambda node: symbol(place[node.payload]) if node.op == "symbol" and node.payload in place else None,
+            )
+            for each in expressions
+        ]
+        self.clocks = Clocks()
+        self.reading = compiled(made, self.clocks)
+        self.moments = None if self.lowered is None else FrameMoments(self.lowered.timeline)
+
+    def grids(self) -> list[SegmentGrid]:
+        """The instants of every segment."""
+        found = self._grids.get(self.intervals)
+        if found is None:
+            times = self.lowered.measures.times if self.lowered is not None else ()
+            timeline = self.pattern.timeline
+            found = self._grids[self.intervals] = [
+                segment_grid(timeline, segment, place, times, self.intervals)
+                for place, segment in enumerate(self.pattern.segments)
+            ]
+        return found
+
+    def rows_refined(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
+        """`rows`, at more instants for those that cannot be told otherwise, where they are many."""
+        rows, unsure = self.rows(constants)
+        usual = self.intervals
+        for finer in (2, 4, 8):
+            left = np.nonzero(unsure)[0]
+            if self.settled or len(left) <= MANY_UNSURE * len(unsure):
+                break
+            self.intervals = usual * finer
+            some, still = self.rows(constants[left])
+            rows.measures[left], rows.outcomes[left], rows.times[left] = some.measures, some.outcomes, some.times
+            unsure[left] = still
+            if still.mean() > 0.8:  # that is not why
+                self.settled = True
+        worth = self.intervals > usual and unsure.mean() < MANY_UNSURE and not self.settled
+        self.intervals = self.intervals if worth else usual
+        return rows, unsure
+
+    def at_once(self) -> int:
+        """How many variants are best solved at once."""
+        longest = max(len(grid.instants) for grid in self.grids())
+        elements = 5 * ELEMENTS if any(segment.loops for segment in self.pattern.segments) else ELEMENTS
+        return max(16, elements // longest)
+
+    def rows(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
+        """The rows of variants (V, C), and which of them (V,) have to be solved by themselves."""
+        count = len(constants)
+        varied = [constants[:, k : k + 1] for k in range(constants.shape[1])]
+        places = Places(self.pattern, varied)
+        size = places.size()
+        unsure = ~(size > 0.0)
+        outcomes = np.zeros(count, dtype=np.int64)
+        times = np.full(count, np.nan)
+        measured = len(self.lowered.outer) if self.lowered is not None else 0
+        measures = np.full((count, measured), np.nan)
+        read = _Read(self, places)
+        carried: Carried | None = None
+        choices: dict[int, FloatArray] = {}
+        for segment, grid in zip(self.pattern.segments, self.grids(), strict=True):
+            beginning = VariantBeginning(places, segment, carried, size)
+            angles = beginning.angles_before()
+            if not segment.continues:
+                began = beginning.began()
+                choices = began.choices
+                unsure |= began.unsure & (outcomes == 0)
+                if carried is not None:
+                    unsure |= began.none & (outcomes == 0)
+                else:
+                    outcomes[began.none] = VariantOutcome.UNASSEMBLED.code
+                    times[began.none] = float(segment.segment.start)
+            followed = follow_together(segment, varied, choices, angles, grid, size)
+            moving = outcomes == 0
+            unsure |= followed.unsure & moving
+            bound = np.isfinite(followed.binds) & moving
+            outcomes[bound] = VariantOutcome.BINDS.code
+            times[bound] = float(segment.segment.start) + followed.binds[bound]
+            before = carried
+            poses = places.solved(segment, followed.state, carried.poses if carried is not None else {})
+            if before is not None:
+                unsure |= self._jumped(segment, places, poses, before, size) & (outcomes == 0)
+            choices = _at_end(segment, followed.state, choices)
+            read.add(segment, grid, followed.state, poses)
+            carried = _carried(segment, poses, followed.state, before)
+        ok = (outcomes == 0) & ~unsure
+        if self.lowered is not None and measured and self.moments is not None:
+            names = dict(zip(self.pattern.names, (value[:, 0] for value in varied), strict=True))
+            frames, at = read.finished()
+            values = self.lowered.values(frames, at, self.moments, names, size).T
+            measures[ok] = values[ok]
+        return VariantRows(constants, measures, outcomes, times), unsure
+
+    def _jumped(
+        self, segment: SegmentPattern, places: Places, poses: dict[int, BodyPose], before: Carried, size: FloatArray
+    ) -> BoolArray:
+        """(V,) whether an anchor is elsewhere at the beginning of a segment than at the end of the one before."""
+        jumped = np.zeros(len(size), dtype=np.bool_)
+        for thing in self.pattern.scene.things:
+            if thing.number not in poses:
+                continue
+            after = poses[thing.number]
+            here = before.poses.get(thing.number, BodyPose())
+            first = BodyPose(*(column(value, 0) for value in (after.x, after.y, after.c, after.s, after.angle)))
+            for k in range(len(thing.anchors)):
+                local = places.local(thing.number, k)
+                (x, y), (u, v) = first.world(local), here.world(local)
+                far = np.broadcast_to(np.hypot(u - x, v - y), (len(size), 1))[:, 0]
+                jumped |= ~(far <= SAME_PLACE * size)
+            turned = np.broadcast_to(first.c * here.c + first.s * here.s, (len(size), 1))[:, 0]
+            jumped |= ~(turned > 1.0 - 1e-13)
+        return jumped
+
+
+def _at_end(segment: SegmentPattern, state: State, choices: dict[int, FloatArray]) -> dict[int, FloatArray]:
+    """The choices with which the same constraints go on."""
+    found = dict(choices)
+    for item in segment.blocks:
+        if item.newton:
+            last = [column(state[n], -1) for n in item.block.core]
+            found[item.block.number] = np.concatenate(np.broadcast_arrays(*last), axis=1)
+    return found
+
+
+def _carried(segment: SegmentPattern, poses: dict[int, BodyPose], state: State, before: Carried | None) -> Carried:
+    """What the end of a segment hands over."""
+    found = dict(before.poses) if before is not None else {}
+    others = dict(before.others) if before is not None else {}
+    for thing, pose in poses.items():
+        found[thing] = BodyPose(*(column(value, -1) for value in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
+    for unknown in segment.plan.system.unknowns:
+        if unknown.thing is None and state[unknown.number] is not None:
+            others[unknown.payload] = column(state[unknown.number], -1)
+    return Carried(found, others)
+
+
+class _Read:
+    """Collects what measures read, segment by segment."""
+
+    def __init__(self, batch: Batch, places: Places) -> None:
+        self.batch, self.places = batch, places
+        self.frames: list[list[FloatArray]] = []
+        self.at: list[list[FloatArray]] = []
+        self.rest: dict[int, BodyPose] = {}
+
+    def add(self, segment: SegmentPattern, grid: SegmentGrid, state: State, poses: dict[int, BodyPose]) -> None:
+        """The values of a segment's frames."""
+        batch, places = self.batch, self.places
+        if batch.lowered is None or not batch.lowered.read:
+            return
+        shape = places.count, len(grid.instants)
+        number_of = segment.plan.system.number_of
+        known: list[Any] = []
+        worlds: dict[tuple[int, int], tuple[Any, Any]] = {}
+        for payload in batch.payloads:
+            match payload:
+                case AnchorCoordinate(thing, anchor, axis):
+                    if (thing, anchor) not in worlds:
+                        pose = poses.get(thing) or self.rest.get(thing) or BodyPose()
+                        worlds[thing, anchor] = pose.world(places.local(thing, anchor))
+                    known.append(worlds[thing, anchor][axis])
+                case ThingAngle(thing):
+                    known.append((poses.get(thing) or self.rest.get(thing) or BodyPose()).angle)
+                case _:
+                    n = number_of.get(payload)
+                    known.append(np.nan if n is None else state[n])
+        start = segment.segment.start
+        clocks = [float(start - clock) + grid.instants.tau for clock in batch.clocks.starts]
+        with np.errstate(all="ignore"):
+            values = batch.reading([*known, *places.varied], clocks)
+        tables = [np.broadcast_to(value, shape) for value in values]
+        self.frames.append([table[:, grid.frames] for table in tables])
+        self.at.append([table[:, grid.more] for table in tables])
+        for thing, pose in poses.items():
+            self.rest[thing] = BodyPose(*(column(value, -1) for value in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
+
+    def finished(self) -> tuple[list[FloatArray], list[FloatArray]]:
+        """Each expression in all frames (V, F), and at the times asked for (V, A)."""
+        if not self.frames:
+            return [], []
+        return _side_by_side(self.frames), _side_by_side(self.at)
+
+
+def _side_by_side(parts: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:
+    return [np.concatenate(column, axis=1) for column in zip(*parts, strict=True)]

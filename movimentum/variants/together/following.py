@@ -1,0 +1,273 @@
+"""Following many variants through a segment: on one grid of instants that holds all frames.
+
+The branch of a block of two solutions is a sign, which stays as long as the discriminant does not come near to zero. So
+where it stays clear of zero on a grid that is fine enough, nothing has to be followed. A variant whose discriminant
+passes zero binds there, and the time is found by bisection. Whatever is neither clear nor certain is left to be solved
+by itself, with all that following a path takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.solver.basis.instants import Instants, at_frames, at_times
+from movimentum.solver.block.change_points import ROUNDING
+from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
+from movimentum.timeline.model import Timeline
+from movimentum.variants.together.loops import margins_at, solve_all
+from movimentum.variants.together.pattern import SegmentPattern, State, directed, instants_of
+
+INTERVALS = 96
+FARTHEST_TURN = 0.2
+"""Change of a direction's cosine or sine between two instants, beyond which it is not followed closely enough."""
+FARTHEST_PHASE = 20.0
+FARTHEST_ANGLE = 60.0
+"""Degrees that a driving angle, or any thing, may turn between two instants."""
+FIRST_STEPS = np.array([1e-4, 5e-4, 2e-3, 0.01, 0.03, 0.08, 0.2, 0.4, 0.7])
+"""Of the distance of two instants."""
+CLEAR = 1e-6
+"""A margin below which two solutions are too near to one another for a sign to be certain."""
+NEAR_A_BIND = 1e-4
+"""Of the scene's size: an inequality that is nearer to equality where a variant binds may have been violated before."""
+NEARLY_ONE = 1e-3
+"""Of its largest value: a squared distance of a dyad's two centres, below which they may meet between instants."""
+WITHIN = 1e-9
+"""Of the scene's size: what an equation may be off by in a frame."""
+HALVINGS = 80
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SegmentGrid:
+    """The instants of a segment: ``instants`` (T,), of which ``frames`` (F,) are the places of its frames and ``more``
+    (A,) those of other instants asked for; the last one is the segment's end.
+    """
+
+    instants: Instants
+    frames: IntArray
+    more: IntArray
+
+
+@dataclass(slots=True, eq=False)
+class FollowedVariants:
+    """A segment of V variants: the ``state`` at the T instants; ``unsure`` (V,); the time (V,) at which a variant binds
+    (inf where it does not).
+    """
+
+    state: State
+    unsure: BoolArray
+    binds: FloatArray
+
+
+def segment_grid(
+    timeline: Timeline, pattern: SegmentPattern, place: int, times: Sequence[Any], intervals: int
+) -> SegmentGrid:
+    """The instants at which segment number ``place`` is solved: a grid, its frames, and those of ``times`` in it."""
+    segment = pattern.segment
+    starts = pattern.more_clocks
+    last = place + 1 == len(timeline.segments)
+
+    def first_frame(start: Any) -> int:
+        return int(-((timeline.start - start) * timeline.fps // 1))
+
+    low = first_frame(segment.start)
+    high = timeline.frame_count if last else min(first_frame(timeline.segments[place + 1].start), timeline.frame_count)
+    numbers = np.arange(low, max(low, high), dtype=np.int64)
+    of_frames = at_frames(starts, segment.start, timeline.start, 1 / timeline.fps, numbers)
+    inside = [time for time in times if timeline.segment_at(time) == place]
+    of_times = at_times(starts, segment.start, inside)
+    length = pattern.length
+    count = intervals if length > 0.0 else 0
+    grid = np.linspace(0.0, length, count + 1)
+    if pattern.loops and length > 0.0:  # the first steps have no path behind them
+        grid = np.sort(np.concatenate([length / count * FIRST_STEPS, grid]))
+    even = instants_of(pattern, grid)
+    tau = np.concatenate([of_frames.tau, of_times.tau, even.tau])
+    order = np.argsort(tau, kind="stable")
+    back = np.empty(len(order), dtype=np.int64)
+    back[order] = np.arange(len(order))
+    clocks = tuple(
+        np.concatenate(each)[order] for each in zip(of_frames.clocks, of_times.clocks, even.clocks, strict=True)
+    )
+    frames, more = len(of_frames.tau), len(of_times.tau)
+    return SegmentGrid(Instants(tau[order], clocks), back[:frames], back[frames : frames + more])
+
+
+def follow_together(
+    pattern: SegmentPattern,
+    varied: Sequence[FloatArray],
+    choices: dict[int, FloatArray],
+    angles: dict[int, Any],
+    grid: SegmentGrid,
+    size: FloatArray,
+) -> FollowedVariants:
+    """Solve a segment at all instants of ``grid``, with the ``choices`` that it begins with."""
+    count, instants = len(size), grid.instants
+    shape = count, len(instants)
+    state = pattern.state(varied)
+    with np.errstate(all="ignore"):
+        margins, largest, lost = solve_all(pattern, state, instants, choices, angles, size)
+        end, certain = _ends(margins, shape)
+        inside = np.arange(shape[1]) < end[:, None]
+        unsure = lost | ~certain | (largest > FARTHEST_ANGLE) & (end == shape[1])
+        unsure |= _too_fast(pattern, state, instants, inside)
+        unsure |= _nearly_one(pattern, state, instants, shape)
+        unsure |= _near_inequality(pattern, state, instants, inside, size)
+        unsure |= _off(pattern, state, instants, inside, size)
+        binds = np.full(count, np.inf)
+        bound = end < shape[1]
+        if bound.any():
+            if pattern.loops or pattern.turns:
+                unsure |= bound
+            else:
+                binds[bound], violated = _bind_times(pattern, varied, choices, instants, end, bound, size)
+                unsure[bound] |= violated
+    return FollowedVariants(state, unsure, binds)
+
+
+def _ends(margins: dict[int, Any], shape: tuple[int, int]) -> tuple[IntArray, BoolArray]:
+    """(V,) the first instant at which a variant has no solution (T where it always has one), and whether its margins
+    are clear of zero before.
+    """
+    count, many = shape
+    end = np.full(count, many)
+    for margin in margins.values():
+        bad = ~(np.broadcast_to(margin, shape) >= 0.0)
+        end = np.minimum(end, np.where(bad.any(axis=1), np.argmax(bad, axis=1), many))
+    certain = np.ones(count, dtype=np.bool_)
+    for margin in margins.values():
+        values = np.broadcast_to(margin, shape)
+        certain &= _clear(values, end)
+    return end, certain & (end > 0)
+
+
+def _clear(values: FloatArray, end: IntArray, *, falls: bool = True) -> BoolArray:
+    """(V,) whether values (V, T) stay clear of zero before ``end``: no minimum among them may reach it in between, but
+    (if it ``falls``) for the last descent before the end.
+    """
+    _count, many = values.shape
+    place: IntArray = np.arange(many, dtype=np.int64)
+    inside: BoolArray = place < end[:, None]
+    if many < 2:
+        return np.asarray((values[:, 0] > CLEAR) | (end == 0))
+    padded = np.concatenate([values[:, :1], values, values[:, -1:]], axis=1)
+    before, after = padded[:, :-2], padded[:, 2:]
+    bend = np.maximum(np.abs(before - values), np.abs(after - values))
+    bend = np.where((before >= values) & (after >= values), np.maximum(before, after) - values, bend)
+    low = (values <= before) & (values <= after) & inside  # a minimum, or flat
+    falling = falls & (end[:, None] < many) & (place >= end[:, None] - 2)  # at the end it goes through zero
+    doubt = low & ~falling & ~(values > np.maximum(CLEAR, bend))
+    doubt |= inside & ~falling & ~(values > CLEAR)
+    return np.asarray(~doubt.any(axis=1), dtype=np.bool_)
+
+
+def _too_fast(pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray) -> BoolArray:
+    """(V,) whether something turns too far between two instants."""
+    count = len(inside)
+    fast = np.zeros(count, dtype=np.bool_)
+    both = inside[:, 1:]
+    for _, c, s in directed(pattern):
+        for n in (c, s):
+            value = state[n]
+            if np.ndim(value) and np.shape(value)[-1] > 1:
+                steps = np.abs(np.diff(np.asarray(value), axis=-1))
+                fast |= ((~(steps <= FARTHEST_TURN)) & both).any(axis=1)
+    for item in pattern.blocks:
+        if item.phases is not None:
+            for phase in item.phases(state, instants.clocks):
+                if np.ndim(phase) and np.shape(phase)[-1] > 1:
+                    steps = np.abs(np.diff(np.asarray(phase), axis=-1))
+                    fast |= ((~(steps <= FARTHEST_PHASE)) & both).any(axis=1)
+    return fast
+
+
+def _nearly_one(pattern: SegmentPattern, state: State, instants: Instants, shape: tuple[int, int]) -> BoolArray:
+    """(V,) whether the two circles of some dyad come near to being one."""
+    near = np.zeros(shape[0], dtype=np.bool_)
+    for item in pattern.blocks:
+        if item.normal is None:
+            continue
+        (square,) = item.normal(state, instants.clocks)
+        values = np.broadcast_to(square, shape)
+        near |= ~(np.min(values, axis=1) > NEARLY_ONE * np.max(values, axis=1))
+    return near
+
+
+def _near_inequality(
+    pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray, size: FloatArray
+) -> BoolArray:
+    """(V,) whether some inequality is violated on the way, or nearly."""
+    count = len(inside)
+    near = np.zeros(count, dtype=np.bool_)
+    if not pattern.selectors.count:
+        return near
+    end = inside.sum(axis=1)
+    for value in pattern.selectors(state, instants.clocks):
+        values = np.broadcast_to(value, inside.shape) / size[:, None] + SELECTOR_TOLERANCE
+        near |= ~_clear(values, end, falls=False) & (end > 0)
+    return near
+
+
+def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray, size: FloatArray) -> BoolArray:
+    """(V,) whether an equation does not hold somewhere: as it is stated, or one that was taken for redundant."""
+    count = len(inside)
+    off = np.zeros(count, dtype=np.bool_)
+    for n, value in enumerate(state[: pattern.unknowns]):
+        if value is not None and not np.isfinite(value).all():
+            bad = ~np.isfinite(np.broadcast_to(value, inside.shape)) & inside
+            off |= bad.any(axis=1)
+        elif value is None:
+            state[n] = np.nan
+    for k, value in enumerate(pattern.stated(state, instants.clocks)):
+        amount = np.broadcast_to(value, inside.shape)
+        if pattern.stated_turns[k]:
+            amount = amount - 360.0 * np.rint(amount / 360.0)
+        limit = WITHIN * (size[:, None] if pattern.stated_sizes[k] != 1.0 else 1.0)
+        off |= ((np.abs(amount) > limit) & inside).any(axis=1)
+    for value in pattern.checks(state, instants.clocks) if pattern.checks.count else ():
+        limit = WITHIN * np.minimum(size[:, None], 1.0)
+        off |= (~(np.abs(np.broadcast_to(value, inside.shape)) <= limit) & inside).any(axis=1)
+    return off
+
+
+def _bind_times(
+    pattern: SegmentPattern,
+    varied: Sequence[FloatArray],
+    signs: dict[int, FloatArray],
+    instants: Instants,
+    end: IntArray,
+    bound: BoolArray,
+    size: FloatArray,
+) -> tuple[FloatArray, BoolArray]:
+    """The offset at which each of the variants ``bound`` loses its solution: bisected between the last instant that has
+    one and the first that has none; and whether an inequality is violated before that, or nearly.
+    """
+    places = end[bound]
+    good = instants.tau[np.maximum(places - 1, 0)].copy()
+    bad = instants.tau[places].copy()
+    some = [value[bound] for value in varied]
+    own = {number: sign[bound] for number, sign in signs.items()}
+    blocks = [item for item in pattern.blocks if not item.winds]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        if ((middle <= good) | (middle >= bad)).all():
+            break
+        state = pattern.state(some)
+        clocks = instants_of(pattern, middle[:, None]).clocks
+        holds = np.ones(len(middle), dtype=np.bool_)
+        for margin in margins_at(blocks, state, clocks, own):
+            holds &= np.broadcast_to(margin, (len(middle), 1))[:, 0] >= -ROUNDING
+        good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
+    violated = np.zeros(len(good), dtype=np.bool_)
+    if pattern.selectors.count:
+        state = pattern.state(some)
+        clocks = instants_of(pattern, good[:, None]).clocks
+        margins_at(blocks, state, clocks, own)
+        for value in pattern.selectors([np.nan if each is None else each for each in state], clocks):
+            slack = np.broadcast_to(value, (len(good), 1))[:, 0] / size[bound]
+            violated |= ~(slack > NEAR_A_BIND)
+    return good, violated

@@ -1,0 +1,125 @@
+"""Irreducible loops of many variants, followed side by side: a predictor from the instants before, Newton's method, and
+the rules by which a step counts (`solver.continuation.trace`).
+
+All variants take the same steps. One whose step does not count is left to be solved by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.solver.basis.instants import Instants
+from movimentum.variants.together.pattern import BlockFormulas, SegmentPattern, State
+from movimentum.variants.together.roots import newton_together
+from movimentum.variants.together.running import column, core_scale, give, solve_block, wind
+
+LARGEST_STEP = 0.25
+"""How far (in units of the unknowns' scale) a step may lead,"""
+CORRECTED = 0.1
+"""how much of that Newton's method may correct,"""
+SURE = 1e-4
+"""or how far, where that is less: nothing else is so near where the Jacobian is sound."""
+WEAKEST = 2e-3
+"""Of its largest value on the way: a determinant below that is near to a singular point."""
+
+
+def follow_loop(
+    pattern: SegmentPattern,
+    item: BlockFormulas,
+    state: State,
+    instants: Instants,
+    core: FloatArray,
+    size: FloatArray,
+) -> BoolArray:
+    """Set ``state`` for a block that Newton's method solves, from its ``core`` (V, n) at the first instant; returns the
+    variants (V,) whose path is not certain.
+    """
+    count, unknowns = core.shape
+    many = len(instants)
+    scale = core_scale(pattern, item, size)
+    path = np.empty((many, count, unknowns))
+    determinants = np.zeros((many, count))
+    lost = np.zeros(count, dtype=np.bool_)
+    reads = [n for n in item.block.inputs if state[n] is not None]
+    inner: State = [*[None] * pattern.unknowns, *state[pattern.unknowns :]]
+    for k in range(many):
+        for n in reads:
+            inner[n] = column(state[n], k)
+        clocks = [clock[k : k + 1] for clock in instants.clocks]
+        guess = core if k == 0 else _predicted(path, instants.tau, k)
+        x, converged, determinants[k] = newton_together(item, inner, clocks, guess, scale)
+        if k:
+            moved = np.max(np.abs(x - path[k - 1]) / scale, axis=1)
+            correction = np.max(np.abs(x - guess) / scale, axis=1)
+            lost |= ~(moved <= LARGEST_STEP)
+            lost |= ~(correction <= np.maximum(CORRECTED * moved, SURE))
+        lost |= ~converged
+        path[k] = np.where(np.isfinite(x), x, path[k - 1] if k else core)
+    least = np.min(np.abs(determinants), axis=0)
+    lost |= ~(least > WEAKEST * np.max(np.abs(determinants), axis=0))
+    lost |= (determinants > 0.0).any(axis=0) & (determinants < 0.0).any(axis=0)
+    for j, n in enumerate(item.block.core):
+        state[n] = np.ascontiguousarray(path[:, :, j].T)
+    give(item, state, instants.clocks)
+    return lost
+
+
+def _predicted(path: FloatArray, tau: FloatArray, k: int) -> FloatArray:
+    """(V, n) the values at instant ``k`` by the polynomial through those before, as far as these lie apart."""
+    chosen = [k - 1]
+    for place in range(k - 2, -1, -1):
+        if tau[chosen[-1]] - tau[place] > 0.2 * (tau[k] - tau[k - 1]):
+            chosen.append(place)
+        if len(chosen) == 4:
+            break
+    if tau[k] == tau[k - 1] or len(chosen) < 2:
+        return path[k - 1]
+    total = np.zeros_like(path[k - 1])
+    for i in chosen:
+        weight = 1.0
+        for other in chosen:
+            if other != i:
+                weight *= (tau[k] - tau[other]) / (tau[i] - tau[other])
+        total += weight * path[i]
+    return total
+
+
+def solve_all(
+    pattern: SegmentPattern,
+    state: State,
+    instants: Instants,
+    choices: dict[int, FloatArray],
+    angles: dict[int, Any],
+    size: FloatArray,
+) -> tuple[dict[int, Any], FloatArray, BoolArray]:
+    """Set ``state`` for all blocks, given the ``choices`` and the ``angles`` that they begin with: the margins by
+    block, (V,) the largest turn between two instants in degrees, and (V,) the variants whose path is not certain.
+    """
+    margins: dict[int, Any] = {}
+    lost = np.zeros(len(size), dtype=np.bool_)
+    largest = np.zeros(len(size))
+    for item in pattern.blocks:
+        number = item.block.number
+        if item.winds:
+            shape = len(size), len(instants)
+            largest = np.maximum(largest, wind((item,), state, instants.clocks, angles, shape))
+            continue
+        if item.newton:
+            lost |= follow_loop(pattern, item, state, instants, choices[number], size)
+            continue
+        margin = solve_block(item, state, instants.clocks, choices.get(number, 1.0))
+        if margin is not None:
+            margins[number] = margin
+    return margins, largest, lost
+
+
+def margins_at(
+    blocks: Sequence[BlockFormulas], state: State, clocks: Sequence[FloatArray], signs: dict[int, FloatArray]
+) -> list[Any]:
+    """The margins of blocks in closed form; ``state`` is set."""
+    found = (solve_block(item, state, clocks, signs.get(item.block.number, 1.0)) for item in blocks)
+    return [margin for margin in found if margin is not None]

@@ -1,0 +1,391 @@
+"""What variants of one structure have in common: the plan of each segment, its numbers written as expressions of the
+constants that vary.
+
+A plan that was made for one variant holds for all others, as long as its pivots do not vanish: the equations are the
+same, and their numbers know where they come from (`variants.tracing`). Whether it holds is verified in the results.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.expressions import Expr, substitute, symbol, walk
+from movimentum.planning.blocks.kinds import Assign, Block, Linear, Newton, Quadratic, Winding
+from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.lowering import polynomial as poly
+from movimentum.planning.lowering.equations import Equation
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.plan import Plan
+from movimentum.planning.planner import compile_structure, structure_of
+from movimentum.scene.model import AnchorCoordinate, Bearing, Scene, ThingAngle, VariableComponent
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.pose_state import as_drawn
+from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.judge import Judge
+from movimentum.solver.start.deceptive import deceptive
+from movimentum.timeline.model import Segment, Timeline
+from movimentum.variants.tracing import OriginUnfolding, Varied
+
+State = list[Any]
+"""By unknown number, then the varied constants: None, a number, or an array that broadcasts to (V, T)."""
+
+MOST_CHOICES = 8
+"""Blocks of two solutions in one part of a scene, beyond which all their combinations are too many."""
+
+
+MOST_UNKNOWNS = 12
+"""Of a block that Newton's method solves."""
+MOST_PATHS = 64
+"""Of its homotopy: the product of its equations' degrees."""
+
+
+class NotTogether(Exception):
+    """Variants of this script are solved one by one; the argument says why."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SegmentFormulas:
+    """Compiled expressions of a segment in its unknowns and the varied constants.
+
+    ``function(u, k, g)``: one value for each; ``count`` of them.
+    """
+
+    function: Compiled
+    count: int
+
+    def __call__(self, state: State, clocks: Sequence[FloatArray], sign: Any = 1.0) -> tuple[Any, ...]:
+        """The values, as they broadcast."""
+        return self.function(state, clocks, sign)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PolynomialRows:
+    """The rows of a Newton block as polynomials in its core: ``terms``: (row, core places of the factors) of each term,
+    whose ``coefficients`` are formulas of inputs, varied constants and clocks. ``groups``: equal numbers for equal
+    coefficients, -1 for numbers. ``degrees``: of the rows.
+    """
+
+    terms: tuple[tuple[int, tuple[int, ...]], ...]
+    groups: tuple[int, ...]
+    coefficients: SegmentFormulas
+    degrees: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockFormulas:
+    """One block: ``solution`` gives (quadratic: the margin, then) the unknowns ``order``; for a winding the sine and
+    the cosine, for linear equations the matrix and the right-hand sides, then the targets with ``given``; for equations
+    that Newton's method solves the residuals and the slopes, and `PolynomialRows` in ``rows``.
+
+    ``normal``: the square of the distance of a dyad's two centres, where it can vanish; ``phases``: the driving angles.
+    """
+
+    block: Block
+    solution: SegmentFormulas
+    order: tuple[int, ...]
+    normal: SegmentFormulas | None = None
+    given: SegmentFormulas | None = None
+    phases: SegmentFormulas | None = None
+    rows: PolynomialRows | None = None
+
+    @property
+    def branches(self) -> bool:
+        """Whether it has several solutions."""
+        return isinstance(self.block, Quadratic | Newton)
+
+    @property
+    def winds(self) -> bool:
+        """Whether it is a continuous angle."""
+        return isinstance(self.block, Winding)
+
+    @property
+    def newton(self) -> bool:
+        """Whether Newton's method solves it."""
+        return isinstance(self.block, Newton)
+
+
+@dataclass(eq=False)
+class SegmentPattern:
+    """One segment: its plan and the formulas of its blocks, of inequalities, redundant equations and the equations as
+    they are stated. ``continues``: its constraints are those of the segment before.
+    """
+
+    segment: Segment
+    plan: Plan
+    continues: bool
+    blocks: tuple[BlockFormulas, ...]
+    selectors: SegmentFormulas
+    checks: SegmentFormulas
+    stated: SegmentFormulas
+    stated_sizes: FloatArray
+    stated_turns: FloatArray
+    more_clocks: tuple[Fraction, ...]
+
+    @property
+    def unknowns(self) -> int:
+        """How many unknowns there are: behind them stand the varied constants."""
+        return len(self.plan.system.unknowns)
+
+    @property
+    def loops(self) -> bool:
+        """Whether Newton's method solves any of its blocks."""
+        return any(item.newton for item in self.blocks)
+
+    @property
+    def turns(self) -> bool:
+        """Whether a block reads a continuous angle that follows a direction."""
+        angles = {n for item in self.blocks if item.winds for n in item.order}
+        return any(not angles.isdisjoint(item.block.inputs) for item in self.blocks)
+
+    @property
+    def length(self) -> float:
+        """In time units."""
+        return float(self.segment.end - self.segment.start)
+
+    def state(self, varied: Sequence[FloatArray]) -> State:
+        """A state in which nothing is known but the varied constants, (V, 1) each."""
+        return [*[None] * self.unknowns, *varied]
+
+
+@dataclass(eq=False)
+class Pattern:
+    """All segments of a timeline for any values of the constants ``names``.
+
+    ``coordinates``: for each thing the (x, y) of its anchors; ``axes`` and ``origins``: see `BodyFrame`, by segment and
+    thing; all of them expressions of the varied constants. ``values`` are those that the plans were made for.
+    """
+
+    names: tuple[str, ...]
+    values: dict[str, float]
+    timeline: Timeline
+    segments: tuple[SegmentPattern, ...]
+    unfolding: OriginUnfolding
+    places: Compiled
+    place_of: dict[tuple[int, int], int]
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that the plans were made for."""
+        return self.timeline.scene
+
+    def coordinates(self, varied: Sequence[FloatArray]) -> list[Any]:
+        """x and y of all anchors as drawn, in the order of `place_of`: numbers or (V, 1) arrays."""
+        return list(self.places(list(varied), []))
+
+
+def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
+    """The pattern of a timeline that was read with traced ``values``; `NotTogether` where there is none."""
+    scene = timeline.scene
+    names = tuple(values)
+    unfolding = OriginUnfolding()
+    size = scene_size(scene)
+    if not any(len(thing.anchors) > 1 for thing in scene.things):
+        raise NotTogether("no thing has two anchors")
+    segments: list[SegmentPattern] = []
+    for segment in timeline.segments:
+        before = segments[-1] if segments else None
+        continues = before is not None and before.segment.active == segment.active
+        if continues and before is not None:
+            made = _segment_pattern(before.plan, segment, names, unfolding, size, continues=True)
+        else:
+            made = _segment_pattern(
+                _plan(scene, segment, size, first=before is None), segment, names, unfolding, size, continues=False
+            )
+        segments.append(made)
+    place_of: dict[tuple[int, int], int] = {}
+    places: list[Expr] = []
+    for thing in scene.things:
+        for number, anchor in enumerate(thing.anchors):
+            place_of[thing.number, number] = len(places)
+            places += [unfolding.unfolded(part) for part in anchor.coordinates]
+    function = compiled([numbered(each, names, 0) for each in places], Clocks())
+    return Pattern(names, dict(values), timeline, tuple(segments), unfolding, function, place_of)
+
+
+def _plan(scene: Scene, segment: Segment, size: float, *, first: bool) -> Plan:
+    if any(constraint.paired for constraint in segment.active):
+        raise NotTogether("gears")
+    structure = structure_of(scene, segment, {})
+    if first and deceptive(structure, as_drawn(scene), size):
+        raise NotTogether("a mechanism that moves although it looks determined")
+    plan = compile_structure(structure, size, None)
+    if plan.wishes or any(not _known_kind(block) for block in plan.blocks):
+        raise NotTogether("blocks without a closed form")
+    if any(isinstance(unknown.payload, Bearing) for unknown in plan.system.unknowns):
+        raise NotTogether("bearings")
+    return plan
+
+
+def _known_kind(block: Block) -> bool:
+    """Whether blocks of that kind are solved for many variants at once."""
+    if isinstance(block, Newton):
+        return block.is_square and 0 < len(block.core) <= MOST_UNKNOWNS
+    return isinstance(block, Assign | Linear | Quadratic | Winding)
+
+
+def _segment_pattern(
+    plan: Plan, segment: Segment, names: tuple[str, ...], unfolding: OriginUnfolding, size: float, *, continues: bool
+) -> SegmentPattern:
+    clocks = Clocks(plan.clocks)
+    count = len(plan.system.unknowns)
+
+    def formulas(expressions: Sequence[Expr]) -> SegmentFormulas:
+        made = [numbered(unfolding.unfolded(each), names, count) for each in expressions]
+        return SegmentFormulas(compiled(made, clocks), len(made))
+
+    blocks = tuple(_block_formulas(plan, block, formulas, unfolding.varies) for block in plan.blocks)
+    system = plan.system
+    checks: list[Expr] = [system.equations[n].residual for n in plan.checks]
+    rows = Judge(plan, size).rows
+    stated = formulas([row.original or row.residual for row in rows])
+    return SegmentPattern(
+        segment=segment,
+        plan=plan,
+        continues=continues,
+        blocks=blocks,
+        selectors=formulas([selector.value for selector in system.selectors]),
+        checks=formulas(checks),
+        stated=stated,
+        stated_sizes=np.array([1.0 if row.constraint is None else size for row in rows]),
+        stated_turns=np.array([row.original is not None and _is_of_angles(row) for row in rows], dtype=np.float64),
+        more_clocks=tuple(clocks.starts),
+    )
+
+
+def _is_of_angles(row: Equation) -> bool:
+    residual = row.original or row.residual
+    sides = residual.args if residual.op == "add" else (residual,)
+    return any("atan2d" in (side.op, side.args[0].op if side.op == "neg" else "") for side in sides)
+
+
+def _block_formulas(
+    plan: Plan,
+    block: Block,
+    formulas: Callable[[Sequence[Expr]], SegmentFormulas],
+    varies: Callable[[Expr], bool],
+) -> BlockFormulas:
+    phases = _phases(block)
+    driving = formulas(phases) if phases else None
+    match block:
+        case Quadratic():
+            order = tuple(n for n, _ in block.formulas)
+            normal = None
+            if block.normal is not None and block.normal.value is None:
+                normal = formulas([block.normal])
+            return BlockFormulas(block, formulas(_sequential(block, [block.margin])), order, normal, phases=driving)
+        case Linear():
+            order = (*block.core, *(n for n, _ in block.given))
+            given = formulas([each for _, each in block.given]) if block.given else None
+            return BlockFormulas(block, formulas(block.entries), order, given=given)
+        case Newton():
+            order = (*block.core, *(n for n, _ in block.given))
+            given = formulas([each for _, each in block.given]) if block.given else None
+            rows = _polynomial_rows(block, formulas, varies)
+            return BlockFormulas(block, formulas((*block.residuals, *block.slopes)), order, given=given, rows=rows)
+        case Winding():
+            (equation,) = (plan.system.equations[e] for e in block.equations)
+            return BlockFormulas(block, formulas(equation.residual.args[1].args[0].args), block.core)
+        case Assign():
+            order = tuple(n for n, _ in block.formulas)
+            return BlockFormulas(block, formulas(_sequential(block, [])), order, phases=driving)
+        case _:
+            raise NotTogether("blocks without a closed form")
+
+
+def _polynomial_rows(
+    block: Newton, formulas: Callable[[Sequence[Expr]], SegmentFormulas], varies: Callable[[Expr], bool]
+) -> PolynomialRows:
+    inside = set(block.core)
+    place = {n: j for j, n in enumerate(block.core)}
+    terms: list[tuple[int, tuple[int, ...]]] = []
+    coefficients: list[Expr] = []
+    degrees: list[int] = []
+    for row, residual in enumerate(block.residuals):
+        form = poly.from_expression(residual)
+        if form is None:
+            raise NotTogether("equations that are no polynomials")
+        form = poly.relative_to(form, inside)
+        degrees.append(poly.degree(form, inside))
+        for monomial, coefficient in form.items():
+            terms.append((row, tuple(place[n] for n in monomial)))
+            coefficients.append(coefficient)
+    if min(degrees) < 1 or math.prod(degrees) > MOST_PATHS:
+        raise NotTogether("equations with too many solutions")
+    numbers: dict[Expr, int] = {}
+    groups = tuple(
+        -1 if each.value is not None and not varies(each) else numbers.setdefault(each, len(numbers))
+        for each in coefficients
+    )
+    return PolynomialRows(tuple(terms), groups, formulas(coefficients), tuple(degrees))
+
+
+def _sequential(block: Assign | Quadratic, before: list[Expr]) -> list[Expr]:
+    """The block's formulas in its inputs only: each may use those before it."""
+    memo: dict[Expr, Expr] = {}
+    found: list[Expr] = [*before]
+    for unknown, root in block.formulas:
+        made = _replaced(root, memo)
+        memo[symbol(unknown)] = made
+        found.append(made)
+    return found
+
+
+def _replaced(root: Expr, values: dict[Expr, Expr]) -> Expr:
+    if not any(node in values for node in walk(root) if node.op == "symbol"):
+        return root
+    return substitute(root, lambda node: values.get(node) if node.op == "symbol" else None)
+
+
+def _phases(block: Block) -> list[Expr]:
+    found: dict[Expr, None] = {}
+    for node in walk(*(root for _, root in block.formulas)):
+        if node.op in ("sind", "cosd", "tand") and node.args[0].value is None:
+            found[node.args[0]] = None
+    return list(found)
+
+
+def numbered(root: Expr, names: Sequence[str], first: int) -> Expr:
+    """``root`` with the number of its place in a state for each varied constant."""
+    place = {name: first + k for k, name in enumerate(names)}
+
+    def number(node: Expr) -> Expr | None:
+        return symbol(place[node.payload.name]) if isinstance(node.payload, Varied) else None
+
+    return substitute(root, number)
+
+
+def directed(pattern: SegmentPattern) -> list[tuple[int, int, int]]:
+    """(thing, unknown of its cosine, of its sine) for every thing that has both."""
+    known = pattern.plan.system.number_of
+    return [
+        (payload.thing, n, known[PoseSin(payload.thing)])
+        for payload, n in known.items()
+        if isinstance(payload, PoseCos) and PoseSin(payload.thing) in known
+    ]
+
+
+def anchors_read(expressions: Sequence[Expr]) -> list[Any]:
+    """The payloads that expressions of a scene read, but for varied constants."""
+    found: dict[Any, None] = {}
+    for node in walk(*expressions):
+        if node.op == "symbol" and not isinstance(node.payload, Varied):
+            found[node.payload] = None
+    return list(found)
+
+
+def readable(payload: Any) -> bool:
+    """Whether a payload of a measure can be read off many variants at once."""
+    return isinstance(payload, AnchorCoordinate | ThingAngle | VariableComponent)
+
+
+def instants_of(pattern: SegmentPattern, tau: FloatArray) -> Instants:
+    """Instants at offsets ``tau`` of a segment, for all clocks that any of its formulas reads."""
+    start = pattern.segment.start
+    return Instants(tau, tuple(float(start - clock) + tau for clock in pattern.more_clocks))

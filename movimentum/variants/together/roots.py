@@ -1,0 +1,230 @@
+"""All solutions of one Newton block for many variants: coefficient-parameter homotopy, all paths of all variants at
+once.
+
+The solutions for random complex coefficients are found once, by the homotopy of total degree. They lead to those for
+any variant's coefficients (Sommese & Wampler, *The Numerical Solution of Systems of Polynomials Arising in Engineering
+and Science*, ch. 7). See `solver.solutions.homotopy`, which does the same for one variant after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.planning.blocks.kinds import Newton
+from movimentum.solver.solutions.homotopy import REAL, ComplexArray, followed
+from movimentum.variants.together.pattern import BlockFormulas, NotTogether, PolynomialRows, State
+
+NEARLY_REAL = 1e-4
+"""An imaginary part between `REAL` and this: two real solutions have just met, or are about to."""
+SAME = 1e-6
+"""In units of the unknowns' scale: solutions nearer than that are one."""
+FAR = 1e5
+STEP_TOLERANCE = 1e-13
+MET = 1e-11
+
+
+class VariantPolynomials:
+    """Polynomials in unknowns of size one: ``coefficients`` (paths or 1, terms)."""
+
+    def __init__(self, rows: PolynomialRows, count: int) -> None:
+        self.terms = rows.terms
+        self.count = count
+
+    def evaluated(self, x: ComplexArray, coefficients: Any) -> tuple[ComplexArray, ComplexArray]:
+        """(paths, n) values and (paths, n, n) Jacobians."""
+        paths = len(x)
+        values = np.zeros((paths, self.count), dtype=np.complex128)
+        jacobian = np.zeros((paths, self.count, self.count), dtype=np.complex128)
+        for t, (row, factors) in enumerate(self.terms):
+            c = coefficients[:, t]
+            if not factors:
+                values[:, row] += c
+            elif len(factors) == 1:
+                values[:, row] += c * x[:, factors[0]]
+                jacobian[:, row, factors[0]] += c
+            else:
+                for k, j in enumerate(factors):
+                    slope = c
+                    for other, i in enumerate(factors):
+                        if other != k:
+                            slope = slope * x[:, i]
+                    jacobian[:, row, j] += slope
+                    if k == 0:
+                        values[:, row] += slope * x[:, j]
+        return values, jacobian
+
+
+class _TotalDegree:
+    """(1 - t) g (x^d - r) + t F(x)."""
+
+    def __init__(self, rows: VariantPolynomials, coefficients: ComplexArray, degrees: Sequence[int]) -> None:
+        generator = np.random.default_rng(2024)
+        self.rows, self.coefficients = rows, coefficients[None]
+        self.degrees: NDArray[np.int64] = np.array(degrees, dtype=np.int64)
+        self.turn = np.exp(2j * np.pi * generator.uniform())
+        self.constants = np.exp(2j * np.pi * generator.uniform(size=len(degrees)))
+
+    def starts(self) -> ComplexArray:
+        """All solutions of the start system."""
+        roots = [
+            complex(c) ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d)
+            for c, d in zip(self.constants, map(int, self.degrees), strict=True)
+        ]
+        grid = np.meshgrid(*roots, indexing="ij")
+        return np.stack([part.reshape(-1) for part in grid], axis=-1).astype(np.complex128)
+
+    def at(
+        self, x: ComplexArray, t: FloatArray, paths: NDArray[np.intp]
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """See `PathProblem`."""
+        values, jacobian = self.rows.evaluated(x, self.coefficients)
+        powers: Any = self.degrees
+        start = self.turn * (x**powers - self.constants)
+        slope = self.turn * powers * x ** (powers - 1)
+        left, right = (1.0 - t)[:, None], t[:, None]
+        whole = right[..., None] * jacobian
+        for i in range(x.shape[1]):
+            whole[:, i, i] += left[:, 0] * slope[:, i]
+        return left * start + right * values, whole, values - start
+
+
+class _ToVariants:
+    """From generic coefficients to those of each variant; V times as many paths as there are ``roots``."""
+
+    def __init__(
+        self, rows: VariantPolynomials, generic: ComplexArray, roots: ComplexArray, targets: FloatArray
+    ) -> None:
+        self.rows, self.roots = rows, roots
+        self.generic = generic
+        self.targets = targets
+        self.way = targets - generic[None]
+
+    def starts(self) -> ComplexArray:
+        """The roots, for each variant."""
+        return np.tile(self.roots, (len(self.targets), 1))
+
+    def at(
+        self, x: ComplexArray, t: FloatArray, paths: NDArray[np.intp]
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """See `PathProblem`."""
+        way = self.way[paths // len(self.roots)]
+        values, jacobian = self.rows.evaluated(x, self.generic[None] + t[:, None] * way)
+        by_t, _ = self.rows.evaluated(x, way)
+        return values, jacobian, by_t
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VariantRoots:
+    """``x`` (V, R, n): R core vectors at most, those that ``exist`` (V, R) first; ``unsure`` (V,)."""
+
+    x: FloatArray
+    exist: BoolArray
+    unsure: BoolArray
+
+
+def all_roots(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], scale: FloatArray) -> VariantRoots:
+    """All real solutions of a block at the first instant, for ``scale`` (V, n) of its core."""
+    assert item.rows is not None
+    count, size = scale.shape
+    values = item.rows.coefficients(_first(state), [clock[:1] for clock in clocks])
+    table = np.stack([np.broadcast_to(value, (count, 1))[:, 0] for value in values], axis=1)
+    unit = np.median(scale, axis=0)
+    for t, (_, factors) in enumerate(item.rows.terms):
+        table[:, t] *= np.prod(unit[list(factors)])
+    typical = np.nanmedian(table, axis=0)
+    for row in range(size):  # rows of size one, the same for all variants: numbers stay numbers
+        mine = [t for t, (r, _) in enumerate(item.rows.terms) if r == row]
+        weight = max(float(np.max(np.abs(typical[mine]))), 1e-300)
+        table[:, mine] /= weight
+        typical[mine] /= weight
+    rows = VariantPolynomials(item.rows, size)
+    generic, roots = _generic_roots(item.rows, rows, typical)
+    bad = ~np.isfinite(table).all(axis=1)
+    targets = np.where(np.asarray(bad)[:, None], typical[None], table)
+    ends, finite, lost = followed(_ToVariants(rows, generic, roots, targets), 0.1)
+    many = len(roots)
+    ends, finite, lost = ends.reshape(count, many, size), finite.reshape(count, many), lost.reshape(count, many)
+    imaginary = np.max(np.abs(ends.imag), axis=2) / (1.0 + np.max(np.abs(ends.real), axis=2))
+    real = finite & (imaginary <= REAL)
+    unsure = bad | lost.any(axis=1) | (finite & (imaginary > REAL) & (imaginary < NEARLY_REAL)).any(axis=1)
+    order = np.argsort(~real, axis=1, kind="stable")
+    x = np.take_along_axis(ends.real, order[..., None], axis=1) * unit
+    exist = np.take_along_axis(real, order, axis=1)
+    most = max(1, int(exist.sum(axis=1).max(initial=0)))
+    return VariantRoots(x[:, :most], exist[:, :most], unsure)
+
+
+def _generic_roots(
+    polynomials: PolynomialRows, rows: VariantPolynomials, typical: FloatArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Random complex coefficients near ``typical`` ones (numbers stay, what is equal stays equal), and all finite
+    solutions for them.
+    """
+    generator = np.random.default_rng(77)
+    turns = generator.normal(size=(2, max(polynomials.groups) + 2))
+    factors = np.exp(0.7j * turns[0]) * (1.0 + 0.2 * turns[1])
+    factors[-1] = 1.0
+    generic = typical * factors[list(polynomials.groups)]
+    ends, finite, lost = followed(_TotalDegree(rows, generic, polynomials.degrees))
+    if lost.any() or not finite.any():
+        raise NotTogether("a homotopy that does not come to its end")
+    roots = ends[finite]
+    return generic, roots
+
+
+def _first(state: State) -> State:
+    return [value[..., :1] if np.ndim(value) and np.shape(value)[-1] > 1 else value for value in state]
+
+
+def newton_together(
+    item: BlockFormulas,
+    state: State,
+    clocks: Sequence[FloatArray],
+    x: FloatArray,
+    scale: FloatArray,
+    iterations: int = 8,
+) -> tuple[FloatArray, BoolArray, FloatArray]:
+    """Newton's method for V variants at one instant each, from core values ``x`` (V, n): where it ends, whether that is
+    a solution (V,), and the determinant (V,) of the Jacobian with rows and unknowns of size one.
+
+    ``state`` holds the inputs, numbers or (V, 1).
+    """
+    block = item.block
+    assert isinstance(block, Newton)
+    count, size = x.shape
+    rows = len(block.residuals)
+    inner: State = list(state)
+    converged = np.zeros(count, dtype=np.bool_)
+    determinant = np.zeros(count)
+    for _ in range(iterations):
+        for j, n in enumerate(block.core):
+            inner[n] = x[:, j : j + 1]
+        values = item.solution(inner, clocks)
+        residual = np.empty((count, rows))
+        jacobian = np.zeros((count, rows, size))
+        for i, value in enumerate(values[:rows]):
+            residual[:, i : i + 1] = value
+        for (i, j), value in zip(block.entries, values[rows:], strict=True):
+            jacobian[:, i, j : j + 1] = value
+        jacobian *= scale[:, None]
+        lengths = np.sqrt(np.einsum("vij,vij->vi", jacobian, jacobian))
+        jacobian /= np.maximum(lengths, 1e-300)[..., None]
+        residual /= np.maximum(lengths, 1e-300)
+        determinant = np.asarray(np.linalg.det(np.nan_to_num(jacobian)))
+        able = (
+            (np.abs(determinant) > 1e-14) & np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
+        )
+        matrix = np.where(able[:, None, None], jacobian, np.eye(size))
+        step = np.linalg.solve(matrix, np.where(able[:, None], residual, 0.0)[..., None])[..., 0]
+        moved = np.max(np.abs(step), axis=1)
+        x = x - step * scale
+        converged = able & (np.max(np.abs(residual), axis=1) <= MET) & (moved <= MET)
+        if (converged & (moved <= STEP_TOLERANCE) | ~able).all():
+            break
+    return x, converged, determinant

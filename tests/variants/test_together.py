@@ -1,0 +1,196 @@
+"""Variants that are solved together come out as they do one by one: on gallery scripts with numbers that vary."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+
+import movimentum as mv
+from movimentum.errors import NoSolutionError, ScriptError
+from movimentum.variants.axes import Axis, VariantGrid
+from movimentum.variants.family import Family
+from movimentum.variants.measures import read_measures
+from movimentum.variants.single import Variants
+from movimentum.variants.sweep import SweepJob
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import understand
+
+from .edited import varied
+
+DYADS = ["four-bar", "hart", "hoecken", "klann", "slider-crank", "watt", "trammel", "pantograph"]
+LARGER = ["jansen", "whitworth", "peaucellier", "excavator", "jansen-walker", "coupling-rods", "maximum", "scotch-yoke"]
+OTHERS = ["stephenson", "oscillating-engine", "acceleration", "planetary", "geneva", "walschaerts", "locomotive"]
+
+
+def measured(source, choices=None) -> list[tuple[str, str]]:
+    """A few measures of a script."""
+    things = [t for t in understand(source, choices or Choices()).things if t.is_body and t.anchors]
+    texts = [f".mean({t.name}.{t.anchors[-1].name}.x)" for t in things[:3]]
+    texts += [f".at({t.name}.{t.anchors[0].name}.y, 1/3)" for t in things[-2:]]
+    texts += [f".rms({t.name}.angle)" for t in things if len(t.anchors) > 1][:2]
+    return [(f"m{k}", text) for k, text in enumerate(texts)]
+
+
+def compared(name: str, seed: int, spread: float, count: int) -> Family:
+    """Solve random variants both ways; the family that solved them together."""
+    generator = random.Random(f"{name} {seed}")
+    for _ in range(20):
+        source, names = varied(name, generator, generator.choice([1, 2, 3]))
+        try:
+            understand(source, Choices())
+        except ScriptError:
+            continue  # the number was one that must be whole, say
+        break
+    values = 1.0 + spread * np.random.default_rng(seed).uniform(-1.0, 1.0, (count, len(names)))
+    job = SweepJob(source, Choices(), VariantGrid((Axis(names, values),)), read_measures(measured(source), names))
+    family = job.family()
+    rows = family.rows(values)
+    alone = Variants(source, Choices(), names, job.measures)
+    for k, row in enumerate(values.tolist()):
+        outcome, time, measures = alone.row(dict(zip(names, row, strict=True)))
+        told = f"{names} = {row}"
+        assert rows.outcomes[k] == outcome.code, told
+        np.testing.assert_allclose(rows.times[k], time, rtol=0.0, atol=1e-9, err_msg=told)
+        np.testing.assert_allclose(rows.measures[k], measures, rtol=1e-9, atol=1e-9, err_msg=told)
+    return family
+
+
+@pytest.mark.parametrize("name", DYADS)
+def test_dyads_are_solved_together(name):
+    family = compared(name, 0, 0.05, 16)
+    assert family.together > family.alone, family.reasons
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("name", [*DYADS, *LARGER])
+def test_variants_that_also_fail(name, seed):
+    compared(name, seed, 0.25, 16)
+
+
+@pytest.mark.slow
+@pytest.mark.long
+@pytest.mark.parametrize("name", OTHERS)
+def test_everything_else_is_solved_one_by_one_or_the_same(name):
+    compared(name, 3, 0.1, 14)
+
+
+TRIAD = """
+.let L = 120; .let s = 1;
+Base : .plate A=[0,0] B=[300,0] C=[150,260];   Plat : .plate A=[0,0] B=[60*s,0] C=[30*s,52*s];
+R1 : .bar P=[0,0] Q=[L,0];   R2 : .bar P=[0,0] Q=[L,0];   R3 : .bar P=[0,0] Q=[L,0];
+K1 : .bar P=[0,0] Q=[40,0];  K2 : .bar P=[0,0] Q=[40,0];  K3 : .bar P=[0,0] Q=[40,0];
+@0 Base.A=[50,50]; Base.angle=0;
+   K1.P=Base.A; K1.angle=30+40*.sin(90*.t); K2.P=Base.B; K2.angle=100+20*.sin(90*.t); K3.P=Base.C; K3.angle=250;
+   R1.P=K1.Q; R2.P=K2.Q; R3.P=K3.Q; R1.Q=Plat.A; R2.Q=Plat.B; R3.Q=Plat.C;
+@1
+"""
+
+
+def test_an_irreducible_loop_has_the_same_assembly_mode_and_motion():
+    script = mv.loads(TRIAD)
+    measure = {"x": ".range(Plat.A.x)", "turn": ".max(Plat.angle)", "mean": ".mean(R1.angle)"}
+    table = script.sweep(L=[118, 125, 131, 140], s=[0.85, 0.95, 1.1], measure=measure)
+    for k in range(0, len(table), 3):
+        motion = mv.loads(TRIAD, L=table["L"][k], s=table["s"][k]).solve()
+        found = [np.ptp(motion["Plat.A.x"]), motion["Plat.angle"].max(), motion["R1.angle"].mean()]
+        np.testing.assert_allclose([table[name][k] for name in measure], found, rtol=1e-9, atol=1e-9)
+
+
+def test_a_loop_of_variants_is_solved_side_by_side():
+    grid = VariantGrid((Axis(("L", "s"), np.random.default_rng(1).uniform([118, 0.85], [140, 1.1], (14, 2))),))
+    job = SweepJob(mv.loads(TRIAD).source, Choices(), grid, read_measures(["x = .range(Plat.A.x)"]))
+    family = job.family()
+    family.rows(grid.rows(np.arange(14)))
+    assert family.together >= 12, family.reasons
+
+
+STEPS = """
+.let T = 1;  .let R = 50;  .let n = 3;
+Arm[1..n] : .bar O = [0,0] P = [R,0];
+@0  .for k = 1..n { Arm[k].O = [100*k, 100]; Arm[k].angle = 90*.t; }
+@T  .for k = 1..n { Arm[k].angle = 90*T + 30*.t; }
+@2*T
+"""
+
+
+def test_constants_that_decide_times_and_numbers_of_things():
+    script = mv.loads(STEPS)
+    table = script.sweep(
+        T=[0.5, 1, 1.5],
+        n=[1, 2],
+        R=np.linspace(40, 60, 5),
+        measure={"y": ".max(Arm[1].P.y)", "x": ".min(Arm[1].P.x)/R"},
+    )
+    assert table.ok.all()
+    for k in range(0, len(table), 7):
+        constants = {name: table[name][k] for name in ("T", "n", "R")}
+        motion = mv.loads(STEPS, **constants).solve()
+        assert table["y"][k] == pytest.approx(motion["Arm[1].P.y"].max(), rel=1e-9)
+        assert table["x"][k] == pytest.approx(motion["Arm[1].P.x"].min() / constants["R"], rel=1e-9)
+
+
+def test_a_variant_that_binds_is_a_row_with_its_time():
+    text = "Rod : .bar A=[0,0] B=[L,0]; @0 Rod.A=[0,0]; Rod.B=[30 + 40*.t, y]; y > 0; @1"
+    table = mv.loads(f".let L = 80; {text}").sweep(L=np.linspace(21, 91, 15), measure={"y": ".min(y)"})
+    for length, outcome, time, y in zip(table["L"], table.outcome, table.time, table["y"], strict=True):
+        if length < 30:
+            assert (outcome, time) == ("cannot be assembled", 0.0)
+            with pytest.raises(NoSolutionError):
+                mv.loads(f".let L = 80; {text}", L=length).solve()
+        elif length < 70:
+            assert outcome == "binds"
+            assert time == pytest.approx((length - 30) / 40, abs=1e-9)
+            assert np.isnan(y)
+        elif length > 70:
+            assert outcome == "ok"
+            assert y == pytest.approx(np.sqrt(length**2 - 70**2), rel=1e-9)
+
+
+FOLLOWS = """
+.let R = 50;
+Crank : .bar A = [130,110] B = A + [R,0];   Coupler : .plate B = [0,0] P = B + [70,90] C = B + [150,0];
+Rocker : .bar C = [0,0] D = C - [0,130];    Hand : .bar O = [0,0] P = [20,0];
+@0 Crank.A = [130,110]; Crank.angle = 180*.t; Coupler.B = Crank.B; Rocker.C = Coupler.C; Rocker.D = [310,110];
+   Rocker.C.y > Rocker.D.y;   Hand.O = [300,250]; Hand.angle = 3*Rocker.angle;
+@2 .loop;
+"""
+
+
+def test_what_follows_a_continuous_angle():
+    table = mv.loads(FOLLOWS).sweep(
+        R=np.linspace(30, 60, 16), measure={"x": ".min(Hand.P.x)", "turn": ".max(Hand.angle)"}
+    )
+    for k in (0, 7, 15):
+        motion = mv.loads(FOLLOWS, R=table["R"][k]).solve()
+        assert table["x"][k] == pytest.approx(motion["Hand.P.x"].min(), rel=1e-9)
+        assert table["turn"][k] == pytest.approx(motion["Hand.angle"].max(), rel=1e-9)
+
+
+def test_several_steps_with_other_constraints_go_on_from_where_they_are():
+    text = """
+    .let L = 120;   .let T = 1;
+    Arm : .bar O = [0,0] P = [100,0];   Fore : .bar P = [0,0] Q = [L,0];
+    @0  Arm.O = [100,100];  Arm.angle = 60*.t;  Fore.P = Arm.P;  Fore.Q = [x, 100];  x > Arm.P.x;
+    @1  x = .max(0, x0) ;   x0 = 60*.t + 100*.cos(60) + 100 + .q(L^2 - (100*.sin(60))^2); Arm.angle = _;  Arm.P.y > 100;
+    @1.3
+    """
+    script = mv.loads(text)
+    table = script.sweep(L=np.linspace(118, 125, 13), measure={"x": ".max(Fore.Q.x)", "y": ".last(Arm.P.y)"})
+    for k in range(0, 13, 4):
+        motion = mv.loads(text, L=table["L"][k]).solve(on_failure="hold")
+        if table.outcome[k] == "ok":
+            assert table["x"][k] == pytest.approx(motion["Fore.Q.x"].max(), rel=1e-9)
+            assert table["y"][k] == pytest.approx(motion["Arm.P.y"][-1], rel=1e-9)
+        else:
+            assert not motion.solved.all() or table.outcome[k] == "jumps"
+
+
+def test_an_inequality_that_is_violated_just_before_a_bind():
+    """Between two instants of the grid: the height is half a pixel 6e-5 before the rod would not reach."""
+    text = ".let L = 50; Rod : .bar A=[0,0] B=[L,0]; @0 Rod.A=[0,0]; Rod.B=[30 + 40*.t, y]; y > 0.5; @1"
+    table = mv.loads(text).sweep(L=np.linspace(45, 60, 16))
+    assert set(table.outcome) == {"binds"}
+    np.testing.assert_allclose(table.time, (np.sqrt(table["L"] ** 2 - 0.25) - 30) / 40, rtol=0.0, atol=1e-9)
