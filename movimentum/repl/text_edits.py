@@ -12,6 +12,7 @@ from movimentum.scene.text_edits import added, removed, statement_end
 from movimentum.source import Edit, FarSpan, SourceText, Span, UnfoldedText, edited
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import Statement
+from movimentum.text import time_text
 
 
 def statement_of(text: str) -> Statement | None:
@@ -40,6 +41,7 @@ def stated(scene: Scene, step: int, statement: str, replaced: Sequence[Constrain
     """
     text = scene.source.script.text
     if not replaced:
+        _refuse_turn(scene, step)
         return edited(text, [added(scene, step, statement)])
     found = sorted(((_place(scene, item), item) for item in replaced), key=lambda each: each[0].start)
     (first, item), *others = found
@@ -47,6 +49,19 @@ def stated(scene: Scene, step: int, statement: str, replaced: Sequence[Constrain
         text = edited(text, [removed(text, span)])
     line = _unprefixed(scene, item, statement).strip().removesuffix(";").rstrip() + ";"
     return edited(text, [Edit(Span(first.start, statement_end(text, first)), line)])
+
+
+def _refuse_turn(scene: Scene, step: int) -> None:
+    """Refuse to state something in one turn of a loop: there is no place in the script for it."""
+    source, own = scene.source, scene.steps[step]
+    if not isinstance(source, UnfoldedText) or own.span.end <= source.own:
+        return
+    turns = [title for title, _ in source.uses(own.span)]
+    if turns and not any(title.startswith("the copy `") for title in turns):
+        before = max((each.time for each in scene.steps[:step] if each.span.end <= source.own), default=own.time)
+        message = f"the step at t = {time_text(float(own.time))} is one turn of a loop ({', '.join(turns)})"
+        note = "a statement in it would hold in all turns"
+        raise refused("elsewhere", f"{message}: {note}", f"at {time_text(float(before))}", "edit the script")
 
 
 def without(scene: Scene, items: Sequence[Constraint | Ending]) -> str:

@@ -300,6 +300,33 @@ def test_a_new_statement_goes_to_the_end_of_its_step(talk):
     assert say("diff") == "nothing is changed"
 
 
+TURNS = """.config(10, 200, 200);
+Hand : .bar A = [100, 100] B = [150, 100];
+@0 Hand.A = [100, 100];   Hand.angle = 10*.t;   side = 0;
+.for k = 0..2 {
+@k + 1   side = k;
+}
+@5
+"""
+
+
+def test_one_turn_of_a_loop_has_no_place_for_a_statement(tmp_path):
+    path = tmp_path / "turns.mov"
+    path.write_text(TURNS, encoding="utf-8")
+    session = opened(str(path), Choices())
+    later, _ = answer(session, "at 2.5")
+    with pytest.raises(Refused) as refusal:
+        answer(later, "Hand.angle > -90")
+    (item,) = refusal.value.diagnostics
+    assert item.code == "repl/elsewhere"
+    assert "one turn of a loop (k = 1)" in item.message
+    assert item.helps[0] == "at 0"
+    earlier, _ = answer(later, item.helps[0])
+    changed, said = answer(earlier, "Hand.angle > -90")
+    assert "everything is determined" in said
+    assert "@0 Hand.A = [100, 100];   Hand.angle = 10*.t;   side = 0;\n     Hand.angle > -90;\n.for" in changed.text
+
+
 def test_dropping(talk):
     say = talk()
     say("drop x >")
