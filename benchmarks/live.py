@@ -8,11 +8,14 @@ first picture after that edit, at the middle of the film; and the debugger's ans
 move of a hand: Peaucellier's cell and two tilings are dragged along a curve.
 """
 
+# ruff: noqa: E402 (the number of threads is set before NumPy is imported)
+
 from __future__ import annotations
 
 import argparse
 import gc
 import math
+import os
 import re
 import statistics
 import sys
@@ -22,18 +25,18 @@ from fractions import Fraction
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # the checkout, where it is not installed
+for _library in ("OPENBLAS", "MKL", "OMP"):  # as the commands do
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 from penrose import transformable
 
 from movimentum.analysis.interactive.drag import Grip
-from movimentum.errors import ScriptError
 from movimentum.expressions import symbol
 from movimentum.interop.linkages import linkage_script
-from movimentum.repl.session import Session, opened
+from movimentum.repl.session import Refused, Session, opened
 from movimentum.repl.shell import answer
 from movimentum.scene.model import AnchorCoordinate
 from movimentum.source import SourceText
-from movimentum.syntax.parser import parse
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 
@@ -49,21 +52,19 @@ def milliseconds(work: Callable[[], object]) -> float:
     return 1000.0 * (time.perf_counter() - begin)
 
 
-def last_number(text: str) -> tuple[int, int] | None:
+def last_number(path: Path, text: str) -> tuple[int, int] | None:
     """Where the last number stands that can be replaced in a step."""
     for match in reversed(list(_NUMBER.finditer(text, text.index("@")))):
-        try:
-            parse(SourceText("x.mov", f"{text[: match.start()]}7.25{text[match.end() :]}"))
-        except ScriptError:
+        if not Engine().revise(SourceText(str(path), f"{text[: match.start()]}7.25{text[match.end() :]}")).moves:
             continue
         if not text[: match.start()].rstrip().endswith("@"):
             return match.start(), match.end()
     return None
 
 
-def with_other_numbers(text: str) -> Iterator[str]:
+def with_other_numbers(path: Path, text: str) -> Iterator[str]:
     """The text with one number after the other, near to what it was."""
-    place = last_number(text)
+    place = last_number(path, text)
     if place is None:
         raise ValueError("there is no number in any step")
     begin, end = place
@@ -86,14 +87,18 @@ def edits(path: Path, rounds: int) -> list[float]:
     read = [milliseconds(lambda: Engine().revise(source(text)).timeline) for _ in range(rounds)]
     nothing = [milliseconds(lambda: said(Engine(), text)) for _ in range(rounds)]
     comment = [milliseconds(lambda n=n: said(engine, f"// edit {n}\n{text}")) for n in range(rounds)]
-    numbers = with_other_numbers(text)
+    numbers = with_other_numbers(path, text)
     last = [milliseconds(lambda: said(engine, next(numbers))) for _ in range(rounds)]
     middle = (engine.revise(source(text)).timeline.start + engine.revise(source(text)).timeline.end) / 2
     said(engine, text)
     picture = [milliseconds(lambda: first_picture(engine, source(next(numbers)), middle)) for _ in range(rounds)]
     session = opened(str(path), Choices())
     assert session.work.diagnostics is not None
-    session = session.at(middle)
+    try:
+        stated(session.at(middle), -1)
+        session = session.at(middle)
+    except Refused:  # the middle is in one turn of a loop
+        session = session.at(Fraction(0))
     typed = [milliseconds(lambda n=n: stated(session, n)) for n in range(rounds)]
     return [statistics.median(row) for row in (read, nothing, comment, last, picture, typed)]
 
@@ -106,7 +111,8 @@ def first_picture(engine: Engine, source: SourceText, time: Fraction) -> None:
 
 def stated(session: Session, number: int) -> None:
     """Type a statement that is true already."""
-    thing = next(each for each in session.work.scene.things if each.is_body)
+    scene = session.work.scene
+    thing = next(each for each in scene.things if each.is_body and each.number in scene.mentioned)
     answer(session, f"{thing.name}.angle > {-5000 - number};")
 
 
@@ -118,7 +124,7 @@ def drags() -> Iterator[tuple[str, float, float]]:
     for name, text in (("Peaucellier's cell", cell), ("penrose-five", five), ("tiling of 571 vertices", whole)):
         revision = Engine().revise(SourceText(str(SCRIPTS / "dragged.mov"), text))
         stretch = revision.motion.stretches[0]
-        for thing in reversed(revision.scene.things):
+        for thing in reversed([each for each in revision.scene.things if each.is_body and len(each.anchors) > 1]):
             left = [symbol(AnchorCoordinate(thing.number, 1, axis)) for axis in (0, 1)]
             grip = Grip(stretch, stretch.pieces[0], 0.0, left)  # pyright: ignore[reportArgumentType]
             if not grip.fixed:
@@ -137,7 +143,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--only", default="")
     chosen = parser.parse_args()
-    gc.freeze()
+    gc.freeze()  # as the commands do
+    gc.set_threshold(200_000, 50, 100)
     only = set(chosen.only.split(",")) - {""}
     print(f"{'':22}" + "".join(f"{head:>12}" for head in ("read", "nothing", "comment", "number", "picture", "typed")))
     for path in sorted(SCRIPTS.glob("*.mov")):
