@@ -107,7 +107,7 @@ def main() -> None:
             row("key: a number of a four-bar", keys(page, four.index("[70,90]") + 3, chosen.keys))
         with opened(browser, gear) as page:
             row("key: a comment of Walschaerts' gear", keys(page, gear.index("//") + 2, chosen.keys))
-        place = last_number(stephenson)
+        place = last_number(SCRIPTS / "stephenson.mov", stephenson)
         assert place is not None
         begin, end = place
         with_point = f"{stephenson[:begin]}{float(stephenson[begin:end])}{stephenson[end:]}"
