@@ -57,7 +57,7 @@ def _refuse_turn(scene: Scene, step: int) -> None:
     if not isinstance(source, UnfoldedText) or own.span.end <= source.own:
         return
     turns = [title for title, _ in source.uses(own.span)]
-    if turns and not any(title.startswith("the copy `") for title in turns):
+    if turns and not any(map(_is_copy, turns)):
         before = max((each.time for each in scene.steps[:step] if each.span.end <= source.own), default=own.time)
         message = f"the step at t = {time_text(float(own.time))} is one turn of a loop ({', '.join(turns)})"
         note = "a statement in it would hold in all turns"
@@ -97,12 +97,17 @@ def _copy_of(scene: Scene, item: Constraint | Ending) -> CopyFrame | None:
     return next((thing.placement for thing in things), None)
 
 
+def _is_copy(title: str) -> bool:
+    """Whether the title of a use (`UnfoldedText.uses`) is that of a copy, and not of a turn of a loop."""
+    return title.startswith("the copy `")
+
+
 def _unprefixed(scene: Scene, item: Constraint | Ending, statement: str) -> str:
     """A statement about a copy as its part says it."""
     source = scene.source
     if not isinstance(source, UnfoldedText) or item.span.end <= source.own:
         return statement
-    titles = [title for title, _ in source.uses(item.span) if title.startswith("the copy `")]
+    titles = [title for title, _ in source.uses(item.span) if _is_copy(title)]
     for title in titles[:1]:
         prefix = title.removeprefix("the copy `").removesuffix("`")
         statement = re.sub(rf"(?<![\w.]){re.escape(prefix)}\s*\.\s*(?=[A-Za-z])", "", statement)

@@ -21,6 +21,8 @@ from movimentum.solver.block.scaling import RANK_TOLERANCE, relative_error, scal
 STEP_TOLERANCE = 1e-14
 """In units of the unknowns' scale."""
 LAST_STEP = 1e-8
+SOLVED = 1e-9
+"""Relative residual of a solution."""
 FAR = 0.05
 MOVING = 1e-4
 """Of a random motion: what is left of it where a large block has freedom."""
@@ -91,7 +93,7 @@ def newton(
                 break
             last = size
         error = relative_error(residual, problem.jacobian(x), scale)
-    return NewtonResult(x, np.isfinite(error) & (error <= 1e-9), error)
+    return NewtonResult(x, np.isfinite(error) & (error <= SOLVED), error)
 
 
 def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit: float | None) -> NewtonResult:
@@ -102,7 +104,7 @@ def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit:
         one = problem.at(np.array([f]), len(x))
         x[f], off, _ = chord_newton(one, x[f], iterations, None if limit is None else limit * size)
         error[f] = off
-    return NewtonResult(x, np.isfinite(error) & (error <= 1e-9), error)
+    return NewtonResult(x, np.isfinite(error) & (error <= SOLVED), error)
 
 
 def freedom_of(problem: BlockProblem, x: FloatArray) -> int:

@@ -13,13 +13,11 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.basis.effort import charge
-from movimentum.solver.block.newton import LAST_STEP, STEP_TOLERANCE
+from movimentum.solver.block.newton import LAST_STEP, SOLVED, STEP_TOLERANCE
 from movimentum.solver.block.problem import BlockProblem
 
 QUADRATIC = 1e-3
 """Of the step before: one that is so much shorter tells that each is about the square of the last."""
-SOLVED = 1e-9
-"""Relative residual of a solution, as `block.newton.newton` has it."""
 
 
 class OneInstant:
