@@ -27,6 +27,8 @@ progress       how far through its step a moment is, ``.s`` [(begin, end)];
                the timeline replaces it by a const or a function of a clock
 integral       of its argument over time from an instant to now [Fraction]
 derivative     of its argument with respect to time
+reduction      of its first argument over the film (at the time that is the second one),
+               outside the equations of motion only [its name]
 sign           the branch of a block, +1 or -1 (only in plans)
 =============  =====================================================================
 """
@@ -41,16 +43,18 @@ class Expr:
     """One node; build it with the functions of this package, which fold constants.
 
     ``origin`` of a const is the operation that it was folded from, whose value is known to any number of digits while
-    the const's is rounded; it does not belong to the identity of the node (equality, pickles).
+    the const's is rounded; it does not belong to the identity of the node (equality, pickles). ``timed``: there is a
+    clock or an integral in it.
     """
 
-    __slots__ = ("_hash", "args", "depth", "op", "origin", "payload")
+    __slots__ = ("_hash", "args", "depth", "op", "origin", "payload", "timed")
 
     op: str
     args: tuple[Expr, ...]
     payload: Hashable
     depth: int
     origin: Expr | None
+    timed: bool
 
     def __init__(
         self, op: str, args: tuple[Expr, ...] = (), payload: Hashable = None, origin: Expr | None = None
@@ -60,10 +64,14 @@ class Expr:
         self.payload = payload
         self.origin = origin
         depth = 0
+        timed = op in ("clock", "integral")
         for arg in args:
             if arg.depth > depth:
                 depth = arg.depth
+            if arg.timed:
+                timed = True
         self.depth = depth + 1
+        self.timed = timed
         self._hash = hash((op, args, payload))
 
     def __hash__(self) -> int:

@@ -73,6 +73,8 @@ def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:
             return integral(args[0], node.start)
         case "derivative":
             return derivative(args[0])
+        case "reduction":
+            return Expr("reduction", args, node.payload)
         case _:
             return call(node.op, *args)
 

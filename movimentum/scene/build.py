@@ -35,6 +35,7 @@ from movimentum.scene.model import (
     Variable,
 )
 from movimentum.scene.pairs import uncrossed
+from movimentum.scene.reductions import at_one_time
 from movimentum.scene.resolve import (
     AngleUse,
     PropertyUse,
@@ -47,7 +48,7 @@ from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_thing
 from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Blank, Comparison, Name, Transition, postorder
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import ClaimStatement, ScriptTree, Statement
+from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
 
 
 def build(
@@ -122,12 +123,13 @@ def _steps(
     """The steps with what they state and claim, in the order written."""
     stated: list[list[Constraint | Ending]] = [[] for _ in expanded.steps]
     claimed: list[list[Claim | Ending]] = [[] for _ in expanded.steps]
+    aimed: list[list[Claim | Ending]] = [[] for _ in expanded.steps]
     for item in statements:
         stated[item.step].append(item)
     for item in claims:
-        claimed[item.step].append(item)
+        (claimed if item.purpose is Purpose.CLAIM else aimed)[item.step].append(item)
     return tuple(
-        Step(number, step.time, step.span, tuple(stated[number]), tuple(claimed[number]))
+        Step(number, step.time, step.span, tuple(stated[number]), tuple(claimed[number]), tuple(aimed[number]))
         for number, step in enumerate(expanded.steps)
     )
 
@@ -203,6 +205,8 @@ def _at_the_end(script: ScriptTree, source: SourceText) -> tuple[int, str]:
 def _draft(statement: Statement | ClaimStatement, step: int, table: ThingTable, findings: Findings) -> Draft | None:
     first, second, crossed = uncrossed(statement)
     statement = replace(statement, left=first, right=second)
+    if isinstance(statement, ClaimStatement):
+        statement = at_one_time(statement)
     left = tuple(postorder(statement.left))
     ends = isinstance(statement.right, Blank)
     right = None if ends else tuple(postorder(statement.right))

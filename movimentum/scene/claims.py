@@ -1,4 +1,4 @@
-"""Claims: expected results, read like constraints and kept apart from them."""
+"""Claims, goals and requirements: what is said about results, read like constraints and kept apart from them."""
 
 from __future__ import annotations
 
@@ -21,6 +21,10 @@ from movimentum.scene.text_edits import removed
 from movimentum.source import Span
 from movimentum.syntax import expression_tree, tree
 from movimentum.syntax.printer import expression_text
+from movimentum.syntax.tree import Purpose
+from movimentum.text import time_text
+
+NAMED = {Purpose.CLAIM: "a claim", Purpose.GOAL: "a goal", Purpose.REQUIREMENT: "a requirement"}
 
 
 def build_claims(
@@ -32,10 +36,13 @@ def build_claims(
     for draft in drafts:
         key = key_text(draft.statement.left, draft.meanings, table)
         if draft.right is None:
-            made.append(Ending(draft.step, draft.relation, key, draft.statement.span))
+            assert isinstance(draft.statement, tree.ClaimStatement)
+            made.append(Ending(draft.step, draft.relation, key, draft.statement.span, draft.statement.purpose))
             continue
         time = times[draft.step] if times else Fraction(0)
-        made.extend(_claim(draft, time, key, next(numbers), inference, table, blanks, findings))
+        for claim in _claim(draft, time, key, next(numbers), inference, table, blanks, findings):
+            _judge_times(claim, times, findings)
+            made.append(claim)
     return made
 
 
@@ -52,16 +59,19 @@ def _claim(
     """The claim, or nothing after an error."""
     claim = draft.statement
     assert isinstance(claim, tree.ClaimStatement)
-    context = Context(inference, findings, blanks, time, number, draft.step_end, table.things)
+    what = NAMED[claim.purpose]
+    reduces = claim.purpose is not Purpose.CLAIM
+    context = Context(inference, findings, blanks, time, number, draft.step_end, table.things, reduces)
     left = lower(draft.left, draft.meanings, context)
     right = lower(draft.right or (), draft.meanings, context)
-    tolerance = _tolerance(claim, findings)
+    tolerance = _tolerance(claim, findings) if claim.purpose is not Purpose.GOAL else None
+    weight = _weight(claim, findings) if claim.purpose is Purpose.GOAL else 1.0
     if left is None or right is None:
         return
     pairs = [pair for pair in zip(left, right, strict=True) if not any(map(_is_blank, pair))]
     if not pairs:
         findings.error(
-            "claim/empty", "this claims nothing: `_` is any value", claim.span, helps=(_left_out(claim, findings),)
+            "claim/empty", f"{what} of nothing: `_` is any value", claim.span, helps=(_left_out(claim, findings),)
         )
         return
     for node in walk(*(side for pair in pairs for side in pair)):
@@ -69,15 +79,15 @@ def _claim(
             word = {"integral": ".i", "derivative": ".d"}[node.op]
             findings.error(
                 "claim/not-a-reading",
-                f"a claim reads results, but `{word}(…)` has to be solved for",
+                f"{what} reads results, but `{word}(…)` has to be solved for",
                 claim.span,
-                helps=(f"state `v = {word}(…);` and make a claim about `v`",),
+                helps=(f"state `v = {word}(…);` and make {what} about `v`",),
             )
             return
         if _is_blank(node):
             findings.error(
                 "claim/not-a-reading",
-                "`_` in a claim can only be a whole side or a component of one: nothing solves for it",
+                f"`_` in {what} can only be a whole side or a component of one: nothing solves for it",
                 claim.span,
                 helps=("write `[_, 100]` to claim only the height of a point",),
             )
@@ -93,6 +103,8 @@ def _claim(
         told=(expression_text(claim.left), expression_text(claim.right)),
         strict=draft.strict,
         tolerance=tolerance,
+        purpose=claim.purpose,
+        weight=weight,
     )
 
 
@@ -105,12 +117,32 @@ def _is_blank(node: Expr) -> bool:
 
 
 def _tolerance(claim: tree.ClaimStatement, findings: Findings) -> Fraction | None:
-    if claim.tolerance is None:
+    if claim.extent is None:
         return None
-    value = exact(claim.tolerance, "a claim's tolerance", findings)
+    value = exact(claim.extent, f"{NAMED[claim.purpose]}'s tolerance", findings)
     if value is not None and value < 0:
-        findings.error("kind/mismatch", "a claim's tolerance cannot be negative", claim.tolerance.span)
+        findings.error("kind/mismatch", f"{NAMED[claim.purpose]}'s tolerance cannot be negative", claim.extent.span)
     return value
+
+
+def _weight(claim: tree.ClaimStatement, findings: Findings) -> float:
+    value = Fraction(1) if claim.extent is None else exact(claim.extent, "a goal's weight", findings)
+    if value is not None and value <= 0:
+        assert claim.extent is not None
+        findings.error("kind/mismatch", "a goal's weight must be more than 0", claim.extent.span)
+    return float(value or 1)
+
+
+def _judge_times(claim: Claim, times: Sequence[Fraction], findings: Findings) -> None:
+    """Report a time of an ``.at`` at which there is no film."""
+    for node in walk(*claim.left, *claim.right):
+        if node.op == "reduction" and node.payload == "at" and times:
+            time = node.args[1].value
+            if time is not None and not float(times[0]) <= time <= float(times[-1]):
+                begin, end = time_text(float(times[0])), time_text(float(times[-1]))
+                message = f"t = {time_text(time)} is outside the film, which goes from {begin} to {end}"
+                findings.error("timeline/outside", message, claim.span)
+                return
 
 
 def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findings: Findings) -> None:

@@ -224,6 +224,10 @@ class Inference:
             return self._cells[id(node.arguments[0])]
         if node.function in PAIRED:
             return Cell(Kind.SCALAR, node.span)
+        if node.function in ("at", "first", "last", "mean"):
+            for time in node.arguments[1:]:
+                self.require(time, Kind.SCALAR, "a time is a scalar")
+            return self._cells[id(node.arguments[0])]
         vectors = _OF_VECTORS.get(node.function)
         for argument in node.arguments:
             if vectors:

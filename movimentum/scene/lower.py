@@ -45,6 +45,7 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
+from movimentum.scene.reductions import is_reduction, reduced
 from movimentum.scene.resolve import (
     AngleUse,
     ComponentUse,
@@ -96,7 +97,7 @@ T = TypeVar("T")
 class Context:
     """The context for lowering an expression: ``step_time``, ``step_end`` (None: the last step, which has no length)
     and the number of its ``constraint``; ``blanks`` counts the ``_`` of the whole script; ``things`` are the scene's;
-    diagnostics go to ``findings``.
+    diagnostics go to ``findings``. ``reduces``: what is read may be reduced over the film, as in goals.
     """
 
     inference: Inference
@@ -106,6 +107,7 @@ class Context:
     constraint: int = -1
     step_end: Fraction | None = None
     things: Sequence[Thing] = ()
+    reduces: bool = False
 
 
 def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> Value | None:
@@ -306,6 +308,8 @@ def _call(node: Call, arguments: list[Value], context: Context) -> Value:
             return tuple(integral(part, context.step_time) for part in arguments[0])
         case "d":
             return tuple(derivative(part) for part in arguments[0])
+        case word if is_reduction(node) and (context.reduces or word not in ("min", "max")):
+            return reduced(node, arguments, context.findings, allowed=context.reduces)
         case "min" | "max":
             return (_paired(lambda a, b: call(node.function, a, b), [part for (part,) in arguments]),)
         case _:
@@ -364,7 +368,7 @@ def _checked(node: Expression, value: Value, values: dict[int, Value], context: 
     """``value``, or ones if constants have led out of the real numbers (which is reported once, where it happens)."""
     good = all(part.value is None or math.isfinite(part.value) for part in value)
     # of constants, and no constant itself
-    grows = (isinstance(node, Call) and node.function == "i") or isinstance(node, Transition)
+    grows = isinstance(node, Transition) or (isinstance(node, Call) and (node.function == "i" or is_reduction(node)))
     if good and not grows and any(part.value is None for part in value):
         below = [values[id(child)] for child in children(node) if id(child) in values]
         constant = bool(below) and all(part.value is not None for parts in below for part in parts)

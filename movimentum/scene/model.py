@@ -18,6 +18,7 @@ from movimentum.scene.colors import INK, NOTED, PALE
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.source import SourceText, Span
+from movimentum.syntax.tree import Purpose
 
 # --- what a symbol of an expression can stand for (payloads of Expr "symbol") ---------------------
 
@@ -258,7 +259,8 @@ class Constraint:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """An expected result, ``left RELATION right`` to within ``tolerance``; it has no influence on the motion.
+    """An expected result, ``left RELATION right`` to within ``tolerance``; it has no influence on the motion. Or what a
+    fit is to bring about: a goal with its ``weight``, or a requirement; these may have ``reduction`` nodes.
 
     Laid out as `Constraint` (``number`` counts claims only; the relation is never a wish); a component whose side is a
     bare ``_`` is not claimed and left out. ``tolerance`` None: a default that depends on the scene's size. ``told`` has
@@ -275,27 +277,31 @@ class Claim:
     told: tuple[str, str]
     strict: bool = False
     tolerance: Fraction | None = None
+    purpose: Purpose = Purpose.CLAIM
+    weight: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """``lhs = _;`` (or ``<``, ``>``, ``~``): ends what was stated (in `Step.claims`: claimed) under the key."""
+    """``lhs = _;`` (or ``<``, ``>``, ``~``): ends what was stated (or claimed, for a ``purpose``) under the key."""
 
     step: int
     relation: Relation
     key: str
     span: Span
+    purpose: Purpose | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """``@t`` with its statements and its claims, in the order written."""
+    """``@t`` with its statements and its claims, in the order written; ``aims`` are goals and requirements."""
 
     number: int
     time: Fraction
     span: Span
     statements: tuple[Constraint | Ending, ...]
     claims: tuple[Claim | Ending, ...] = ()
+    aims: tuple[Claim | Ending, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

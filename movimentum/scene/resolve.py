@@ -12,7 +12,7 @@ from movimentum.scene.model import AnchorRef, GearPair, Thing
 from movimentum.scene.pairs import PAIRED, is_crossed, pair_of
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Number
-from movimentum.syntax.words import CLOCKS, THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.syntax.words import CLOCKS, REDUCTIONS, THING_MEMBERS, VECTOR_MEMBERS
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +148,9 @@ def _member(node: Member, table: ThingTable, findings: Findings) -> Meaning | No
     if isinstance(node.operand, Number) and node.name in CLOCKS:
         title = f"to multiply, write `{findings.source.slice(node.operand.span)}*.{node.name}`"
         help_ = insertion(title, node.operand.span.end, "*")
+    elif node.name in REDUCTIONS:
+        spelled = f".{node.name}({findings.source.slice(node.operand.span)})"
+        help_ = replacement(f"of the whole film: `{spelled}`", node.span, spelled)
     elif guess:
         help_ = replacement(f"did you mean `.{guess}`?", node.name_span, guess)
     findings.error("name/unknown-anchor", f"a vector has no `.{node.name}`", node.name_span, helps=(help_,))

@@ -131,5 +131,5 @@ def _end_of_step(scene: Scene, step: int) -> tuple[int, str]:
 
 
 def _stated(scene: Scene, step: int) -> Iterator[Span]:
-    for item in (*scene.steps[step].statements, *scene.steps[step].claims):
+    for item in (*scene.steps[step].statements, *scene.steps[step].claims, *scene.steps[step].aims):
         yield item.span

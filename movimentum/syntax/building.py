@@ -37,6 +37,7 @@ from movimentum.syntax.tree import (
     Option,
     Parameter,
     PartDefinition,
+    Purpose,
     Reference,
     ScriptTree,
     ShapeWord,
@@ -199,10 +200,16 @@ class Builder(ValueBuilder):
         return Statement(bare(left), Comparison(comparison), bare(right), limit, span=span_of(pieces[:-1]))
 
     def claim(self, pieces: Sequence[Piece]) -> ClaimStatement:
-        """``.claim left = right .within(tolerance);``."""
-        _, left, comparison, right, *within = pieces
-        tolerance = bare(within[2]) if len(within) > 1 else None
-        return ClaimStatement(bare(left), Comparison(comparison), bare(right), tolerance, span=span_of(pieces[:-1]))
+        """``.claim left = right .within(tolerance);``, ``.goal left = right .weight(weight);``, ``.require …``."""
+        word, left, comparison, right, *option = pieces
+        extent = bare(option[2]) if len(option) > 1 else None
+        purpose = Purpose(str(word)[1:])
+        return ClaimStatement(
+            bare(left), Comparison(comparison), bare(right), extent, purpose, span=span_of(pieces[:-1])
+        )
+
+    goal = claim
+    requirement = claim
 
 
 def _definition(

@@ -9,7 +9,7 @@ from movimentum.source import Edit, Span
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.words import SHAPES
 
-WORDS = ("config", "let", "part", "for", "include", "claim", "loop")
+WORDS = ("config", "let", "part", "for", "include", "claim", "goal", "require", "loop")
 """What may begin an item, besides names."""
 
 _OTHERS = {

@@ -145,6 +145,10 @@ class ValueBuilder:
             )
         return Call(function, arguments, span=span)
 
+    def at_time(self, pieces: Sequence[Piece]) -> Call:
+        """``value.at(time)``."""
+        return Call("at", (bare(pieces[0]), bare(pieces[3])), span=span_of(pieces))
+
     def range(self, pieces: Sequence[Piece]) -> Range:
         """``{ e : v0 > b1 : v1 }``."""
         inner = [bare(piece) for piece in pieces[1:-1:2]]

@@ -45,6 +45,7 @@ _WORDS = {
     "ELEMENT": "`#id`",
     "CONFIG": "`.config`",
     "WITHIN": "`.within(…)`",
+    "WEIGHT": "`.weight(…)`",
     "SPEED": "`.speed(…)`",
 }
 _ORDER = ("SEMICOLON", "RPAR", "RSQB", "RBRACE", "COMMA", "COLON", "LPAR", "LSQB", "ABOVE", "EQUAL")
@@ -142,7 +143,7 @@ def expected_words(accepted: frozenset[str]) -> str:
         return "a place such as `[0, 0]` or `P + [10, 0]`"
     if names >= _VALUE:
         words.append("a value")
-        names -= _VALUE
+        names -= _VALUE | {"RANGE"}
     if names >= _RELATIONS:
         words.append("`=`, `<`, `>` or `~`")
         names -= _RELATIONS
@@ -157,16 +158,16 @@ def expected_words(accepted: frozenset[str]) -> str:
         names -= _SHAPES | {"STRING"}
     if len(names) > 1:
         names -= {"SPEED", "TO"}  # nobody expects them here
-    if names > {"WITHIN"} and "WORD" in names:
-        names -= {"WITHIN"}
+    if "WORD" in names:
+        names -= {"WITHIN", "WEIGHT"} if len(names) > 1 else set()
     if "CIRCUMFLEX" in names or "STAR" in names:
         names -= {"LSQB"}  # an index, which hardly anybody expects
     words.extend(_WORDS[name] for name in _ORDER if name in names)
     names -= set(_ORDER)
     if "CIRCUMFLEX" in names or "STAR" in names:
         words.append("an operator")
-        names -= {*_OPERATORS, "WORD", "OPTION", "ROTATE", "LSQB", "TO"}
-    words.extend(sorted({_WORDS.get(name, name.lower()) for name in names - {"ROTATE"}}))
+        names -= {*_OPERATORS, "WORD", "OPTION", "ROTATE", "MOMENT", "LSQB", "TO"}
+    words.extend(sorted({_WORDS.get(name, name.lower()) for name in names - {"ROTATE", "MOMENT"}}))
     if not words:
         return "something else"
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " or " + words[-1]
@@ -294,9 +295,10 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
 
 def _transition_helps(text: str, place: int) -> tuple[str | Fix, ...]:
     """Where `->` can stand, which is not here."""
-    claim = re.search(r"\.claim\s+(?=[^;]*\Z)", text[:place])
+    claim = re.search(r"\.(claim|goal|require)\s+(?=[^;]*\Z)", text[:place])
     if claim is not None:
-        title = "a claim is about a result; without `.claim` this statement causes it"
+        what = {"claim": "a claim", "goal": "a goal", "require": "a requirement"}[claim[1]]
+        title = f"{what} is about a result; without `.{claim[1]}` this statement causes it"
         return (replacement(title, Span(*claim.span()), ""),)
     return ("`->` joins the two values that are the whole right side of a statement: `x = 0 -> 90;`",)
 

@@ -41,6 +41,7 @@ from movimentum.syntax.tree import (
     Loop,
     Option,
     PartDefinition,
+    Purpose,
     Reference,
     ScriptTree,
     ShapeWord,
@@ -73,7 +74,8 @@ def _lines(items: Iterable[Item]) -> Iterator[str]:
             line = item_text(item)
             if after_time and line.startswith("-") and isinstance(item, Statement):
                 # After `@8` a minus would belong to the time.
-                line = f"({expression_text(item.left)}) {item.comparison} {expression_text(item.right)};"
+                left = expression_text(item.left)
+                line = f"({left})" + line.removeprefix(left)
             yield line
         after_time = isinstance(item, StepHeader)
 
@@ -114,12 +116,13 @@ def item_text(item: Item) -> str:
             parts = [head, _shape_text(item.shape), *map(_part_text, item.parts)]
         case StepHeader():
             time = expression_text(item.time)
-            plain = all(isinstance(node, _IN_TIMES) for node in postorder(item.time))
+            plain = all(_fits(node, _IN_TIMES) for node in postorder(item.time))
             return f"@{'+' if item.relative else ''}{time if plain else f'({time})'}"
         case ClaimStatement():
-            parts = [".claim", expression_text(item.left), item.comparison, expression_text(item.right)]
-            if item.tolerance is not None:
-                parts.append(f".within({expression_text(item.tolerance)})")
+            parts = [f".{item.purpose}", expression_text(item.left), item.comparison, expression_text(item.right)]
+            if item.extent is not None:
+                word = "weight" if item.purpose is Purpose.GOAL else "within"
+                parts.append(f".{word}({expression_text(item.extent)})")
         case Statement():
             parts = [expression_text(item.left), item.comparison, expression_text(item.right)]
             if item.speed is not None:
@@ -301,9 +304,14 @@ def _part_text(part: AnchorDefinition | Reference | Option) -> str:
             return f"{part.name} = {_term_text(part.base)}{offsets}"
 
 
+def _fits(node: Expression, kinds: tuple[type, ...]) -> bool:
+    """Whether the grammar of times, or of places, has the node by itself; `.range` is an option's word there."""
+    return isinstance(node, kinds) and not (isinstance(node, Call) and node.function == "range")
+
+
 def _term_text(value: Expression) -> str:
     """A term of an anchor's place: what an anchor's grammar does not have by itself goes into parentheses."""
     text = expression_text(value)
-    simple = all(isinstance(node, _IN_PLACES) for node in postorder(value) if not isinstance(node, Number))
-    inside = isinstance(value, Name | Vector | Element | Number | Call)
+    simple = all(_fits(node, _IN_PLACES) for node in postorder(value) if not isinstance(node, Number))
+    inside = isinstance(value, Name | Vector | Element | Number | Call) and _fits(value, _IN_PLACES)
     return text if inside or (simple and not isinstance(value, Sum)) else f"({text})"

@@ -28,11 +28,18 @@ def nearest(name: str, candidates: Iterable[str]) -> str | None:
     if len(name) > _LONGEST:
         return None
     limit = max(1, len(name) // 3) if len(name) > 1 else 0  # any other letter is "near" a single one
-    best: tuple[int, str] | None = None
+    best: str | None = None
     for candidate in sorted(set(candidates)):
-        if abs(len(candidate) - len(name)) > limit:
-            continue
-        steps = 0 if candidate.lower() == name.lower() else distance(name, candidate)
-        if steps <= limit and (best is None or steps < best[0]):
-            best = (steps, candidate)
-    return best[1] if best else None
+        if candidate.lower() == name.lower():
+            return candidate
+        if max(_beyond(name, candidate), _beyond(candidate, name)) > limit:
+            continue  # no comparison is that short, and most names end here
+        steps = distance(name, candidate)
+        if steps <= limit:
+            best, limit = candidate, steps - 1
+    return best
+
+
+def _beyond(first: str, second: str) -> int:
+    """How many letters ``first`` has that ``second`` has not: at least so many steps are between the two."""
+    return sum(max(first.count(letter) - second.count(letter), 0) for letter in set(first))

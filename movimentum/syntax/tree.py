@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import NOWHERE, Comparison, Expression, Node, Operator
@@ -176,14 +177,27 @@ class Statement(Node):
     speed: Expression | None = None
 
 
+class Purpose(StrEnum):
+    """What a `ClaimStatement` is for: its word, without the dot."""
+
+    CLAIM = "claim"
+    GOAL = "goal"
+    REQUIREMENT = "require"
+
+
 @dataclass(frozen=True, slots=True)
 class ClaimStatement(Node):
-    """``.claim left comparison right .within(tolerance);``: an expected result. The comparison is never a wish."""
+    """``.claim left comparison right .within(extent);``: an expected result. The comparison is never a wish.
+
+    Goals and requirements of a fit are read alike: ``.goal left comparison right .weight(extent);`` and ``.require left
+    comparison right .within(extent);``.
+    """
 
     left: Expression
     comparison: Comparison
     right: Expression
-    tolerance: Expression | None = None
+    extent: Expression | None = None
+    purpose: Purpose = Purpose.CLAIM
 
 
 Item = (
@@ -226,7 +240,7 @@ def expressions_of(item: Item) -> list[Expression]:
         case Statement():
             found = [item.left, item.right, item.speed]
         case ClaimStatement():
-            found = [item.left, item.right, item.tolerance]
+            found = [item.left, item.right, item.extent]
         case StepHeader():
             found = [item.time]
         case Let():

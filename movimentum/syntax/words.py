@@ -26,11 +26,20 @@ FUNCTIONS: dict[str, tuple[int, int | None]] = {
     "along": (3, 3),
     "mesh": (2, 2),
     "belt": (2, 2),
+    "mean": (1, 1),
+    "rms": (1, 1),
+    "range": (1, 1),
+    "first": (1, 1),
+    "last": (1, 1),
+    "at": (2, 2),
 }
 """Canonical name -> the least and the greatest number of arguments (None: any)."""
 
 SYNONYMS = {"angle": "a", "sqrt": "q", "integral": "i", "differential": "d"}
 """Longer spellings of functions -> canonical names."""
+
+REDUCTIONS = frozenset({"min", "max", "mean", "rms", "range", "first", "last", "at"})
+"""Functions that make one value of those in all frames (`.min` and `.max` do of one argument)."""
 
 CLOCKS = ("t", "s", "iv", "T", "pi")
 """Values without arguments."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import cast
@@ -73,7 +73,9 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
         active = tuple(shares.placed(_with_lifetime(item, lifetimes, lowered), moment.time) for item in moment.active)
         active = trains.placed(active, moment.time)
         segments.append(Segment(number, moment.step, moment.time, until, active, _visible(scene, moment.step)))
-    return Timeline(scene, tuple(segments), rate, lifetimes, _claims(scene, segments, trains))
+    return Timeline(
+        scene, tuple(segments), rate, lifetimes, *(_held(scene, segments, trains, aims=aims) for aims in (False, True))
+    )
 
 
 def _moments(scene: Scene) -> list[_StepState]:
@@ -112,19 +114,20 @@ def _lifetimes(scene: Scene, moments: list[_StepState]) -> dict[int, Fraction]:
     return {number: ended[number] - start for number, start in began.items()}
 
 
-def _claims(scene: Scene, segments: Sequence[Segment], trains: Trains) -> tuple[HeldClaim, ...]:
-    """How long each claim holds: until a later step restates or ends its key, as with constraints."""
+def _held(scene: Scene, segments: Sequence[Segment], trains: Trains, *, aims: bool) -> tuple[HeldClaim, ...]:
+    """How long each claim (or aim) holds: until a later step restates or ends its key, as with constraints."""
     end = scene.steps[-1].time
     over: dict[int, Fraction] = {}
-    held: dict[tuple[str, Relation], list[Claim]] = {}
+    held: dict[Hashable, list[Claim]] = {}
     made: list[Claim] = []
     for step in scene.steps:
-        for item in step.claims:
-            over.update((claim.number, step.time) for claim in held.pop((item.key, item.relation), ()))
-        for item in step.claims:
+        items = step.aims if aims else step.claims
+        for item in items:
+            over.update((claim.number, step.time) for claim in held.pop((item.key, item.relation, item.purpose), ()))
+        for item in items:
             if isinstance(item, Claim):
                 made.append(item)
-                held.setdefault((item.key, item.relation), []).append(item)
+                held.setdefault((item.key, item.relation, item.purpose), []).append(item)
     result: list[HeldClaim] = []
     for claim in made:
         start, until = scene.steps[claim.step].time, over.get(claim.number, end)

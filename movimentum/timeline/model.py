@@ -28,8 +28,8 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class HeldClaim:
-    """A claim from its step's time to ``end``, when it is restated or ended, or (``to_the_end``) to the end of the
-    script, included. Its ``lifetime`` leaves are replaced.
+    """A claim, a goal or a requirement from its step's time to ``end``, when it is restated or ended, or
+    (``to_the_end``) to the end of the script, included. Its ``lifetime`` leaves are replaced.
     """
 
     claim: Claim
@@ -48,7 +48,8 @@ class Timeline:
 
     The last step's constraints hold from its time on; as frames end at the last step's time, the last
     segment has ``start == end`` (one instant).
-    ``claims`` are in the order written. ``lifetimes`` maps a constraint's number to how long it stays stated (``.iv``).
+    ``claims`` are in the order written, and so are ``aims``, the goals and requirements of a fit. ``lifetimes`` maps a
+    constraint's number to how long it stays stated (``.iv``).
     """
 
     scene: Scene
@@ -56,6 +57,7 @@ class Timeline:
     fps: Fraction
     lifetimes: dict[int, Fraction]
     claims: tuple[HeldClaim, ...] = ()
+    aims: tuple[HeldClaim, ...] = ()
 
     @property
     def start(self) -> Fraction:

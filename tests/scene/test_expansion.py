@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -112,12 +113,17 @@ FOUR_BAR = """
 MEASURES = ("low", "side", "lean", "across", "along")
 
 
+@cache
+def plain_linkage() -> mv.Motion:
+    return mv.loads(FOUR_BAR + "A : Linkage(); @0 @3").solve()
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.floats(-300, 300), st.floats(-300, 300), st.floats(-180, 180), st.booleans(), st.booleans())
 def test_a_placed_copy_moves_like_the_part_carried_along(
     x: float, y: float, turned: float, mirrored: bool, nested: bool
 ) -> None:
-    plain = mv.loads(FOUR_BAR + "A : Linkage(); @0 @3").solve()
+    plain = plain_linkage()
     placing = f".at([{x!r}, {y!r}]) .turned({turned!r}) {'.mirrored' if mirrored else ''}"
     inside = ".part Two() { In : Linkage() .at([10,20]) .turned(30) .mirrored; } " if nested else ""
     copy = "C : Two()" if nested else "C : Linkage()"

@@ -7,8 +7,6 @@ import math
 import re
 import shutil
 import statistics
-import subprocess
-import sys
 import time
 import urllib.request
 from collections.abc import Callable
@@ -18,7 +16,7 @@ from urllib.error import HTTPError
 import pytest
 
 import movimentum as mv
-from tests.command import ROOT, environment
+from tests.command import ROOT, movimentum
 from tests.studio.conftest import Studio, Tab, wait_for
 from tests.studio.scripts import FOUR_BAR
 
@@ -86,10 +84,7 @@ def test_2_a_syntax_error_squiggles_where_check_says(opened: Opened) -> None:
     state = tab.until("s.diagnostics.some(d => d.severity === 'error')")
     other = tab.studio.folder / "other.mov"
     other.write_text(text, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-m", "movimentum", "check", str(other), "--format", "json"],
-        capture_output=True, text=True, env=environment(), check=False, timeout=60,
-    )  # fmt: skip
+    done = movimentum("check", other, "--format", "json")
     (expected,) = json.loads(done.stdout)["diagnostics"]
     (found,) = [item for item in state["diagnostics"] if item["severity"] == "error"]
     for key in ("code", "message", "line", "column", "end_line", "end_column"):
@@ -396,9 +391,6 @@ def test_13_a_four_bar_is_drawn_by_mouse_alone(opened: Opened, studio: Callable[
     written = script.read_text(encoding="utf-8")
     assert "AB : .bar  A = [120, 120]  B = [180, 260];" in written
     assert "C.P ~ [430, 330];" in written
-    done = subprocess.run(
-        [sys.executable, "-m", "movimentum", "run", str(script)],
-        capture_output=True, text=True, env=environment(), check=False, timeout=60,
-    )  # fmt: skip
+    done = movimentum("run", script)
     assert done.returncode == 0, done.stderr
     assert script.with_suffix(".gif").stat().st_size > 0

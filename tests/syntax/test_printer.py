@@ -44,6 +44,7 @@ from movimentum.syntax.tree import (
     Option,
     Parameter,
     PartDefinition,
+    Purpose,
     Reference,
     ScriptTree,
     ShapeWord,
@@ -202,6 +203,7 @@ plain_items = st.one_of(
         st.sampled_from([comparison for comparison in Comparison if comparison is not Comparison.WISH]),
         small,
         st.none() | small,
+        st.sampled_from(Purpose),
     ),
     st.builds(Copy, names, names, arguments, st.lists(options, max_size=2).map(tuple), suffixes),
 )
@@ -241,17 +243,38 @@ items = st.one_of(
 )
 
 
-@given(expressions)
-@settings(max_examples=300, deadline=None)
-def test_expressions_come_back(tree) -> None:
+def assert_comes_back(tree) -> None:
     text = expression_text(tree)
     assert statement_of(f"x = {text}").right == tree
     assert expression_text(statement_of(f"x = {text}").right) == text
 
 
-@given(st.lists(items, max_size=3).map(lambda found: ScriptTree(tuple(found))))
-@settings(max_examples=150, deadline=None)
+@given(expressions)
+@settings(max_examples=100, deadline=None)
+def test_expressions_come_back(tree) -> None:
+    assert_comes_back(tree)
+
+
+@pytest.mark.slow
+@given(expressions)
+@settings(max_examples=1000, deadline=None)
+def test_many_expressions_come_back(tree) -> None:
+    assert_comes_back(tree)
+
+
+trees = st.lists(items, max_size=3).map(lambda found: ScriptTree(tuple(found)))
+
+
+@given(trees)
+@settings(max_examples=50, deadline=None)
 def test_scripts_come_back(tree: ScriptTree) -> None:
+    assert script_of(script_text(tree)) == tree
+
+
+@pytest.mark.slow
+@given(trees)
+@settings(max_examples=500, deadline=None)
+def test_many_scripts_come_back(tree: ScriptTree) -> None:
     assert script_of(script_text(tree)) == tree
 
 

@@ -42,14 +42,14 @@ class ItemWriter:
         """A statement or a claim; None after an error."""
         rewrite = self.constants.rewriter.expression
         left, right = rewrite(item.left, scope), rewrite(item.right, scope)
-        more = item.speed if isinstance(item, Statement) else item.tolerance
+        more = item.speed if isinstance(item, Statement) else item.extent
         made = None if more is None else rewrite(more, scope)
         if left is None or right is None or (more is not None and made is None):
             return None
         span = scope.place(item.span)
         if isinstance(item, Statement):
             return Statement(left, item.comparison, right, made, span=span)
-        return ClaimStatement(left, item.comparison, right, made, span=span)
+        return ClaimStatement(left, item.comparison, right, made, item.purpose, span=span)
 
     def config(self, item: ConfigStatement, scope: Scope) -> ConfigStatement | None:
         """``.config``."""
