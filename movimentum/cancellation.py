@@ -20,8 +20,9 @@ _asked: ContextVar[Callable[[], bool] | None] = ContextVar("_asked", default=Non
 
 @contextmanager
 def cancellable(unwanted: Callable[[], bool]) -> Generator[None, None, None]:
-    """Raise `Cancelled` inside, at the next `look`, once ``unwanted`` is true."""
-    token = _asked.set(unwanted)
+    """Raise `Cancelled` inside, at the next `look`, once ``unwanted`` is true, or what was asked around this."""
+    around = _asked.get()
+    token = _asked.set(unwanted if around is None else lambda: unwanted() or around())
     try:
         look()
         yield

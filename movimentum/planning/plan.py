@@ -10,6 +10,7 @@ from movimentum.expressions import Expr
 from movimentum.planning.blocks.fused import Schedule, schedule
 from movimentum.planning.blocks.kinds import Block, Winding
 from movimentum.planning.codegen.generate import Clocks, Compiled
+from movimentum.planning.codegen.kept_code import KeptCode
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.scene.model import ThingAngle
@@ -24,7 +25,7 @@ class Plan:
     for each error of `System.wishes` (``wish_of``: which wish). ``measured`` are expressions of what hangs from free
     motion without a say in it, see `blocks.wishes`. ``clocks`` are the starts of the clocks that all compiled functions
     read as ``k``. ``bodies`` are the unknowns of all things that constraints mention. ``size`` is the scene's size in
-    pixels.
+    pixels. ``code`` is what other plans have compiled, if it is kept.
     """
 
     system: System
@@ -38,6 +39,7 @@ class Plan:
     measured: Mapping[Expr, Expr]
     bodies: tuple[BodyUnknowns, ...]
     size: float
+    code: KeptCode | None = None
     _schedules: dict[bool, Schedule] = field(default_factory=dict[bool, Schedule])
     _owner: dict[int, int] = field(default_factory=dict[int, int], init=False)
 
@@ -72,5 +74,5 @@ class Plan:
                 if windings or not isinstance(block, Winding) or awaited & set(block.unknowns)
             )
             clocks = Clocks(self.clocks)
-            found = self._schedules[windings] = schedule(self.blocks, needed, clocks)
+            found = self._schedules[windings] = schedule(self.blocks, needed, clocks, self.code)
         return found

@@ -15,6 +15,7 @@ from movimentum.planning.blocks.kinds import Assign, Block
 from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.body_frames import KnownFrames
+from movimentum.planning.lowering.builder import Forms
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.polynomial import Polynomial, from_expression, plus
 from movimentum.planning.lowering.system import build_system, with_rates, with_rigidity
@@ -53,10 +54,12 @@ class Structure:
         return _structure(self.base, self.driven, merged)
 
 
-def structure_of(scene: Scene, segment: Segment, frames: KnownFrames) -> Structure:
-    """The equations of ``segment`` in groups; raises `CyclicRateError`. ``frames``: see `body_frames`."""
-    found = _structured(build_system(scene, segment, frames))
-    return _structured(build_system(scene, segment, frames, rolling=True)) if _rolls(found) else found
+def structure_of(scene: Scene, segment: Segment, frames: KnownFrames, forms: Forms | None = None) -> Structure:
+    """The equations of ``segment`` in groups; raises `CyclicRateError`. ``frames``: see `body_frames`; ``forms``: see
+    `build_system`.
+    """
+    found = _structured(build_system(scene, segment, frames, forms=forms))
+    return _structured(build_system(scene, segment, frames, rolling=True, forms=forms)) if _rolls(found) else found
 
 
 def _rolls(found: Structure) -> bool:
@@ -105,7 +108,8 @@ def compile_structure(structure: Structure, size: float, kept: KeptBlocks | None
         make = partial(make_block, number, replace(system, equations=folded), group, clocks, moving, size)
         key = None if kept is None else block_key(number, system, rows, group, clocks, moving)
         block = make() if key is None or kept is None else kept.block((size, key), group.equations, make)
-        block = with_wishes(block, system.wishes, known, clocks)
+        drawn = with_wishes if kept is None else kept.drawn
+        block = drawn(block, system.wishes, known, clocks)
         blocks.append(block)
         known |= set(block.unknowns)
         if isinstance(block, Assign) and all(map(_foldable, block.formulas)):
@@ -113,25 +117,27 @@ def compile_structure(structure: Structure, size: float, kept: KeptBlocks | None
         if block.moving:
             moving |= set(block.unknowns)
     errors = [error for wish in system.wishes for error in wish.errors]
-    for node in walk(*(equation.residual for equation in system.equations)):
+    for node in walk(*(equation.residual for equation in system.equations if equation.residual.timed)):
         if node.op == "clock":  # also those that no block reads, for whoever looks at the equations as they were stated
             clocks.number(node.start)
     turning = {item.number for item in system.segment.active if item.paired}
+    code = compiled if kept is None else kept.code.of
     return Plan(
         system=system,
         blocks=tuple(blocks),
         checks=decomposition.checks,
         check_values=tuple(
-            compiled([system.equations[n].residual, _size_of_terms(system.equations[n], size, turning)], clocks)
+            code([system.equations[n].residual, _size_of_terms(system.equations[n], size, turning)], clocks)
             for n in decomposition.checks
         ),
-        selectors=tuple(compiled([selector.value], clocks) for selector in system.selectors),
-        wishes=tuple(compiled([error], clocks) for error in errors),
+        selectors=tuple(code([selector.value], clocks) for selector in system.selectors),
+        wishes=tuple(code([error], clocks) for error in errors),
         wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
         measured=hanging,
         clocks=tuple(clocks.starts),
         bodies=system.bodies(),
         size=size,
+        code=None if kept is None else kept.code,
     )
 
 

@@ -9,14 +9,18 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
+from movimentum.arrays import BoolArray
 from movimentum.scene.model import Scene, ThingProperty
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.effort import GivenUp, limited
+from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.beginning import begun
+from movimentum.solver.block.closed_form import State
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.follow import instant
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.poses import Poses
 from movimentum.solver.reuse import Known, scene_key, segment_key
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion, Unsolved
@@ -24,6 +28,17 @@ from movimentum.timeline.model import Timeline
 
 EFFORT = 400
 """Linearizations after which it is quicker to wait for the path."""
+
+
+class ShownPiece(Piece):
+    """A piece of one instant that is looked at once: block by block, for making one function of all takes longer."""
+
+    __slots__ = ()
+
+    def solve(self, instants: Instants, *, windings: bool = True) -> tuple[State, BoolArray]:
+        """As `Piece.solve`, but for rounding."""
+        del windings
+        return self.evaluate(instants)
 
 
 def glimpse(timeline: Timeline, time: Fraction, near: Carry, known: Known) -> Poses | None:
@@ -38,10 +53,13 @@ def glimpse(timeline: Timeline, time: Fraction, near: Carry, known: Known) -> Po
     tau = float(time - segment.start)
     try:
         with limited(EFFORT):
-            plan, selection = begun(scene, segment, key, known, size, near, tau)
+            plan, selection = begun(scene, segment, key, known, size, replace(near, shown=True), tau)
+            if selection.choices is None:  # what is next to the pose on show is on the wrong side, perhaps
+                plan, selection = begun(scene, segment, key, known, size, near, tau)
             if selection.choices is None:
                 return None
             piece = instant(plan, segment.start, tau, selection.choices)
+            piece = ShownPiece(plan, segment.start, tau, tau, piece.tracks, piece.nodes)
     except GivenUp:
         return None
     stretch = SegmentMotion(segment, plan, near, [piece], [PathBeginning(tau, selection, near, PathReason.STEP)], [])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from copy import copy
+from fractions import Fraction
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.arithmetic.alike import Alike
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.memory import remembered
 from movimentum.solver.block.closed_form import State
 
 TOLERANCE = 1e-7
@@ -40,13 +42,14 @@ class Judge:
             and not any(isinstance(system.unknowns[n].payload, Rate) for n in e.unknowns)
             and symbol_numbers(e.original or e.residual) <= solved_for
         ]
-        clocks = Clocks(plan.clocks)
-        self._function = Alike([e.original or e.residual for e in self.rows], clocks)
+        rows = tuple(e.original or e.residual for e in self.rows)
+        clocks = plan.clocks
+        self._function, starts = remembered(lambda: ("judge", rows, clocks), lambda: _evaluating(rows, clocks))
         # angles agree modulo a turn
         self._turns = np.array([e.original is not None and _is_of_angles(e.original) for e in self.rows])
         self._sizes = np.array([1.0 if e.constraint is None else size for e in self.rows])[:, None]
         # clocks that only the constraints as they are stated read
-        self._more = tuple(clocks.starts[len(plan.clocks) :])
+        self._more = starts[len(clocks) :]
 
     def later(self, plan: Plan) -> Judge | None:
         """The same for ``plan``, if its equations and unknowns are the same (a step that states nothing new)."""
@@ -91,6 +94,13 @@ class Judge:
     def _beyond(self, state: State, instants: Instants) -> list[FloatArray]:
         slacks = (selector(state, instants.clocks)[0] for selector in self.plan.selectors)
         return [np.maximum(-np.broadcast_to(slack, len(instants)), 0.0) for slack in slacks]
+
+
+def _evaluating(rows: Sequence[Expr], starts: Sequence[Fraction]) -> tuple[Alike, tuple[Fraction, ...]]:
+    """What evaluates ``rows``, and all clocks that it reads: first those of a plan, ``starts``."""
+    clocks = Clocks(starts)
+    function = Alike(rows, clocks)
+    return function, tuple(clocks.starts)
 
 
 def _is_of_angles(residual: Expr) -> bool:

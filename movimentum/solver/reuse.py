@@ -8,15 +8,19 @@ text is exchanged. Nothing is a warm start, so a motion never depends on what wa
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
 
 from movimentum.expressions import Expr, walk
 from movimentum.kept import Kept
 from movimentum.planning.blocks.kept import KeptBlocks
-from movimentum.planning.lowering.body_frames import KnownFrames
+from movimentum.planning.lowering.body_frames import KnownFrames, body_frames
+from movimentum.planning.lowering.builder import Forms
+from movimentum.planning.lowering.polynomial import Polynomial, from_expression
+from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure, compile_structure, structure_of
+from movimentum.planning.restated import chooses, introduced, restated
 from movimentum.scene.model import Anchor, Constraint, Scene, ThingProperty
 from movimentum.solver.basis.memory import Memory
 from movimentum.solver.path.piece import Piece
@@ -36,9 +40,11 @@ class Known:
         self._next = count(1)
         self._stretches = Kept[SegmentMotion](KEPT)
         self._structures = Kept[Structure](KEPT)
+        self._equations = Kept[Structure](KEPT)
+        self._forms = Kept[tuple[Polynomial | None]](KEPT)
         self._plans = Kept[Plan](KEPT)
         self._blocks = KeptBlocks(KEPT)
-        self._framed: tuple[Scene, KnownFrames] | None = None
+        self._last: _OfScene | None = None
         self.memory = Memory(KEPT)
 
     @property
@@ -53,8 +59,9 @@ class Known:
 
     def begin(self) -> None:
         """Another timeline is solved: forget what the last ones had no use for."""
-        for kept in (self._numbers, self._stretches, self._structures, self._plans, self._blocks, self.memory):
-            kept.begin()
+        kept = (self._numbers, self._stretches, self._structures, self._equations, self._plans, self._blocks)
+        for each in (*kept, self._forms, self.memory):
+            each.begin()
 
     def number(self, key: Hashable) -> int:
         """A number that stands for ``key``, and for no other: a key of keys is then as short as they are many."""
@@ -77,7 +84,12 @@ class Known:
         """The equations of a segment in groups, as `structure_of`."""
         found = self._structures.get(key)
         if found is None:
-            found = structure_of(scene, segment, self._frames_of(scene))
+            stated = self._equations_key(scene, segment)
+            alike = self._equations.get(stated)
+            found = None if alike is None else restated(alike, scene, segment)
+            if found is None:
+                found = structure_of(scene, segment, self._of_scene(scene).frames, self._forms_in(scene))
+                self._equations.keep(stated, found)
             self._structures.keep(key, found)
             return found
         system, base = (replace(each, scene=scene, segment=segment) for each in (found.system, found.base))
@@ -93,12 +105,48 @@ class Known:
             return found
         return _of(found, structure.system.scene, structure.system.segment)
 
-    def _frames_of(self, scene: Scene) -> KnownFrames:
-        """The frames that segments of ``scene`` have needed, if it is the scene last asked for."""
-        framed = self._framed
-        if framed is None or framed[0] is not scene:
-            framed = self._framed = scene, {}
-        return framed[1]
+    def _forms_in(self, scene: Scene) -> Forms:
+        """Polynomials of what constraints say, by their words: a number keeps the operation that it comes from."""
+        text, whole = scene.source.text, self._of_scene(scene).key
+
+        def form(constraint: Constraint, residual: Expr) -> Polynomial | None:
+            key = whole, _words(constraint.span, text), residual
+            found = self._forms.get(key)
+            if found is None:
+                found = (from_expression(residual),)
+                self._forms.keep(key, found)
+            return found[0]
+
+        return form
+
+    def _equations_key(self, scene: Scene, segment: Segment) -> Hashable:
+        """Everything that a structure depends on but what inequalities compare, and the numbers of constraints."""
+        text = scene.source.text
+        known = self._of_scene(scene)
+        frames = body_frames(scene, segment.active, known.frames)
+        whole = known.key, known.shift, segment.number, segment.step
+        stated = tuple(
+            (constraint_key(c)[1:], c.paired, _words(c.span, text)) for c in segment.active if not chooses(c)
+        )
+        placed = tuple(frames.items()), introduced(scene, segment, frames)
+        return whole, segment.start, segment.end, segment.visible, stated, placed
+
+    def _of_scene(self, scene: Scene) -> _OfScene:
+        """What is the same for all segments of ``scene``, if it is the scene last asked for."""
+        last = self._last
+        if last is None or last.scene is not scene:
+            last = self._last = _OfScene(scene, self.number(scene_key(scene)), scene_shift(scene), {})
+        return last
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _OfScene:
+    """The number that stands for a scene's key, its shift, and the frames that its segments have needed."""
+
+    scene: Scene
+    key: int
+    shift: tuple[float, float]
+    frames: KnownFrames
 
 
 def _of(plan: Plan, scene: Scene, segment: Segment) -> Plan:
@@ -161,8 +209,8 @@ def segment_key(scene: int, segment: Segment, text: str) -> Hashable:
     return scene, segment.number, segment.step, segment.start, segment.end, active, segment.visible
 
 
-def constraint_key(constraint: Constraint) -> Hashable:
-    """What a constraint says, not where."""
+def constraint_key(constraint: Constraint) -> tuple[Hashable, ...]:
+    """What a constraint says, not where; its number comes first."""
     return (
         constraint.number,
         constraint.step,

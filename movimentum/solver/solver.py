@@ -9,6 +9,7 @@ import numpy as np
 
 from movimentum.planning.plan import Plan
 from movimentum.solver.assembly import carry_at, held
+from movimentum.solver.basis.effort import is_limited
 from movimentum.solver.basis.memory import remembering
 from movimentum.solver.basis.pose_state import Carry, as_drawn
 from movimentum.solver.basis.scene_size import scene_size
@@ -50,7 +51,8 @@ def solve(
     scene = timeline.scene
     size = scene_size(scene)
     work = Solving(scene, size, known or Known(), resumes)
-    work.known.begin()
+    if not is_limited():  # what is only tried out belongs to the text that it is tried for
+        work.known.begin()
     with remembering(work.known.memory):
         return PathMotion(timeline, _solved(work, timeline, begin, known), size)
 

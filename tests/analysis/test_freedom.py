@@ -171,8 +171,8 @@ def test_the_basis_is_the_same_from_run_to_run_and_for_another_order_of_statemen
     (tmp_path / "a.mov").write_text(text)
     (tmp_path / "b.mov").write_text(head + "@0\n" + "\n".join(reversed(lines)) + "\n")
     made = []
-    for name in ("a", "a", "b"):
-        done = movimentum("check", tmp_path / f"{name}.mov", "--freedom", "--format", "json")
+    for name, fresh in (("a", False), ("a", True), ("b", False)):
+        done = movimentum("check", tmp_path / f"{name}.mov", "--freedom", "--format", "json", fresh=fresh)
         report = json.loads(done.stdout)
         made.append(report["steps"][0]["motions"])
     assert made[0] == made[1]

@@ -16,6 +16,7 @@ from movimentum.golden.check import check
 from movimentum.golden.page import write_report
 from movimentum.golden.pictures import BLURRED, difference
 from movimentum.golden.record import golden_of, record
+from tests.command import movimentum
 
 HERE = Path(__file__).parent
 SCRIPTS = sorted((HERE.parents[1] / "scripts").glob("*.mov"))
@@ -191,8 +192,9 @@ def test_a_picture_is_itself():
 # --- the command line and the plugin ---------------------------------------------------------------------
 
 
-def run(*arguments, cwd):
-    return subprocess.run([sys.executable, "-m", *arguments], cwd=cwd, capture_output=True, text=True, check=False)
+def run_pytest(*arguments, cwd):
+    command = [sys.executable, "-m", "pytest", *arguments]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture
@@ -205,30 +207,30 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_the_command_line(folder):
-    assert run("movimentum", "golden", "check", "crank.mov", cwd=folder).returncode == 1
-    done = run("movimentum", "golden", "record", "crank.mov", cwd=folder)
+    assert movimentum("golden", "check", "crank.mov", cwd=folder).returncode == 1
+    done = movimentum("golden", "record", "crank.mov", cwd=folder)
     assert (done.returncode, done.stdout) == (0, "")
-    assert run("movimentum", "golden", "check", "crank.mov", cwd=folder).returncode == 0
+    assert movimentum("golden", "check", "crank.mov", cwd=folder).returncode == 0
     (folder / "crank.mov").write_text(CRANK.replace("90*.t", "80*.t"))
-    done = run("movimentum", "golden", "check", "crank.mov", cwd=folder)
+    done = movimentum("golden", "check", "crank.mov", cwd=folder)
     assert done.returncode == 1
     assert "golden/moved" in done.stderr
     assert (folder / "crank.golden-failed" / "index.html").is_file()
-    assert run("movimentum", "golden", "check", "crank.mov", "--update", cwd=folder).returncode == 0
-    assert run("movimentum", "golden", "check", "crank.mov", cwd=folder).returncode == 0
+    assert movimentum("golden", "check", "crank.mov", "--update", cwd=folder).returncode == 0
+    assert movimentum("golden", "check", "crank.mov", cwd=folder).returncode == 0
 
 
 @pytest.mark.slow
 def test_the_plugin(folder):
     installed = any(point.name == "movimentum" for point in entry_points(group="pytest11"))
     named = () if installed else ("-p", "movimentum.golden.plugin")
-    plugin = ("pytest", "-q", *named, "-p", "no:randomly", "-p", "no:cacheprovider")
+    plugin = ("-q", *named, "-p", "no:randomly", "-p", "no:cacheprovider")
     record(golden_of(folder / "crank.mov"))
-    assert run(*plugin, cwd=folder).returncode == 5  # nothing without the option
-    done = run(*plugin, "--movimentum-golden", "-n2", cwd=folder)
+    assert run_pytest(*plugin, cwd=folder).returncode == 5  # nothing without the option
+    done = run_pytest(*plugin, "--movimentum-golden", "-n2", cwd=folder)
     assert "1 passed" in done.stdout  # the other script has no golden frames
     (folder / "crank.mov").write_text(CRANK.replace("B=[180,80]", "B=[180.5,80]"))
-    done = run(*plugin, "--movimentum-golden", cwd=folder)
+    done = run_pytest(*plugin, "--movimentum-golden", cwd=folder)
     assert "1 failed" in done.stdout
     assert "`Rod.B` is 0.5 px from where it was" in done.stdout
     assert "Traceback" not in done.stdout

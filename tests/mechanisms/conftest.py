@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.command import movimentum
 from tests.mechanisms.kinematics import Columns
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
@@ -27,10 +26,8 @@ def solve_script() -> Callable[..., Columns]:
 
     def solve(name: str, fps: str | None = None) -> Columns:
         if (name, fps) not in cache:
-            command = [sys.executable, "-m", "movimentum", "solve", str(SCRIPTS / f"{name}.mov"), "-o", "-", "--strict"]
-            done = subprocess.run(
-                command + (["--fps", fps] if fps else []), capture_output=True, text=True, encoding="utf-8", timeout=300
-            )
+            options = ["--fps", fps] if fps else []
+            done = movimentum("solve", SCRIPTS / f"{name}.mov", "-o", "-", "--strict", *options, timeout=300)
             assert done.returncode == 0, done.stderr
             assert "warning" not in done.stderr, done.stderr
             header, *rows = list(csv.reader(io.StringIO(done.stdout)))

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +11,7 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
+from tests.command import movimentum
 
 NEAR = 1e-9
 BAR = ".config(16); A : .bar P = [0,0] Q = [50,0]; "
@@ -190,9 +189,7 @@ def test_lines_are_solved_as_simply_as_joints(tmp_path: Path) -> None:
         "C : .bar O=[0,0] P=[40,0]; L : .bar A=[0,0] B=[90,40]; @0 C.O=[100,100]; C.angle=90*.t; L.A=[100,30];"
         ".across(C.P, L.A, L.B) = 0; .along(C.P, L.A, L.B) > 0; @4"
     )
-    done = subprocess.run(
-        [sys.executable, "-m", "movimentum", "check", str(path), "--format", "json"], capture_output=True, text=True
-    )
+    done = movimentum("check", path, "--format", "json")
     kernels = {block["kernel"] for step in json.loads(done.stdout)["steps"] for block in step["blocks"]}
     assert "newton" not in kernels
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,9 @@ FIRST = next(line.split(" :")[0] for line in TILING.splitlines() if " : .bar" in
 PULL = f"{FIRST}.V0.x ~ 400; @1\n"
 
 
+@cache
 def solved(*statements: str) -> PathMotion:
+    """The tiling pulled, with further statements: a second or more each, so the motions are shared."""
     return solve(timeline_of(TILING.rstrip() + "\n" + "\n".join(statements) + "\n" + PULL))
 
 
@@ -30,8 +34,8 @@ def core(motion: PathMotion) -> list[int]:
     "measure",
     [
         f"turned = {FIRST}.angle;",
-        f"far = ({FIRST}.V0 - [10,20]).l;",
-        f"twice = 2*once; once = {FIRST}.V0.x + {FIRST}.V0.y;",
+        pytest.param(f"far = ({FIRST}.V0 - [10,20]).l;", marks=pytest.mark.slow),
+        pytest.param(f"twice = 2*once; once = {FIRST}.V0.x + {FIRST}.V0.y;", marks=pytest.mark.slow),
         f"turned = {FIRST}.angle + far; far = ({FIRST}.V0 - [10,20]).l;",
     ],
 )

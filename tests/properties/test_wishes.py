@@ -83,6 +83,7 @@ def test_random_wishes() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("block", range(2))
 def test_many_random_wishes(block: int) -> None:
     for seed in range(1000 * block + 1000, 1000 * block + 1050):

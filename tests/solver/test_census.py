@@ -69,7 +69,7 @@ def four_bar_error(crank, coupler, rocker, ground, start, side):
     return compared(text, "L.B", lambda turn: joint(turn)[1])
 
 
-COUNTS = [100, pytest.param(400, marks=pytest.mark.slow)]
+COUNTS = [25, pytest.param(400, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("count", COUNTS)
@@ -191,6 +191,7 @@ def triads(count, seed):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_triads_near_change_points():
     """Platforms that come near to a change point: the legs turned until the smallest singular value almost vanishes."""
     random = np.random.default_rng(5)

@@ -13,10 +13,10 @@ AWAY = [1e-2, 1e-3, 1e-5, 0.0]
 
 
 @pytest.mark.parametrize("name", SQUARE)
-def test_it_finds_the_same_pose(name, monkeypatch):
+def test_it_finds_the_same_pose(name):
     random = np.random.default_rng(11)
     seen = 0
-    for problem, x, _ in problems(name, monkeypatch):
+    for problem, x, _ in problems(name):
         if not problem.block.is_square or problem.sparse is not None:
             continue
         for place in range(3):
@@ -34,8 +34,8 @@ def test_it_finds_the_same_pose(name, monkeypatch):
     assert seen >= 12 or name == "peaucellier-linkage"
 
 
-def test_it_takes_fewer_linearizations(monkeypatch):
-    for problem, x, _ in problems("walschaerts", monkeypatch):
+def test_it_takes_fewer_linearizations():
+    for problem, x, _ in problems("walschaerts"):
         if not problem.block.is_square:
             continue
         one, start = problem.at(np.array([0]), 3), x[0] + 1e-3 * problem.scale
@@ -47,9 +47,9 @@ def test_it_takes_fewer_linearizations(monkeypatch):
 
 
 @pytest.mark.parametrize("name", SQUARE)
-def test_from_a_singular_pose_it_finds_nothing_wrong(name, monkeypatch):
+def test_from_a_singular_pose_it_finds_nothing_wrong(name):
     """With all of the core at zero, directions have no length, and rows no gradient."""
-    for problem, x, _ in problems(name, monkeypatch):
+    for problem, x, _ in problems(name):
         if not problem.block.is_square or problem.sparse is not None:
             continue
         one = problem.at(np.array([0]), 3)
@@ -58,8 +58,8 @@ def test_from_a_singular_pose_it_finds_nothing_wrong(name, monkeypatch):
             assert np.max(np.abs(one.residual(found[0][None]))) < 1e-6 * float(problem.scale.max()) ** 2
 
 
-def test_what_cannot_be_divided_is_left_to_who_can_tell(monkeypatch):
-    for problem, x, _ in problems("walschaerts", monkeypatch):
+def test_what_cannot_be_divided_is_left_to_who_can_tell():
+    for problem, x, _ in problems("walschaerts"):
         if problem.block.is_square:
             one = problem.at(np.array([0]), 3)
             nothing = np.full(x.shape[1], np.nan)

@@ -1,11 +1,14 @@
 """A block's rows as functions of its core: nothing is written to, and the Jacobian is the derivative."""
 
+from contextlib import chdir
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from movimentum.planning.blocks.kinds import simultaneous
+from movimentum.solver.block.newton import newton, step_of
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import track_scale
 from tests.solver.scenes import motion_of
@@ -14,10 +17,12 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 WITH_NEWTON = ["penrose-five", "peaucellier-linkage", "stephenson", "walschaerts"]
 
 
-def problems(name, monkeypatch):
+@cache
+def problems(name):
     """(problem, core values, state before it) of every block that Newton's method solves, at three instants."""
-    monkeypatch.chdir(SCRIPTS)
-    motion = motion_of((SCRIPTS / f"{name}.mov").read_text(encoding="utf-8"))
+    with chdir(SCRIPTS):
+        motion = motion_of((SCRIPTS / f"{name}.mov").read_text(encoding="utf-8"))
+    found = []
     for stretch in motion.stretches:
         piece = stretch.pieces[0]
         instants = piece.instants(np.array([0.1, 0.4, 0.7]) * piece.end)
@@ -25,13 +30,14 @@ def problems(name, monkeypatch):
         for block in filter(None, map(simultaneous, stretch.plan.blocks)):
             x = np.stack([np.broadcast_to(state[n], 3) for n in block.core], axis=1)
             scale = track_scale(stretch.plan, block)
-            yield BlockProblem.of(block, state, instants.clocks, scale), x, state
+            found.append((BlockProblem.of(block, state, instants.clocks, scale), x, state))
+    return found
 
 
 @pytest.mark.parametrize("name", WITH_NEWTON)
-def test_the_jacobian_is_the_derivative_and_nothing_is_written_to(name, monkeypatch):
+def test_the_jacobian_is_the_derivative_and_nothing_is_written_to(name):
     count = 0
-    for problem, x, state in problems(name, monkeypatch):
+    for problem, x, state in problems(name):
         count += 1
         before = [None if value is None else np.array(value) for value in state]
         aside = x + 1e-3 * problem.scale * np.random.default_rng(3).normal(size=x.shape)
@@ -51,8 +57,8 @@ def test_the_jacobian_is_the_derivative_and_nothing_is_written_to(name, monkeypa
 
 
 @pytest.mark.parametrize("name", WITH_NEWTON)
-def test_some_instants_of_a_problem_are_as_in_the_whole(name, monkeypatch):
-    for problem, x, _ in problems(name, monkeypatch):
+def test_some_instants_of_a_problem_are_as_in_the_whole(name):
+    for problem, x, _ in problems(name):
         whole = problem.residual(x + problem.scale)
         for place in range(3):
             one = problem.at(np.array([place]), 3)
@@ -61,3 +67,37 @@ def test_some_instants_of_a_problem_are_as_in_the_whole(name, monkeypatch):
         assert np.array_equal(
             first.residual(np.repeat(x[:1] + problem.scale, 4, axis=0)), np.repeat(whole[:1], 4, axis=0)
         )
+
+
+@pytest.mark.parametrize("limit", [None, 0.5])
+@pytest.mark.parametrize("name", ["stephenson", "walschaerts", "locomotive"])
+def test_no_start_depends_on_the_others(name, limit):
+    """Those that have arrived are left out, and nothing that is left feels it."""
+    count = 0
+    for problem, x, _ in problems(name):
+        one = problem.first()
+        starts = x[0] + 0.3 * problem.scale * np.random.default_rng(4).normal(size=(12, x.shape[1]))
+        starts[::2] = x[0] + 1e-3 * (starts[::2] - x[0])
+        together = newton(one.first(12), starts, iterations=40, limit=limit)
+        for k in range(12):
+            alone = newton(one, starts[[k]], iterations=40, limit=limit)
+            assert np.array_equal(alone.x[0], together.x[k], equal_nan=True)
+            assert alone.converged[0] == together.converged[k]
+        count += bool(together.converged.any())
+    assert count > 0
+
+
+@pytest.mark.parametrize(("rows", "unknowns"), [(5, 4), (12, 9), (43, 39), (9, 2)])
+def test_steps_from_afar_are_those_of_least_squares(rows, unknowns):
+    generator = np.random.default_rng(rows)
+    jacobian = generator.normal(size=(20, rows, unknowns))
+    jacobian[15:, :, -1] = jacobian[15:, :, 0]  # not of full rank: the least of all least-squares steps
+    residual, scale = generator.normal(size=(20, rows)), 10.0 ** generator.uniform(-2, 2, unknowns)
+    exact = step_of(jacobian, residual, scale, square=False)
+    cheap = step_of(jacobian, residual, scale, square=False, afar=True)
+    assert np.array_equal(cheap[15:], exact[15:])
+    assert cheap / scale == pytest.approx(exact / scale, rel=1e-7, abs=1e-9)
+    lengths = np.linalg.norm(jacobian * scale, axis=2)
+    for k in range(20):
+        best = -np.linalg.lstsq(jacobian[k] * scale / lengths[k][:, None], residual[k] / lengths[k], rcond=1e-9)[0]
+        assert cheap[k] / scale == pytest.approx(best, rel=1e-7, abs=1e-9)

@@ -257,8 +257,9 @@ FREE = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 """Drawn by wishes: integrated, with some 8 digits."""
 
 
+@pytest.mark.parametrize("count", [2, pytest.param(7, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("path", [path for path in GALLERY if path.stem not in FREE], ids=lambda path: path.stem)
-def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, monkeypatch):
+def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, count, monkeypatch):
     monkeypatch.chdir(ROOT)
     choices = Choices()
     motion = moved(arranged(understand(read_script(str(path)), choices), choices))
@@ -273,7 +274,7 @@ def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, m
     h = Fraction(1, 10**6)
     steps = [*(segment.start for segment in timeline.segments), timeline.end]
     length = timeline.end - timeline.start
-    times = [timeline.start + length * k / 7 + length / 97 for k in range(7)]
+    times = [timeline.start + length * k / count + length / 97 for k in range(count)]
     times = [time for time in times if all(abs(time - step) > 4 * h for step in steps)]
     exact = refined(motion, Accuracy.EXACT, 50).poses_at([time + k * h for time in times for k in range(-4, 5)])
     for order, within in ((1, 1e-9), (2, 1e-7)):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from contextlib import suppress
+from hashlib import blake2b
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from movimentum.analysis.freedom.sparse_rank import SparseRank
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.plan import Plan
+from movimentum.solver.basis.memory import remembered
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space, relative_error, scaled
@@ -46,19 +48,35 @@ def rank_at(
 ) -> tuple[FloatArray, int, FloatArray]:
     """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
     rows = scaled(BlockProblem.of(block, one, clocks, scale).jacobian(x[None]), scale)[0][0]
-    if isinstance(block, Free) and block.sparse is not None:
+    sparse = isinstance(block, Free) and block.sparse is not None
+    rank, free = remembered(lambda: ("rank", sparse, _said(rows)), lambda: _rank_of(rows, sparse=sparse))
+    return rows, rank, free
+
+
+def _said(rows: FloatArray) -> Hashable:
+    """What stands for numbers of which there are many."""
+    return rows.shape, blake2b(rows.tobytes()).digest()
+
+
+def _rank_of(rows: FloatArray, *, sparse: bool) -> tuple[int, FloatArray]:
+    if sparse:
         with suppress(np.linalg.LinAlgError):
             found = SparseRank(rows, RANK_TOLERANCE)
-            return rows, found.rank, found.free
+            return found.rank, found.free
     rank, free, _ = null_space(rows, RANK_TOLERANCE)
-    return rows, rank, free
+    return rank, free
 
 
 def stress_of(block: Block, rows: FloatArray, rank: int) -> FloatArray:
     """(m,) how much each of a block's scaled ``rows`` takes part in dependences among them: the length of its share in
     their left null space.
     """
-    if isinstance(block, Free) and block.sparse is not None:
+    sparse = isinstance(block, Free) and block.sparse is not None
+    return remembered(lambda: ("stress", sparse, rank, _said(rows)), lambda: _stress_of(rows, rank, sparse=sparse))
+
+
+def _stress_of(rows: FloatArray, rank: int, *, sparse: bool) -> FloatArray:
+    if sparse:
         with suppress(np.linalg.LinAlgError):
             left = SparseRank(rows.T, RANK_TOLERANCE, expected=len(rows) - rank).free
             return np.sqrt(np.sum(left**2, axis=1))

@@ -54,7 +54,7 @@ class _Making:
         unknowns = set(self.group.unknowns)
         roots = [expr for _, expr in explicit] + list(outputs)
         inputs = symbol_numbers(*roots) - unknowns
-        timed = any(node.op == "clock" for node in walk(*roots))
+        timed = any(node.op == "clock" for node in walk(*(root for root in roots if root.timed)))
         phases = {  # a dict for its order
             node.args[0]: None
             for node in walk(*roots)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from movimentum.planning.blocks.kinds import Assign, Block, Quadratic, Winding
 from movimentum.planning.codegen.generate import Clocks, Writer
+from movimentum.planning.codegen.kept_code import KeptCode
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,8 +34,14 @@ Schedule = tuple[Run | int, ...]
 """The order in which to solve for what moves: runs, and the numbers of other blocks between them."""
 
 
-def schedule(blocks: Sequence[Block], needed: frozenset[int], clocks: Clocks, largest: int = 400) -> Schedule:
-    """Fuse the moving closed-form blocks among ``needed`` (block numbers).
+def schedule(
+    blocks: Sequence[Block],
+    needed: frozenset[int],
+    clocks: Clocks,
+    kept: KeptCode | None = None,
+    largest: int = 400,
+) -> Schedule:
+    """Fuse the moving closed-form blocks among ``needed`` (block numbers). ``kept``: code of other schedules.
 
     Windings that nothing waits for come last, so that they cut no run. A run has at most ``largest`` blocks, because
     compiling a function costs more than its share when it is very long.
@@ -46,7 +53,13 @@ def schedule(blocks: Sequence[Block], needed: frozenset[int], clocks: Clocks, la
 
     def flush() -> None:
         if waiting:
-            result.append(Run(tuple(block.number for block in waiting), _function(waiting, clocks)))
+            run, said = tuple(waiting), tuple(block.identity for block in waiting)
+            function: Callable[..., Any] = (
+                _function(run, clocks)
+                if kept is None or 0 in said
+                else kept.made_by(("run", said), clocks, lambda: _function(run, clocks))
+            )
+            result.append(Run(tuple(block.number for block in run), function))
             waiting.clear()
 
     for block in blocks:

@@ -7,22 +7,33 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
-from movimentum.expressions import walk
+from movimentum.expressions import Expr, walk
 from movimentum.kept import Kept
-from movimentum.planning.blocks.kinds import Block, Newton
+from movimentum.planning.blocks.kinds import Block, Free, Newton
+from movimentum.planning.blocks.wishes import with_wishes
 from movimentum.planning.codegen.generate import Clocks
+from movimentum.planning.codegen.kept_code import KeptCode
 from movimentum.planning.lowering.body_frames import BodyFrame
-from movimentum.planning.lowering.equations import Equation, Form, System
-from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY
+from movimentum.planning.lowering.equations import Equation, Form, System, Wish
+from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.planning.structure.decompose import Group
 
 
 class KeptBlocks(Kept[Block]):
-    """Blocks by everything that `blocks.build.make_block` reads, but for the numbers of their equations."""
+    """Blocks by everything that `blocks.build.make_block` reads, but for the numbers of their equations.
+
+    ``code`` is what plans compile besides.
+    """
 
     def __init__(self, generations: int) -> None:
         super().__init__(generations)
+        self.code = KeptCode(generations)
         self._identities = count(1)
+
+    def begin(self) -> None:
+        """Another generation begins."""
+        super().begin()
+        self.code.begin()
 
     def block(self, key: Hashable, equations: tuple[int, ...], make: Callable[[], Block]) -> Block:
         """The block under ``key`` with these numbers of its ``equations``, made where it is not kept."""
@@ -37,6 +48,21 @@ class KeptBlocks(Kept[Block]):
         now = dict(zip(block.equations, equations, strict=True))
         return replace(block, equations=equations, row_equations=tuple(now[e] for e in block.row_equations))
 
+    def drawn(self, block: Block, wishes: Sequence[Wish], known: set[int], clocks: Clocks) -> Block:
+        """`with_wishes`, kept by what the wishes that are about the block say."""
+        about = [n for n, wish in enumerate(wishes) if not wish.about.isdisjoint(block.unknowns)]
+        some = [wishes[n] for n in about]
+        starts = _starts(clocks, *(error for wish in some for error in wish.errors))
+        if not block.identity or not isinstance(block, Free) or not some or starts is None:
+            return with_wishes(block, wishes, known, clocks)
+        said = tuple((wish.errors, wish.speed, frozenset(symbol_numbers(*wish.errors) & known)) for wish in some)
+        drawn = self.block(
+            ("drawn", block.identity, said, starts), block.equations, lambda: with_wishes(block, some, known, clocks)
+        )
+        if not isinstance(drawn, Free) or drawn.wishes is None:
+            return block
+        return replace(drawn, wishes=replace(drawn.wishes, numbers=tuple(about[n] for n in drawn.wishes.numbers)))
+
 
 def block_key(
     number: int, system: System, rows: Sequence[Equation], group: Group, clocks: Clocks, moving: Collection[int]
@@ -47,12 +73,11 @@ def block_key(
     if any(row.form is Form.INTEGRAL for row in rows):
         return None
     reads = frozenset[int]().union(*(row.unknowns for row in rows))
-    starts: dict[Fraction, int] = {}
-    for node in walk(*(row.residual for row in rows), *(row.original for row in rows if row.original is not None)):
-        if node.op == "integral":
-            return None
-        if node.op == "clock":
-            starts[node.start] = clocks.number(node.start)
+    starts = _starts(
+        clocks, *(row.residual for row in rows), *(row.original for row in rows if row.original is not None)
+    )
+    if starts is None:
+        return None
     bodies = _bodies(system, group) if group.free else ()
     reads |= {n for _, _, _, parts in bodies for n in parts if n is not None}
     return (
@@ -60,10 +85,21 @@ def block_key(
         group.unknowns,
         bodies,
         tuple(map(_row_key, rows)),
-        tuple(starts.items()),
+        starts,
         frozenset(n for n in reads if n in moving),
         tuple(isinstance(system.unknowns[n].payload, PoseCos | PoseSin) for n in group.unknowns),
     )
+
+
+def _starts(clocks: Clocks, *roots: Expr) -> tuple[tuple[Fraction, int], ...] | None:
+    """The clocks that ``roots`` read, with their numbers; None where there is an integral among them."""
+    starts: dict[Fraction, int] = {}
+    for node in walk(*(root for root in roots if root.timed)):
+        if node.op == "integral":
+            return None
+        if node.op == "clock":
+            starts[node.start] = clocks.number(node.start)
+    return tuple(starts.items())
 
 
 def _bodies(system: System, group: Group) -> tuple[_Body, ...]:

@@ -26,7 +26,8 @@ class BlockBase:
     ``inputs``     the unknowns of earlier blocks that it reads
     ``moving``     whether anything in it can change with time
     ``phases``     compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
-    ``identity``   blocks of one identity differ in the numbers of their equations at most; 0 is unlike any other
+    ``identity``   blocks of one identity differ in the numbers of their equations and wishes at most; 0 is unlike any
+                   other
     ``formulas``   closed forms, where the block has them: every unknown with its expression, the core first, in an
                    order in which each uses only inputs and those before it
     """

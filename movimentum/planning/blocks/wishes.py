@@ -101,7 +101,7 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
     return result
 
 
-def with_wishes(block: Block, wishes: Iterable[Wish], known: set[int], clocks: Clocks) -> Block:
+def with_wishes(block: Block, wishes: Sequence[Wish], known: set[int], clocks: Clocks) -> Block:
     """A free ``block`` with the errors of the wishes that are about it, and otherwise only about what is ``known``
     before it; any other block as it is.
     """

@@ -6,7 +6,7 @@ where that is equivalent.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 
 from movimentum.expressions import (
     ONE,
@@ -55,6 +55,9 @@ from movimentum.scene.model import (
 from movimentum.scene.names import symbol_name
 from movimentum.timeline.model import Segment
 
+Forms = Callable[[Constraint, Expr], Polynomial | None]
+"""`polynomial.from_expression` of what a constraint says, by somebody who may know it from before."""
+
 
 class SystemBuilder:
     """Collects unknowns and equations while a segment is lowered."""
@@ -67,6 +70,7 @@ class SystemBuilder:
         shift: tuple[float, float],
         *,
         rolling: bool = False,
+        forms: Forms | None = None,
     ) -> None:
         self.scene = scene
         self.segment = segment
@@ -81,6 +85,7 @@ class SystemBuilder:
         self.constraint: Constraint | None = None
         self.integrals = 0
         self.rolling = rolling
+        self.forms = forms
 
     # unknowns
 
@@ -272,9 +277,14 @@ class SystemBuilder:
         places = {n for n in symbol_numbers(right) if isinstance(self.unknowns[n].payload, PosePart)}
         return None if places and right.op != "atan2d" else angle_rows(left, right)
 
+    def _form(self, residual: Expr) -> Polynomial | None:
+        if self.forms is None or self.constraint is None:
+            return poly.from_expression(residual)
+        return self.forms(self.constraint, residual)
+
     def _equate(self, left: Expr, right: Expr, number: int) -> None:
         residual = sub(left, right)
-        form = poly.from_expression(residual)
+        form = self._form(residual)
         if form is None:
             measure = along_line(left, right) or along_line(right, left)
             if measure is not None:

@@ -71,15 +71,16 @@ def degree(p: Polynomial, unknowns: Collection[int] | None = None) -> int:
 def from_expression(root: Expr) -> Polynomial | None:
     """``root`` as a polynomial in all its unknowns (symbols), or None where it is none."""
     forms: dict[Expr, Polynomial | None] = {}
-    known: dict[Expr, bool] = {}
+    unknown: set[Expr] = set()  # nodes that depend on unknowns
     for node in walk(root):
-        known[node] = node.op != "symbol" and all(known[arg] for arg in node.args)
-        if known[node]:
-            forms[node] = {} if node.value == 0.0 else {(): node}
-            continue
         if node.op == "symbol":
+            unknown.add(node)
             forms[node] = {(unknown_number(node.payload),): ONE}
             continue
+        if not node.args or unknown.isdisjoint(node.args):
+            forms[node] = {} if node.value == 0.0 else {(): node}
+            continue
+        unknown.add(node)
         parts = [form for arg in node.args if (form := forms[arg]) is not None]
         form: Polynomial | None = None
         if len(parts) < len(node.args):
@@ -90,7 +91,7 @@ def from_expression(root: Expr) -> Polynomial | None:
             form = {monomial: neg(coefficient) for monomial, coefficient in parts[0].items()}
         elif node.op == "mul":
             form = times(parts[0], parts[1])
-        elif node.op == "div" and known[node.args[1]]:
+        elif node.op == "div" and node.args[1] not in unknown:
             form = scaled(parts[0], div(ONE, node.args[1]))
         elif node.op == "pow" and node.exponent in (2.0, 3.0, 4.0):
             form = parts[0]

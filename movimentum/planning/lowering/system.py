@@ -21,8 +21,8 @@ from movimentum.expressions import (
 )
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import DRAWN, KnownFrames, body_frames
-from movimentum.planning.lowering.builder import SystemBuilder, can_be_seen_turning
-from movimentum.planning.lowering.equations import Equation, Form, System
+from movimentum.planning.lowering.builder import Forms, SystemBuilder, can_be_seen_turning
+from movimentum.planning.lowering.equations import Equation, Form, Inequality, System
 from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.lowering.unknowns import (
     PoseCos,
@@ -33,21 +33,20 @@ from movimentum.planning.lowering.unknowns import (
     symbol_numbers,
     unknown_number,
 )
-from movimentum.scene.model import (
-    Scene,
-    ThingAngle,
-)
+from movimentum.scene.model import Constraint, Scene, ThingAngle
 from movimentum.timeline.model import Segment
 
 
-def build_system(scene: Scene, segment: Segment, known: KnownFrames, *, rolling: bool = False) -> System:
+def build_system(
+    scene: Scene, segment: Segment, known: KnownFrames, *, rolling: bool = False, forms: Forms | None = None
+) -> System:
     """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`.
 
     ``rolling``: directions between gears' centres may say where the centres are (one rolls on the other). ``known`` are
-    the frames that other segments of the scene have needed.
+    the frames that other segments of the scene have needed, ``forms`` what knows polynomials from before.
     """
     builder = SystemBuilder(
-        scene, segment, body_frames(scene, segment.active, known), scene_shift(scene), rolling=rolling
+        scene, segment, body_frames(scene, segment.active, known), scene_shift(scene), rolling=rolling, forms=forms
     )
     builder.number_poses()
     for constraint in segment.active:
@@ -86,6 +85,15 @@ def lowered_expressions(system: System, expressions: Iterable[Expr]) -> list[Exp
     if len(builder.unknowns) > len(system.unknowns):
         raise ValueError(builder.unknowns[len(system.unknowns)].name)
     return found
+
+
+def lowered_inequality(system: System, constraint: Constraint) -> Inequality | None:
+    """An inequality in the unknowns of ``system``; None where it needs others, or equations of its own."""
+    builder = _reopened(system)
+    builder.constrain(constraint)
+    if len(builder.unknowns) > len(system.unknowns) or len(builder.equations) > len(system.equations):
+        return None
+    return builder.selectors[-1]
 
 
 def with_rigidity(system: System, driven: frozenset[int]) -> System:

@@ -19,6 +19,7 @@ class GivenUp(Exception):
 
 
 _left: ContextVar[list[int] | None] = ContextVar("_left", default=None)
+_spent: ContextVar[list[int] | None] = ContextVar("_spent", default=None)
 
 
 @contextmanager
@@ -37,6 +38,19 @@ def limited(count: int) -> Generator[list[int], None, None]:
             around[0] -= count - left[0]
 
 
+@contextmanager
+def counted() -> Generator[list[int], None, None]:
+    """Yields a list with how many linearizations were done inside so far, whatever limits there are."""
+    around, spent = _spent.get(), [0]
+    token = _spent.set(spent)
+    try:
+        yield spent
+    finally:
+        _spent.reset(token)
+        if around is not None:
+            around[0] += spent[0]
+
+
 def is_limited() -> bool:
     """Whether linearizations are counted against a limit."""
     return _left.get() is not None
@@ -45,7 +59,9 @@ def is_limited() -> bool:
 def charge(count: int = 1) -> None:
     """Count linearizations; raises `GivenUp` where there are too many, `Cancelled` where nobody waits any more."""
     look()
-    left = _left.get()
+    spent, left = _spent.get(), _left.get()
+    if spent is not None:
+        spent[0] += count
     if left is not None:
         left[0] -= count
         if left[0] < 0:

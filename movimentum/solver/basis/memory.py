@@ -7,19 +7,24 @@ otherwise be an argument of every function between a timeline and its blocks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Hashable
+from collections.abc import Callable, Generator, Hashable, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TypeVar, cast
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Generic, TypeVar, cast
 
+from movimentum.expressions import Expr
 from movimentum.kept import Kept
-from movimentum.solver.basis.effort import is_limited
+from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.solver.basis.effort import charge, counted
 
 T = TypeVar("T")
+Q = TypeVar("Q")
 
 
-class Memory(Kept[object]):
-    """What was found, by everything that it depends on."""
+class Memory(Kept[tuple[object, int]]):
+    """What was found, by everything that it depends on, and how many linearizations that took."""
 
 
 _memory: ContextVar[Memory | None] = ContextVar("_memory", default=None)
@@ -38,17 +43,64 @@ def remembering(memory: Memory) -> Generator[None, None, None]:
 def remembered(key: Callable[[], Hashable], find: Callable[[], T]) -> T:
     """What ``find`` gives, found only once for each ``key``; a key of None is never looked up.
 
-    What is tried out with limited effort is always done: whether it is given up must not depend on what was found
-    before.
+    What is tried out with limited effort counts what it took when it was found: whether it is given up must not depend
+    on what was found before.
     """
     memory = _memory.get()
-    if memory is None or is_limited():
-        return find()
-    place = key()
-    if place is None:
+    place = None if memory is None else key()
+    if memory is None or place is None:
         return find()
     known = memory.get(place)
-    if known is None:
-        known = find()
-        memory.keep(place, known)
-    return cast("T", known)
+    if known is not None:
+        charge(known[1])
+        return cast("T", known[0])
+    with counted() as spent:
+        found = find()
+    memory.keep(place, (found, spent[0]))
+    return found
+
+
+def answered(key: Callable[[], Hashable], find: Callable[[Callable[[Q], bool]], T], ask: Callable[[Q], bool]) -> T:
+    """What ``find`` gives, which puts questions to ``ask``: found only once for each ``key`` and the answers.
+
+    So what asks about inequalities need not be found again for other inequalities with which it would be the same.
+    """
+
+    def nothing() -> dict[tuple[bool, ...], _Question[Q] | _Answer[T]]:
+        return {}
+
+    known = remembered(key, nothing)
+    answers: tuple[bool, ...] = ()
+    while (step := known.get(answers)) is not None:
+        if isinstance(step, _Answer):
+            charge(step.cost)
+            return step.result
+        answers = (*answers, ask(step.about))
+    given: list[bool] = []
+
+    def asking(question: Q) -> bool:
+        known[tuple(given)] = _Question(question)
+        given.append(ask(question))
+        return given[-1]
+
+    with counted() as spent:
+        result = find(asking)
+    known[tuple(given)] = _Answer(result, spent[0])
+    return result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Question(Generic[Q]):
+    about: Q
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Answer(Generic[T]):
+    result: T
+    cost: int
+
+
+def code_of(outputs: Sequence[Expr], clocks: Sequence[Fraction]) -> Compiled:
+    """`compiled`, with the ``clocks`` of a plan, for what is asked at one instant: much of it was asked before."""
+    some, starts = tuple(outputs), tuple(clocks)
+    return remembered(lambda: ("code", some, starts), lambda: compiled(some, Clocks(starts)))

@@ -63,11 +63,14 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Carry:
-    """``now``, and ``before``, ``span`` earlier (None where there is no motion to carry)."""
+    """``now``, and ``before``, ``span`` earlier (None where there is no motion to carry). ``shown``: somebody looks at
+    ``now``, and what is wanted is the solution next to it; there is no need to find the others.
+    """
 
     now: Snapshot
     before: Snapshot | None = None
     span: float = 0.0
+    shown: bool = False
 
     def rate(self, system: System, unknown: int) -> float | None:
         """The velocity of an unknown as the motion so far shows it."""

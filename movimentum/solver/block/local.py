@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -45,20 +45,39 @@ class Local:
     _seen: tuple[float, BlockProblem, float] | None = None
     _here: tuple[float, BlockProblem] | None = None
     _linear: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
+    _prepared: dict[float, int] = field(default_factory=dict[float, int])
+    _many: tuple[BlockProblem, FloatArray] | None = None
+
+    def prepare(self, tau: FloatArray) -> tuple[BlockProblem, FloatArray]:
+        """The problem at K instants ``tau``, then a little later each, then a little earlier; and the times (K,)
+        between the latter two. `around` takes it from there.
+        """
+        self._many = self._looked_up(tau)
+        self._prepared = {instant: place for place, instant in enumerate(tau.tolist())}
+        return self._many
+
+    def _looked_up(self, tau: FloatArray) -> tuple[BlockProblem, FloatArray]:
+        """As `prepare` gives it; inside [low, high] where possible."""
+        later = np.minimum(tau + self.delta, np.maximum(self.high, tau))
+        earlier = np.maximum(tau - self.delta, np.minimum(self.low, tau))
+        narrow = later - earlier < self.delta
+        later, earlier = np.where(narrow, tau + self.delta, later), np.where(narrow, tau, earlier)
+        return self.probe(np.concatenate([tau, later, earlier])), later - earlier
 
     def around(self, tau: float) -> tuple[BlockProblem, float]:
-        """The problem at [tau, later, earlier] and the time between the latter two; inside [low, high] where
-        possible. Looked up once for all that is asked of one instant.
+        """The problem at [tau, later, earlier] and the time between the latter two. Looked up once for all that is
+        asked of one instant.
         """
         if self._seen is not None and self._seen[0] == tau:
             return self._seen[1:]
-        later = min(tau + self.delta, max(self.high, tau))
-        earlier = max(tau - self.delta, min(self.low, tau))
-        if later - earlier < self.delta:
-            later, earlier = tau + self.delta, tau
-        problem = self.probe(np.array([tau, later, earlier]))
-        self._seen = tau, problem, later - earlier
-        return problem, later - earlier
+        place = self._prepared.get(tau)
+        if place is not None and self._many is not None:
+            count = len(self._prepared)
+            problem, spans = self._many[0].at(place + count * np.arange(3), 3 * count), self._many[1][place:]
+        else:
+            problem, spans = self._looked_up(np.array([tau]))
+        self._seen = tau, problem, float(spans[0])
+        return problem, float(spans[0])
 
     def at(self, tau: float) -> BlockProblem:
         """The problem at ``tau`` alone."""

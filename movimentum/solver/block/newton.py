@@ -28,8 +28,18 @@ MOVING = 1e-4
 """Of a random motion: what is left of it where a large block has freedom."""
 
 
-def step_of(jacobian: FloatArray, residual: FloatArray, scale: FloatArray, square: bool) -> FloatArray:
-    """(F, n) Newton steps; least-norm (in units of the unknowns' scale), least-squares where not square or singular."""
+WELL_CONDITIONED = 1e8
+"""Of the normal equations of rows: well below where their rank is in question, at 1 / `RANK_TOLERANCE` squared."""
+
+
+def step_of(
+    jacobian: FloatArray, residual: FloatArray, scale: FloatArray, square: bool, *, afar: bool = False
+) -> FloatArray:
+    """(F, n) Newton steps; least-norm (in units of the unknowns' scale), least-squares where not square or singular.
+
+    ``afar``: steps need not be more exact than to 1e-8 of their length, so that more rows than unknowns can be solved
+    by their normal equations, which takes a tenth of the time.
+    """
     if residual.shape[1] == 0:
         return np.zeros((len(residual), len(scale)))
     rows, lengths = scaled(jacobian, scale)
@@ -39,12 +49,34 @@ def step_of(jacobian: FloatArray, residual: FloatArray, scale: FloatArray, squar
             return -np.linalg.solve(rows, right[..., None])[..., 0] * scale
         except np.linalg.LinAlgError:
             pass
-    finite = np.isfinite(rows).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+    finite = np.asarray(np.isfinite(rows).all(axis=(1, 2)) & np.isfinite(right).all(axis=1), dtype=np.bool_)
     result = np.full((len(rows), len(scale)), np.nan)
+    if afar and rows.shape[1] > rows.shape[2]:
+        finite[_by_normal_equations(rows, right, scale, finite, result)] = False
     if finite.any():
         inverse = np.linalg.pinv(rows[finite], rcond=RANK_TOLERANCE)
         result[finite] = -np.einsum("fnm,fm->fn", inverse, right[finite]) * scale
     return result
+
+
+def _by_normal_equations(
+    rows: FloatArray, right: FloatArray, scale: FloatArray, chosen: BoolArray, result: FloatArray
+) -> BoolArray:
+    """Set the steps ``result`` (F, n) of those instants among ``chosen`` (F,) whose rows (F, m, n) have full rank
+    beyond doubt; returns which these are (F,).
+    """
+    across = np.swapaxes(rows[chosen], 1, 2)
+    normal = across @ rows[chosen]
+    sound = np.zeros(len(rows), dtype=np.bool_)
+    try:
+        inverse = np.linalg.inv(normal)
+    except np.linalg.LinAlgError:  # one of them is singular
+        return sound
+    condition = np.linalg.norm(normal, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
+    sound[chosen] = condition <= WELL_CONDITIONED
+    steps = -(inverse @ (across @ right[chosen][..., None]))[..., 0] * scale
+    result[sound] = steps[condition <= WELL_CONDITIONED]
+    return sound
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,9 +94,10 @@ def newton(
     *,
     iterations: int = 12,
     limit: float | None = None,
+    afar: bool = False,
 ) -> NewtonResult:
-    """Solve a block from ``start`` (F, n). ``limit`` bounds a single step (in units of the unknowns' scale), for starts
-    from afar.
+    """Solve a block from ``start`` (F, n). ``limit`` bounds a single step (in units of the unknowns' scale), and
+    ``afar`` makes steps cheaper (see `step_of`), for starts from afar.
 
     Stops where steps are below `STEP_TOLERANCE` or no longer shrink; converged means a relative residual below 1e-9
     (near a singularity the step is no measure, the residual is).
@@ -75,24 +108,28 @@ def newton(
     scale, square = problem.scale, problem.block.is_square
     last = np.full(len(x), np.inf)
     going = np.ones(len(x), dtype=np.bool_)  # what has arrived moves no more: no instant depends on the others
-    residual = problem.residual(x)
     with np.errstate(all="ignore"):
+        some, places = problem, np.arange(len(x))
+        y, residual = x, problem.residual(x)
         for done in range(1, iterations + 1):
-            jacobian = problem.jacobian(x)
-            step = step_of(jacobian, residual, scale, square)
+            step = step_of(some.jacobian(y), residual, scale, square, afar=afar)
             size = np.max(np.abs(step) / scale, axis=1, initial=0.0)
             if limit is not None:
                 step = step * np.minimum(1.0, limit / np.maximum(size, 1e-300))[:, None]
             moved = going & np.isfinite(step).all(axis=1)
-            x = np.where(moved[:, None], x + np.where(moved[:, None], step, 0.0), x)
-            residual = problem.residual(x)
+            y = np.where(moved[:, None], y + np.where(moved[:, None], step, 0.0), y)
+            x[places] = y
             going &= ~(size <= STEP_TOLERANCE)
             if done > 3 and limit is None:
                 going &= ~((size >= 0.5 * last) & (size < 1e-9))
             if not going.any():
                 break
             last = size
-        error = relative_error(residual, problem.jacobian(x), scale)
+            if 2 * np.count_nonzero(going) <= len(going):  # the rest is left out
+                places, y, last, going = places[going], y[going], last[going], going[going]
+                some = problem.at(places, len(x))
+            residual = some.residual(y)
+        error = relative_error(problem.residual(x), problem.jacobian(x), scale)
     return NewtonResult(x, np.isfinite(error) & (error <= SOLVED), error)
 
 

@@ -34,9 +34,14 @@ EXTRAPOLATED = np.array([4.0, -6.0, 4.0, -1.0])
 
 
 def with_coincidences(
-    path: Path, block: Quadratic, track: SignTrack, nodes: tuple[FloatArray, State, Sequence[FloatArray]]
+    path: Path,
+    block: Quadratic,
+    track: SignTrack,
+    until: float,
+    nodes: tuple[FloatArray, State, Sequence[FloatArray]],
 ) -> SignTrack:
-    """``track`` with its sign changed where circles that become one call for it; ``nodes``: times, states and clocks.
+    """``track`` with its sign changed where circles that become one call for it, before ``until``; ``nodes``: times,
+    states and clocks.
 
     Looked for only where the motion is seen to jump between two nodes as close as nodes get.
     """
@@ -44,7 +49,7 @@ def with_coincidences(
     circles = track.circles
     assert circles is not None
     with np.errstate(all="ignore"):
-        jumps = _jumps(path, block, track, nodes)
+        jumps = _jumps(path, block, track, nodes) & (tau[:-1] < until)
         if not jumps.any():
             return track
         low = circles.apart(state, clocks, len(tau)) < NEAR

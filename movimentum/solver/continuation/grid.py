@@ -84,8 +84,8 @@ class Grid:
             if not self.refine(change, LARGEST_PHASE):
                 return
 
-    def turning(self, plan: Plan, block: Block) -> FloatArray:
-        """The largest change of any of the block's directions between neighbouring nodes."""
+    def turning(self, plan: Plan, block: Block, until: float) -> FloatArray:
+        """The largest change of any of the block's directions between neighbouring nodes before ``until``."""
         state = self.state
         change = np.zeros(1)
         for n in block.unknowns:
@@ -95,7 +95,7 @@ class Grid:
         if len(change) == 1:
             lengths = [len(state[n]) for n in block.unknowns if np.ndim(state[n]) > 0]
             change = np.zeros(max(lengths, default=2) - 1)
-        return change
+        return np.where(self.tau[:-1] < until, change, 0.0) if len(change) == len(self.tau) - 1 else change
 
 
 def ended(path: Path, block: Block, gaps: list[Gap]) -> float:

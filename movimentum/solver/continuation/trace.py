@@ -1,13 +1,13 @@
 """Following one Newton block without freedom along its path.
 
-`trace` is a predictor–corrector continuation (Allgower & Georg, *Numerical Continuation Methods*, ch. 6) in time: the
-predictor continues position, velocity and acceleration, the corrector is Newton's method, and a step counts only if the
-corrector moved little, the two velocities integrate to the displacement, and the Jacobian's determinant keeps its sign.
-Steps shrink where that fails, and try to reach across a singular point (a change point) with the velocity they came
-with.
+`trace` takes the nodes of a smooth stretch together (`strides`), and goes by single steps (`steps`) elsewhere. Either
+way the Jacobian's determinant keeps its sign. Steps shrink where one does not count, and try to reach across a singular
+point (a change point) with the velocity they came with.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,12 +16,17 @@ from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
 from movimentum.solver.continuation.branching import branch_rate
 from movimentum.solver.continuation.folds import path_end
+from movimentum.solver.continuation.steps import Standing, attempt, bend_at_rest
+from movimentum.solver.continuation.strides import WINDOW, strides
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
 
 HOLE = 1e-6
 """Of the time in which the motion goes one unit of its scale: so near to a crossing rounding hides on which path a
 solution lies."""
 STEPS_BACK = 200
+SHORTEST_REST = 4
+"""Nodes to which a path goes by single steps where it was not smooth, before it strides again; twice as many each time.
+"""
 NEAREST_JUMP, FARTHEST_JUMP = 1e-5, 0.02
 """Of the stretch: how far from a singular pose that a path begins at the next point is looked for."""
 
@@ -44,106 +49,139 @@ def trace(
     low, high = float(nodes[0]), float(nodes[-1])
     total = high - low
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), low, high, sizes)
-    tau = low
-    v, smallest = local.rate(tau, x, scale)
+    v, smallest = local.rate(low, x, scale)
     if smallest < 1e-7:
-        v = branch_rate(local, tau, x, scale, v) if rate is None else rate
-    times, values, rates = [tau], [x], [v]
-    acceleration = np.zeros_like(x)
-    side = local.orientation(tau, x, scale)
-    length = float(nodes[1] - nodes[0])
-    departed = _departed(local, tau, total, x, v, scale) if smallest < 1e-7 else None
-    if departed is not None:
-        length = departed[0] - tau
-        tau, x, v = departed
-        times, values, rates = [*times, tau], [*values, x], [*rates, v]
-        side, smallest = local.orientation(tau, x, scale), 1.0
-    for target in nodes[1:]:
-        while tau < target:
-            if tau >= until:
-                return node_track(times, values, rates, until)
-            length = min(length, target - tau)
-            step = _attempt(local, tau, length, x, v, acceleration, scale)
-            if step is not None and side * local.orientation(step[0], step[1], scale) < 0.0:
-                step = None  # a singular point on the way, or another path
-            if step is None and length > SMALLEST_STEP * total:
-                length *= 0.5
-                continue
-            if step is None:
-                step = _across(local, tau, total, high, times, values, rates, scale)
-                if step is None:
-                    return node_track(times, values, rates, path_end(local, tau, x, scale, total))
-                side = 0.0
-            new_tau, new_x, new_v = step
-            acceleration = np.zeros_like(x) if smallest < 1e-6 else (new_v - v) / (new_tau - tau)
-            grown = new_tau - tau
-            tau, x, v = new_tau, new_x, new_v
-            times.append(tau)
-            values.append(x)
-            rates.append(v)
-            side = side or local.orientation(tau, x, scale)
-            length = 2.0 * grown
-            smallest = 1.0
-    return node_track(times, values, rates, max(until, high))
+        v = branch_rate(local, low, x, scale, v) if rate is None else rate
+    walk = _Walk(local, scale, nodes, Standing(low, x, v, np.zeros_like(x)))
+    if smallest < 1e-7:
+        walk.depart()
+    else:
+        walk.begin()
+    for number, target in enumerate(nodes[1:].tolist()):
+        if walk.here.tau < target:
+            walk.stride(number, until)
+        while walk.here.tau < target:
+            if walk.here.tau >= until:
+                return walk.track(until)
+            if not walk.step(target):
+                return walk.track(path_end(local, walk.here.tau, walk.here.x, scale, total))
+    return walk.track(max(until, high))
 
 
-def _departed(
-    local: Local, tau: float, total: float, x: FloatArray, v: FloatArray, scale: FloatArray
-) -> tuple[float, FloatArray, FloatArray] | None:
-    """The first point of the path that leaves the singular pose ``x`` at ``tau`` with the velocity ``v``, far enough
-    from there for the block to tell its velocity.
+class _Walk:
+    """A path as far as it has been followed. ``here``: its last point; ``side``: its Jacobian's orientation."""
+
+    def __init__(self, local: Local, scale: FloatArray, nodes: FloatArray, here: Standing) -> None:
+        self.local, self.scale, self.nodes, self.here = local, scale, nodes, here
+        self.total = float(nodes[-1] - nodes[0])
+        self.times, self.values, self.rates = [here.tau], [here.x], [here.v]
+        self.side = local.orientation(here.tau, here.x, scale)
+        self.length = float(nodes[1] - nodes[0])
+        self._resting, self._rest = 0, SHORTEST_REST
+
+    def track(self, until: float) -> NodeTrack:
+        """What has been followed, as that of a path that ends at ``until``."""
+        return node_track(self.times, self.values, self.rates, until)
+
+    def begin(self) -> None:
+        """Measure the acceleration with which the path begins."""
+        bend = bend_at_rest(self.local, self.here, self.length, self.scale)
+        if bend is not None:
+            self.here = replace(self.here, bend=bend)
+
+    def depart(self) -> None:
+        """Leave a singular pose: to the first point of the path from there that is far enough away for the block to
+        tell its velocity.
+        """
+        landing = _departed(self.local, self.here, self.total, self.scale)
+        if landing is not None:
+            self.length = landing.tau - self.here.tau
+            self._came_to(landing)
+            self.side = self.local.orientation(landing.tau, landing.x, self.scale)
+
+    def stride(self, number: int, until: float) -> None:
+        """From the node with this ``number``, pass the nodes ahead that are before ``until`` together, if the path is
+        smooth there; where it is not, not again for some nodes.
+        """
+        if number < self._resting or self.here.tau != self.nodes[number]:
+            return
+        ahead = self.nodes[number : int(np.searchsorted(self.nodes, until, side="right"))]
+        passed = strides(self.local, self.here, ahead, self.scale, self.side)
+        count = 0 if passed is None else len(passed.times)
+        if passed is not None:
+            self.times += passed.times.tolist()
+            self.values += list(passed.values)
+            self.rates += list(passed.rates)
+            self.here = Standing(self.times[-1], self.values[-1], self.rates[-1], passed.bend)
+            self.length = float(self.nodes[number + count] - self.nodes[number + count - 1])
+        if count >= WINDOW - 1 or count >= len(ahead) - 1:
+            self._rest = SHORTEST_REST
+        else:
+            self._resting, self._rest = number + count + self._rest, 2 * self._rest
+
+    def step(self, target: float) -> bool:
+        """One step, as far as ``target`` at most; False where the path comes to its end."""
+        while True:
+            length = min(self.length, target - self.here.tau)
+            landing = attempt(self.local, self.here, length, self.scale)
+            if landing is not None and self.side * self._orientation(landing) < 0.0:
+                landing = None  # a singular point on the way, or another path
+            if landing is not None:
+                break
+            if length <= SMALLEST_STEP * self.total:
+                landing = _across(self.local, self.total, self.times, self.values, self.rates, self.scale)
+                if landing is None:
+                    return False
+                self.side = 0.0
+                break
+            self.length = 0.5 * length
+        self.length = landing.growth * (landing.tau - self.here.tau)
+        self._came_to(landing)
+        self.side = self.side or self._orientation(landing)
+        return True
+
+    def _came_to(self, landing: Standing) -> None:
+        self.here = landing
+        self.times.append(landing.tau)
+        self.values.append(landing.x)
+        self.rates.append(landing.v)
+
+    def _orientation(self, there: Standing) -> float:
+        return self.local.orientation(there.tau, there.x, self.scale)
+
+
+def _departed(local: Local, here: Standing, total: float, scale: FloatArray) -> Standing | None:
+    """The first point of the path that leaves the singular pose ``here`` with the velocity there, far enough from there
+    for the block to tell its velocity.
     """
     jump = NEAREST_JUMP * total
     while jump < FARTHEST_JUMP * total:
-        landed, converged = local.corrected(tau + jump, x + jump * v)
-        if converged and np.max(np.abs(landed - x) / scale) <= 0.3:
-            new_v, smallest = local.rate(tau + jump, landed, scale)
-            landing = tau + jump, landed, new_v
-            if smallest > 1e-9 and _leads_back(local, landing, tau, total, scale):
+        landed, converged = local.corrected(here.tau + jump, here.x + jump * here.v)
+        if converged and np.max(np.abs(landed - here.x) / scale) <= 0.3:
+            v, smallest = local.rate(here.tau + jump, landed, scale)
+            landing = Standing(here.tau + jump, landed, v, np.zeros_like(v))
+            if smallest > 1e-9 and _leads_back(local, landing, here.tau, total, scale):
                 return landing
         jump *= 2.0
     return None
 
 
-def _attempt(
-    local: Local, tau: float, length: float, x: FloatArray, v: FloatArray, acceleration: FloatArray, scale: FloatArray
-) -> tuple[float, FloatArray, FloatArray] | None:
-    new_tau = tau + length
-    predicted = x + length * v + 0.5 * length * length * acceleration
-    new_x, converged = local.corrected(new_tau, predicted)
-    if not converged:
-        return None
-    moved = float(np.max(np.abs(new_x - x) / scale))
-    correction = float(np.max(np.abs(new_x - predicted) / scale))
-    if moved > 0.3 or correction > 0.2 * moved + 1e-10:
-        return None
-    new_v, smallest = local.rate(new_tau, new_x, scale)
-    if smallest < 1e-9:  # on a singular point the block alone cannot tell the velocity: go on with the one we have
-        new_v = (new_x - x) / length * 2.0 - v
-    mismatch = float(np.max(np.abs(new_x - x - 0.5 * length * (v + new_v)) / scale))
-    if mismatch > 0.05 * moved + 1e-10:
-        return None
-    return new_tau, new_x, new_v
-
-
 def _across(
     local: Local,
-    tau: float,
     total: float,
-    high: float,
     times: list[float],
     values: list[FloatArray],
     rates: list[FloatArray],
     scale: FloatArray,
-) -> tuple[float, FloatArray, FloatArray] | None:
+) -> Standing | None:
     """Past a singular point, along the motion's own continuation: a jump whose landing agrees with it in place and
     velocity.
 
     Extrapolates from nodes far enough before the singular point for their velocities to be trusted. The landing counts
     only if the path through it leads back to the singular point: else there is no solution on the way.
     """
-    jump = 1e-6 * total
-    while jump < 0.02 * total and tau + jump <= high:
+    tau, jump = times[-1], 1e-6 * total
+    while jump < 0.02 * total and tau + jump <= local.high:
         base = len(times) - 1
         while base > 0 and times[base] > tau - jump:
             base -= 1
@@ -158,7 +196,7 @@ def _across(
             off = float(np.max(np.abs(landed - predicted) / scale))
             new_v, smallest = local.rate(tau + jump, landed, scale)
             change = float(np.max(np.abs(new_v - v - h * a) / scale))
-            landing = tau + jump, landed, new_v
+            landing = Standing(tau + jump, landed, new_v, (new_v - rates[-1]) / jump, strain=0.0)
             if (
                 off <= 0.05 * moved + 1e-12
                 and smallest > 1e-9
@@ -170,33 +208,29 @@ def _across(
     return None
 
 
-def _leads_back(
-    local: Local, landing: tuple[float, FloatArray, FloatArray], tau: float, total: float, scale: FloatArray
-) -> bool:
+def _leads_back(local: Local, landing: Standing, tau: float, total: float, scale: FloatArray) -> bool:
     """Whether the path through ``landing``, followed backwards, comes as near to the singular point at ``tau`` as
     rounding lets it.
 
     Two folds that nearly meet, with no solution between them, are told from a crossing by that: short of closing by a
     part d of its size, a mechanism has none over a part sqrt(d) of its way.
     """
-    time, x, v = landing
-    hole = HOLE * min(total, 1.0 / max(float(np.max(np.abs(v) / scale)), 1e-300))
-    side = local.orientation(time, x, scale)
-    length = 0.5 * (time - tau)
-    bend = np.zeros_like(x)
+    hole = HOLE * min(total, 1.0 / max(float(np.max(np.abs(landing.v) / scale)), 1e-300))
+    side = local.orientation(landing.tau, landing.x, scale)
+    length = 0.5 * (landing.tau - tau)
+    here = replace(landing, bend=np.zeros_like(landing.v))
     for _ in range(STEPS_BACK):
-        if time - tau <= hole:
+        if here.tau - tau <= hole:
             return True
-        length = min(length, time - tau - 0.5 * hole)
-        step = _attempt(local, time, -length, x, v, bend, scale)
-        if step is not None and side * local.orientation(step[0], step[1], scale) < 0.0:
+        length = min(length, here.tau - tau - 0.5 * hole)
+        step = attempt(local, here, -length, scale)
+        if step is not None and side * local.orientation(step.tau, step.x, scale) < 0.0:
             step = None
         if step is None:
             length *= 0.5
             if length <= SMALLEST_STEP * total:
                 return False
             continue
-        bend = (step[2] - v) / (step[0] - time)
-        time, x, v = step
+        here = step
         length *= 2.0
     return False

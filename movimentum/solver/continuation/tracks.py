@@ -59,11 +59,12 @@ class StillTrack:
 @dataclass(frozen=True, slots=True, eq=False)
 class Circles:
     """A dyad's two circles, which may become one: ``square`` is the square of the distance of their centres (compiled),
-    ``largest`` its largest value on the way.
+    ``largest`` its largest value on the way. ``always``: they are one all the time.
     """
 
     square: Compiled
     largest: float
+    always: bool = False
 
     def apart(self, state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
         """That square, relative to its largest value; (F,) for ``count`` instants."""
@@ -103,7 +104,8 @@ class NodeTrack:
     """A Newton block: core values (K, n) and their rates (K, n) at nodes ``tau`` (K,); solved up to ``until``.
 
     ``tolerance`` is the error of a step, in units of the unknowns' scale, where the nodes were integrated and not
-    solved for; infinite where accuracy was given up.
+    solved for; infinite where accuracy was given up. ``identity``: tracks of one identity lead one block along one
+    path; 0 is unlike any other.
     """
 
     tau: FloatArray
@@ -111,6 +113,7 @@ class NodeTrack:
     rates: FloatArray
     until: float
     tolerance: float = 0.0
+    identity: int = 0
 
     @property
     def key(self) -> Hashable:

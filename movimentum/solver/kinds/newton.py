@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
+from itertools import count
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.trace import trace
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path
+from movimentum.solver.free.velocity import field_of
 from movimentum.solver.kinds.context import Beginning, Found
 from movimentum.solver.solutions.newton_starts import Starts, newton_starts
 
@@ -30,6 +33,10 @@ FEW = 16
 """Instants below which a batched dense solver is cheaper than generating code for the block."""
 LARGEST_UNROLLED = 24
 """Unknowns; unrolled elimination of larger blocks makes too much code."""
+MOST_REMEMBERED = 100_000
+"""Values of a block at many instants; more take more room than they save time."""
+
+_identities = count(1)
 
 
 def begin(start: Beginning, block: Newton) -> Found:
@@ -92,16 +99,18 @@ def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap
     x = np.array(choice.values)
     probe = probe_of(path, block)
     until = ended(path, block, gaps)
-    with np.errstate(all="ignore"):
+    sizes = scale_of(plan, block.unknowns)
+
+    def followed() -> NodeTrack:
         if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
-            track = drift(plan, block, probe, x, scale, grid.tau, until)
+            found = drift(plan, block, probe, x, scale, grid.tau, until)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)
-            sizes = scale_of(plan, block.unknowns)
-            track = remembered(
-                lambda: _path_key(path, block, choice, grid.tau, until, sizes),
-                lambda: trace(block, probe, x, scale, grid.tau, until, rates, sizes),
-            )
+            found = trace(block, probe, x, scale, grid.tau, until, rates, sizes)
+        return replace(found, identity=next(_identities))
+
+    with np.errstate(all="ignore"):
+        track = remembered(lambda: _path_key(path, block, choice, grid.tau, until, sizes), followed)
     if track.until < path.end and track.until < until:
         gaps.append(Gap(track.until, path.end, block.number))
     return track
@@ -110,7 +119,7 @@ def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap
 def _path_key(
     path: Path, block: Newton, choice: Choice, nodes: FloatArray, until: float, sizes: FloatArray
 ) -> Hashable:
-    """Everything that the path of a block without freedom depends on: None where that cannot be told."""
+    """Everything that a block's path depends on: None where that cannot be told."""
     above: list[Hashable] = []
     for number in path.upstream(block.number):
         other, track = path.plan.blocks[number], path.tracks[number]
@@ -122,15 +131,33 @@ def _path_key(
         return None
     clocks = tuple(path.segment_start - start for start in path.plan.clocks)
     scales = sizes.tobytes(), track_scale(path.plan, block).tobytes()
-    begin = np.array([*choice.values, *(choice.rates or ())]).tobytes()
-    return "path", block.identity, begin, nodes.tobytes(), until, clocks, scales, tuple(above)
+    begin = path.begin, np.array([*choice.values, *(choice.rates or ())]).tobytes()
+    # how fast wishes are followed
+    fields = (path.plan.size, field_of(path.plan.system.scene)) if isinstance(block, Free) else ()
+    return "path", block.identity, begin, nodes.tobytes(), until, clocks, scales, fields, tuple(above)
 
 
 def evaluate(path: Path, block: Newton, track: NodeTrack, state: State, instants: Instants) -> BoolArray:
     """Set the core; returns where there is no solution."""
-    return solve_from(
-        path, block, track, state, instants, stepper(path, block, track) if len(instants) >= FEW else None
-    )
+    if len(instants) < FEW:
+        return solve_from(path, block, track, state, instants, None)
+
+    def key() -> Hashable:
+        if not track.identity or len(instants) * len(block.core) > MOST_REMEMBERED:
+            return None
+        return "at", track.identity, instants.tau.tobytes(), *(clock.tobytes() for clock in instants.clocks)
+
+    def solved() -> tuple[tuple[FloatArray, ...], BoolArray]:
+        failed = solve_from(path, block, track, state, instants, stepper(path, block, track))
+        core = tuple(state[n] for n in block.core)
+        for values in (*core, failed):
+            values.flags.writeable = False
+        return core, failed
+
+    core, failed = remembered(key, solved)
+    for n, values in zip(block.core, core, strict=True):
+        state[n] = values
+    return failed
 
 
 def solve_from(

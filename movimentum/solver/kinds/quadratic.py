@@ -8,9 +8,9 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Quadratic
-from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE, find_events
 from movimentum.solver.block.closed_form import State
@@ -19,8 +19,10 @@ from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack
 from movimentum.solver.kinds.context import Beginning, Found
 
-ALWAYS_ONE = 1e-20
-"""Of its unit: a squared distance of two centres that is never more says that the circles are one all the time."""
+ALWAYS_ONE, SPIKES = 1e-20, 1e-14
+"""Of its unit: a squared distance of two centres that is never more says that the circles are one all the time; or
+half of the time not more than the first, and never than the second, where digits are lost at single instants.
+"""
 UNSURE = 1e-8
 """Of its largest value: a squared distance of two centres below which discriminants are not to be trusted."""
 NEARLY_ONE = 0.1
@@ -67,7 +69,7 @@ def follow(path: Path, grid: Grid, block: Quadratic, choice: Choice, gaps: list[
     if circles is not None:
         grid.circles[block.number] = circles
         near.append(circles)
-    if circles is not None and not circles.largest > ALWAYS_ONE * _unit(path.plan):
+    if circles is not None and circles.always:
         gaps += [Gap(path.begin, path.end, block.number)]  # whatever came out would be rounding
         return SignTrack(choice.sign, np.zeros(0), circles)
 
@@ -96,7 +98,7 @@ def follow(path: Path, grid: Grid, block: Quadratic, choice: Choice, gaps: list[
     track = SignTrack(choice.sign, np.array(events.flips), circles)
     if circles is None:
         return track
-    return with_coincidences(path, block, track, (grid.tau, grid.state, grid.instants.clocks))
+    return with_coincidences(path, block, track, earliest, (grid.tau, grid.state, grid.instants.clocks))
 
 
 def _unit(plan: Plan) -> float:
@@ -108,8 +110,9 @@ def _circles(path: Path, grid: Grid, block: Quadratic) -> Circles | None:
     """A dyad's two circles, where they may become one on the way."""
     if block.normal is None or isinstance(block.normal.value, float):
         return None
-    square = compiled([block.normal], Clocks(path.plan.clocks))
+    square = code_of([block.normal], path.plan.clocks)
     values = np.broadcast_to(square(grid.state, grid.instants.clocks)[0], len(grid.tau))
-    largest = float(np.nanmax(values))
-    near = np.nanmin(values) < NEARLY_ONE * largest or not largest > ALWAYS_ONE * _unit(path.plan)
-    return Circles(square, max(largest, 1e-300)) if near else None
+    largest, typical, unit = float(np.nanmax(values)), float(np.nanmedian(values)), _unit(path.plan)
+    always = not largest > ALWAYS_ONE * unit or not (typical > ALWAYS_ONE * unit or largest > SPIKES * unit)
+    near = always or np.nanmin(values) < NEARLY_ONE * largest
+    return Circles(square, max(largest, 1e-300), always) if near else None

@@ -9,7 +9,7 @@ import numpy as np
 from movimentum.planning.blocks.kinds import Assign, Block, Linear
 from movimentum.planning.plan import Plan
 from movimentum.solver.continuation.coincidences import LARGEST_TURN
-from movimentum.solver.continuation.grid import Grid
+from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
 from movimentum.solver.kinds import dispatch
 from movimentum.solver.kinds.linear import undefined
@@ -34,7 +34,8 @@ def follow(
         _set_state(piece, grid, block)
         if block.moving and isinstance(block, Assign | Linear):
             gaps += undefined(piece, grid, block)
-        while block.moving and grid.refine(grid.turning(plan, block), LARGEST_TURN):
+        until = ended(piece, block, gaps)  # beyond, what it depends on has no solution
+        while block.moving and grid.refine(grid.turning(plan, block, until), LARGEST_TURN):
             if not isinstance(track, NodeTrack | FlowTrack | StillTrack):
                 piece.tracks.pop()
                 track = dispatch.follow(piece, grid, block, choice, gaps)

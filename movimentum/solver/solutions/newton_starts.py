@@ -4,7 +4,7 @@ turned pose.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
+from movimentum.solver.basis.memory import answered
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
@@ -29,6 +30,8 @@ LARGEST_BATCH = 4_000_000
 """Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
 SAME = 1e-6
 BEGUN = 1e-3
+NEXT = 0.1
+"""In units of the unknowns' scale: a solution nearer than that to the pose on show is next to it."""
 NEWTON_EFFORT, PATH_EFFORT = 100, 12
 """What the seeded starts of a block, and each path of its homotopy, count for."""
 MET = 1e-12
@@ -39,6 +42,10 @@ ROUNDING = 1e-15
 """Relative residual, and of the scene's size: what Newton's method could not make better."""
 BEGINS = 6
 """Solutions from which the least turned pose is looked for, where it cannot be reached from the pose carried over."""
+
+
+Sides = Callable[[FloatArray], bool]
+"""Whether core values (n,) satisfy the inequalities about what a block finds and is given."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,13 +93,14 @@ def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSol
     polynomial and small, all of them by homotopy.
 
     Where the carried pose is itself a solution (a later step that leaves this block alone), it is the only one
-    returned.
+    returned; so is what is next to a pose on show.
     """
     block, scale, one = problem.block, problem.scale, problem.first()
     first = carried_values(plan, block, carry)
     if any(plan.system.unknowns[n].thing in carry.now.known for n in block.core):
         outcome = newton(one, first[None], iterations=6)
-        if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < SAME:
+        near = NEXT if carry.shown else SAME
+        if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < near:
             return Starts([outcome.x[0]], True)
     if block.rows == len(block.core) and _mobile(one, _completed(plan, one, carry, first)):
         return Starts([], True)
@@ -102,14 +110,15 @@ def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSol
     effort = 1 if roots is None else PATH_EFFORT * roots.paths
     if roots is None or not roots.complete or every.asked == 1:  # asked again, paths alone have shown to find them all
         seeds = _seeds(first)
-        outcome = newton(problem.first(seeds), _scattered(plan, block, first, scale, seeds), iterations=60, limit=0.5)
+        scattered = _scattered(plan, block, first, scale, seeds)
+        outcome = newton(problem.first(seeds), scattered, iterations=60, limit=0.5, afar=True)
         ends = np.concatenate([outcome.x, ends])
         effort += NEWTON_EFFORT
     if not len(ends):
         return Starts([], True, effort)
     found = _distinct(problem, ends)
     if not found and roots is None and (small := _of_any_size(plan, block, scale)) is not None:
-        outcome = newton(problem.first(len(small)), small, iterations=60, limit=0.5)
+        outcome = newton(problem.first(len(small)), small, iterations=60, limit=0.5, afar=True)
         found = _distinct(problem, outcome.x)
         effort += NEWTON_EFFORT
     return Starts(found, roots is not None and roots.complete, effort)
@@ -205,6 +214,14 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     One solution, or none. If the block turns out to have no freedom (redundant equations), its solutions as
     `newton_starts` finds them.
     """
+    return answered(
+        lambda: _free_start_key(plan, problem, carry),
+        lambda sides: _free_start(plan, problem, carry, sides),
+        _sides(plan, problem.first()),
+    )
+
+
+def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -> Starts:
     block, scale, one = problem.block, problem.scale, problem.first()
     assert isinstance(block, Free)
     origin, metric = carried_values(plan, block, carry), block.metric
@@ -233,8 +250,6 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
         x, good = projected(one, x if y is None else y)
         return x if good else None
 
-    sides = _sides(plan, one)
-
     def unmet(x: FloatArray) -> float:
         return round(float(np.sum((one.wishes(x[None])[0][0, wished] / plan.size) ** 2)), 9)
 
@@ -260,8 +275,25 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     return Starts([min(found, key=cost)] if found else [], True)
 
 
-Sides = Callable[[FloatArray], bool]
-"""Whether core values (n,) satisfy the inequalities about what a block finds and is given."""
+def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry) -> Hashable:
+    """Everything that `free_start` depends on but the inequalities; None where that cannot be told."""
+    block, one = problem.block, problem.first()
+    assert isinstance(block, Free)
+    if not block.identity:
+        return None
+    inputs, things = sorted(one.inputs), sorted(_new_things(plan, block, ()))
+    carried = [carry.now.value(plan.system, n) for n in (*block.core, *block.targets, *block.metric.coupled)]
+    numbers = [
+        *(float(one.inputs[n][0]) for n in inputs),
+        *(float(clock[0]) for clock in one.clocks),
+        *(0.0 if value is None else value for value in carried),
+        *(part for t in things for part in (carry.now.things[t].c, carry.now.things[t].s)),
+        *problem.scale,
+        *scale_of(plan, inputs),
+        plan.size,
+    ]
+    known = tuple(value is None for value in carried), tuple(t in carry.now.known for t in things)
+    return "free", block.identity, tuple(inputs), np.array(numbers).tobytes(), known, carry.shown
 
 
 def _on_its_side(

@@ -7,15 +7,17 @@ elimination; the others are fitted.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.cancellation import look
 from movimentum.expressions import Expr, call, sub, symbol
 from movimentum.planning.blocks.build import dense_block
+from movimentum.planning.blocks.kept import block_key
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.equations import Equation, Form, System
@@ -25,6 +27,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.structure.decompose import Group
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.basis.instants import at_offsets
+from movimentum.solver.basis.memory import code_of, remembered
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import BlockProblem
@@ -52,7 +55,8 @@ class Effort:
     spent: float = 0.0
 
     def spend(self, work: float) -> None:
-        """Count ``work``; raises `OutOfEffortError` past the limit."""
+        """Count ``work``; raises `OutOfEffortError` past the limit, `Cancelled` where nobody waits any more."""
+        look()
         self.spent += work
         if self.spent > self.limit:
             raise OutOfEffortError
@@ -139,7 +143,7 @@ class Demands:
             return False
         others = self.rows[self.linear :]
         self.effort.spend(0.3 * COMPILED * len(others))
-        function = compiled([row.residual for row in others], Clocks(self.plan.clocks))
+        function = code_of([row.residual for row in others], self.plan.clocks)
         state: State = [np.array([value]) for value in self.first * self.scale]
         values = [float(np.ravel(value)[0]) for value in function(state, self.clocks)]
         return all(
@@ -208,7 +212,13 @@ def _compiled(demands: Demands) -> Demands:
     equations = [Equation(i, row.residual, frozenset(symbol_numbers(row.residual)), ()) for i, row in enumerate(others)]
     core = tuple(sorted({n for e in equations for n in e.unknowns}))
     system = replace(demands.plan.system, equations=equations)
-    block = dense_block(system, Group(core, tuple(range(len(equations))), free=True), Clocks(demands.plan.clocks))
+    group, clocks = Group(core, tuple(range(len(equations))), free=True), Clocks(demands.plan.clocks)
+
+    def key() -> Hashable:
+        known = block_key(0, system, equations, group, clocks, ())
+        return known and ("demands", known)
+
+    block = remembered(key, lambda: dense_block(system, group, clocks))
     found = replace(demands, block=block, weights=np.ones(len(equations)))
     return replace(found, weights=_weights(found))
 

@@ -34,7 +34,7 @@ LIGHT = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fit:
+class StartFit:
     """Where the starts end: unknowns ``u`` (F, n), what is ``left`` (F, q) of the rows that are not linear, and the
     largest ``error`` (F,) of a row.
     """
@@ -105,7 +105,7 @@ class Fitting:
             return np.zeros((len(u), 0))
         return np.asarray(np.linalg.lstsq(wide, off.T, rcond=None)[0].T, dtype=np.float64)
 
-    def fit(self, starts: FloatArray, weights: FloatArray | None = None, iterations: int = ITERATIONS) -> Fit:
+    def fit(self, starts: FloatArray, weights: FloatArray | None = None, iterations: int = ITERATIONS) -> StartFit:
         """Fit from ``starts`` (F, n); ``weights`` (q,) of the rows that are not linear."""
         z = self.brought(starts)
         weight = np.ones(len(self.fitted)) if weights is None else weights
@@ -125,9 +125,9 @@ class Fitting:
         error = np.max(np.abs(left), axis=1, initial=0.0)
         if len(self.apart):
             error = np.maximum(error, float(np.max(np.abs(self.apart), initial=0.0)))
-        return Fit(u, left, error)
+        return StartFit(u, left, error)
 
-    def stress(self, fit: Fit) -> FloatArray:
+    def stress(self, fit: StartFit) -> FloatArray:
         """(all rows of the demands,): how much each row pulls where the best of a fit ended."""
         one = fit.u[fit.best][None]
         with np.errstate(all="ignore"):

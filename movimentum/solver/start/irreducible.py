@@ -12,7 +12,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.solver.start.demands import Demands, Member, scattered
-from movimentum.solver.start.fitting import MET, Fit, Fitting
+from movimentum.solver.start.fitting import MET, Fitting, StartFit
 
 STRESSED = 1e-5
 """Of the largest residual of a best fit: a row that pulls less has no part in the contradiction."""
@@ -22,7 +22,7 @@ MORE = 8
 """Random poses that a trial begins with where no other start meets all demands."""
 
 
-def pulling(fitting: Fitting, fit: Fit) -> frozenset[Member]:
+def pulling(fitting: Fitting, fit: StartFit) -> frozenset[Member]:
     """What pulls on something else where the best of a fit ended."""
     found = np.nonzero(fitting.stress(fit) > STRESSED)[0]
     return frozenset(fitting.demands.rows[i].member for i in found)
@@ -43,7 +43,7 @@ class MemberTrials:
         fitting = Fitting(self.demands, self.demands.rows_of(some))
         if not fitting.consistent:
             return None, some
-        nearest: Fit | None = None
+        nearest: StartFit | None = None
         for starts in (np.array([*self.given, *self.found[-LATEST:]]), self.random):
             fit = fitting.fit(starts)
             if np.min(fit.error) <= MET:

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
-from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
 from movimentum.scene.model import AnchorCoordinate, Constraint, Relation
+from movimentum.solver.basis.memory import code_of
 from movimentum.solver.basis.pose_state import Carry, ThingPose
 from movimentum.solver.block.closed_form import State
 
@@ -244,14 +244,14 @@ class _Fit:
             (sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)) if points else (0.0, 0.0)
         )
         self.weights = np.array([1.0, plan.size, plan.size])
-        self.residuals = compiled([e.residual for e in rows], Clocks(plan.clocks))
+        self.residuals = code_of([e.residual for e in rows], plan.clocks)
         own = {n for body in self.bodies for n in _numbers(body)}
         sides = [
             selector.value
             for selector in plan.system.selectors
             if (read := symbol_numbers(selector.value)) & own and all(n in own or state[n] is not None for n in read)
         ]
-        self.sides = compiled(sides, Clocks(plan.clocks)) if sides else None
+        self.sides = code_of(sides, plan.clocks) if sides else None
         self.natural = self._natural()
 
     def _natural(self) -> FloatArray:

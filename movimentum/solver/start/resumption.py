@@ -39,6 +39,10 @@ NEAREST = 1e-10
 """Of the stretch: the first time after a path's end that is tried; each next one is twice as far, then node by node."""
 BETWEEN = 3
 """Times tried between two nodes."""
+MOST_TIMES = 10_000
+"""So many times after a path's end are tried as they come; of more, another so many evenly. (What rounding makes of a
+motion far beyond all scales can have 400,000 nodes.)
+"""
 
 
 @dataclass(slots=True, eq=False)
@@ -209,7 +213,11 @@ def times_after(begin: float, nodes: FloatArray, end: float) -> FloatArray:
     near = begin + first * 0.5 ** np.arange(count, 0, -1.0)
     widths = np.diff(np.append(begin, later))[1:]
     between = [later[:-1] + widths * k / (BETWEEN + 1.0) for k in range(1, BETWEEN + 1)]
-    return np.unique(np.concatenate([near, later, *between, [end]]))
+    times = np.unique(np.concatenate([near, later, *between, [end]]))
+    if len(times) <= 2 * MOST_TIMES:
+        return times
+    rest = times[MOST_TIMES:]
+    return np.append(times[:MOST_TIMES], rest[:: -(-len(rest) // MOST_TIMES)])
 
 
 LATE, LATE_NEWTON = 64, 16

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.generate import Compiled
-from movimentum.solver.block.change_points import find_events
+from movimentum.solver.block.change_points import MARGIN_TOLERANCE, find_events
 from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.path.piece import Piece
 
@@ -41,8 +41,9 @@ def first_violation(piece: Piece, horizon: float) -> tuple[int, float] | None:
             values = np.broadcast_to(function(state, instants.clocks)[0], len(nodes)) / plan.size + SELECTOR_TOLERANCE
             if np.nanmin(values) > 0.3 * (np.nanmax(values) - np.nanmin(values)):
                 continue
-            events = find_events(slack, nodes, values)
-            for low, _ in events.gaps:
+            below = np.nonzero(~(values >= -MARGIN_TOLERANCE))[0]
+            seen = slice(0, int(below[0]) + 1 if len(below) else None)  # what rounding decides may have many gaps
+            for low, _ in find_events(slack, nodes[seen], values[seen]).gaps:
                 if low < horizon and (best is None or low < best[1]):
                     before = nodes[nodes < low]
                     best = i, _crossing(slack, float(before[-1]) if len(before) else low, low)
