@@ -61,6 +61,8 @@ def _changed(after: Session) -> Answer:
     """The session with another text, and the effect of the change."""
     if after.tell is not None and (said := _at_first_sight(after)):
         after.tell(said)
+    if after.tell is not None and (said := _without_solution(after)):
+        after.tell(said)
     serious = [d for d in after.work.advice if d.severity is not Severity.NOTE]
     said = f"now {_summary(after)}"
     if not serious:
@@ -81,6 +83,22 @@ def _at_first_sight(session: Session) -> str:
     except MovimentumError:
         return ""
     return "" if poses is None else f"it can hold at t = {time_text(float(time))}; the whole film is being solved …"
+
+
+def _without_solution(session: Session) -> str:
+    """From when on there is no solution, before the reasons are known; nothing where there is one all the time."""
+    work = session.work
+    if not work.moves:
+        return ""
+    try:
+        stretches = work.motion.stretches
+    except Refused:
+        return ""
+    found = (float(each.segment.start) + trouble.begin for each in stretches for trouble in each.troubles)
+    begin = min(found, default=None)
+    if begin is None:
+        return ""
+    return f"there is no solution at t = {time_text(begin)}; what is in the way, and what helps, is being looked for …"
 
 
 def _summary(session: Session) -> str:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from movimentum.solver.segment_motion import SegmentMotion
     from movimentum.timeline.model import Timeline
 
-PATIENCE_S = 3.0
+PATIENCE_S = 2.0
 """The limit for trying all fixes of a script: the user waits for them."""
 
 

@@ -17,6 +17,7 @@ from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
+from movimentum.budget import keep_freed_memory
 from movimentum.errors import usage_error
 from movimentum.text import counted, listed
 
@@ -145,6 +146,7 @@ def _itself(data: bytes) -> bytes:
 @lru_cache(maxsize=2)
 def unpacked(data: bytes) -> Any:
     """What `kept_there` has sent; runs on a worker."""
+    keep_freed_memory()
     return pickle.loads(data)
 
 

@@ -101,12 +101,14 @@ class Engine:
         text they are not found again.
         """
         from movimentum.analysis.examine import examine
+        from movimentum.solver.basis.memory import remembering
 
         items = items_of(motion.timeline.scene.source)
         last = self._examined
         if last is not None and last[0].same_as(items):
             return shifted(last[1], last[0], items)
-        found = shifted(examine(motion), items, items)
+        with remembering(self.known.memory):
+            found = shifted(examine(motion), items, items)
         self._examined = items, found
         return found
 
@@ -217,15 +219,18 @@ class Revision:
     def advice(self, seconds: float) -> tuple[Diagnostic, ...]:
         """The diagnostics with the fixes that work, which are tried for so many ``seconds`` at most."""
         from movimentum.analysis.examine import examine
+        from movimentum.solver.basis.memory import remembering
         from movimentum.workflow.fixes import with_fixes
 
         begun = time.monotonic()
+        known = self.engine.known
         try:
-            found = (*self.scene.diagnostics, *examine(self.motion, advice=Advice.FULL).diagnostics)
+            motion = self.motion
+            with remembering(known.memory):
+                found = (*self.scene.diagnostics, *examine(motion, advice=Advice.FULL).diagnostics)
         except MovimentumError as error:
             found = error.diagnostics
         took = time.monotonic() - begun
-        known = self.engine.known
         return with_fixes(limited(found), self.source, self.engine.choices, took=took, seconds=seconds, known=known)
 
     def glimpse(self, time: Fraction) -> Poses | None:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from movimentum.cancellation import Cancelled, cancellable, look
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.settings import Advice
@@ -31,6 +32,10 @@ if TYPE_CHECKING:
 
 SECONDS = 2.0
 """The limit for all trials of one script. Where solving it took longer than that, nothing is tried."""
+SHARE, OVERTIME = 0.3, 0.5
+"""Of the time that is left: what one trial may take at first. And of the whole: how long after its end a trial that was
+begun in time is given up.
+"""
 EFFORT = 40_000
 """The limit of linearizations for them (see `movimentum.solver.basis.effort`): the same on every machine."""
 BEFORE_SOLVING = ("syntax/", "name/", "kind/", "asset/", "timeline/", "limit/", "claim/")
@@ -65,14 +70,19 @@ def with_fixes(
     """
     if not any(item.fixes for item in found):
         return tuple(found)
-    trials = _Trials(tuple(found), source, choices, time.monotonic() + seconds, known, expected=took)
+    trials = _Trials(tuple(found), source, choices, seconds, time.monotonic() + seconds, known, expected=took)
     verdicts: dict[tuple[int, int], Verdict] = {}
     tried = [(rank, place) for place, item in enumerate(found) for rank in range(len(item.fixes))]
+    late: list[tuple[int, int]] = []
     for rank, place in sorted(tried):  # the likeliest of each diagnostic first, in case time runs out
         item = found[place]
         fix = item.fixes[rank]
         done = (verdicts[place, k] for k in range(rank) if item.fixes[k].title == fix.title)
         verdicts[place, rank] = Verdict.UNKNOWN if Verdict.WORKS in done else trials.verdict(item, fix)
+        if trials.cut_short:
+            late.append((rank, place))
+    for rank, place in late:  # what would have left no time for the others
+        verdicts[place, rank] = trials.verdict(found[place], found[place].fixes[rank], in_a_share=False)
     return tuple(
         _judged(item, [verdicts[place, rank] for rank in range(len(item.fixes))]) for place, item in enumerate(found)
     )
@@ -85,28 +95,38 @@ def fixed(source: SourceText, fix: Fix) -> SourceText:
 
 @dataclass(slots=True)
 class _Trials:
-    """``left``: linearizations that may still be done; ``expected``: how long one of a fix that works
-    may take.
+    """``seconds``: for all of them, until ``deadline``; ``left``: linearizations that may still be done; ``expected``:
+    how long one of a fix that works may take. ``cut_short``: the last one took more than its share of the time.
     """
 
     found: tuple[Diagnostic, ...]
     source: SourceText
     choices: Choices
+    seconds: float
     deadline: float
     known: Known | None
     left: int = EFFORT
     expected: float = 0.0
+    cut_short: bool = False
 
-    def verdict(self, item: Diagnostic, fix: Fix) -> Verdict:
-        if not fix.edits or time.monotonic() + self.expected > self.deadline or self.left <= 0:
-            return Verdict.UNKNOWN
+    def verdict(self, item: Diagnostic, fix: Fix, *, in_a_share: bool = True) -> Verdict:
         begun = time.monotonic()
+        self.cut_short = False
+        if not fix.edits or begun + self.expected > self.deadline or self.left <= 0:
+            return Verdict.UNKNOWN
         after = fixed(self.source, fix)
         left = [0]
+        last = self.deadline + OVERTIME * self.seconds
+        if in_a_share:
+            last = begun + max(SHARE * (self.deadline - begun), self.expected)
         try:
-            with limited(self.left) as left:
+            with limited(self.left) as left, cancellable(lambda: time.monotonic() > last):
                 found = diagnosed(after, self.choices, self.known, in_full=self._has_another_trouble(item))
         except (GivenUp, ArithmeticError, ValueError):
+            return Verdict.UNKNOWN
+        except Cancelled:
+            look()  # does anybody wait at all?
+            self.cut_short = in_a_share
             return Verdict.UNKNOWN
         finally:
             self.left = left[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from movimentum.source import SourceText, UnfoldedText, drawing_file
 from movimentum.workflow.limits import MAX_SCRIPT_BYTES
 
 if TYPE_CHECKING:
+    from movimentum.diagnostics import Diagnostic
     from movimentum.scene.model import Scene
 
 
@@ -37,6 +39,56 @@ def read(path: str) -> SourceText:
             f"{shown} is not text: byte {problem.start} (line {line}) is not UTF-8",
             "a script is a plain text file; save it as UTF-8",
         ) from problem
+
+
+NOT_SENT = "usage/dask"
+"""The code for a file that another process would need."""
+
+
+@dataclass(eq=False)
+class ScriptFiles:
+    """What a script's files tell about a scene: each is asked for once, and then known, also in other processes.
+
+    If they are ``complete``, no file is opened: one that is not known is a `UsageError` (``usage/dask``).
+    """
+
+    texts: dict[str, SourceText] = field(default_factory=dict[str, SourceText])
+    sizes: dict[str, tuple[int, int] | Diagnostic] = field(default_factory=dict[str, "tuple[int, int] | Diagnostic"])
+    centres: dict[tuple[str, str], tuple[float, float] | Diagnostic] = field(
+        default_factory=dict[tuple[str, str], "tuple[float, float] | Diagnostic"]
+    )
+    complete: bool = False
+
+    def text(self, path: str) -> SourceText:
+        """The text of an included file; errors as in `read`."""
+        if path not in self.texts:
+            self._refuse_unknown(path)
+            self.texts[path] = read(path)
+        return self.texts[path]
+
+    def image_size(self, path: str) -> tuple[int, int] | Diagnostic:
+        """(width, height) of a picture in pixels, or what is wrong with it."""
+        if path not in self.sizes:
+            self._refuse_unknown(path)
+            from movimentum.rendering.images import image_size
+
+            self.sizes[path] = image_size(path)
+        return self.sizes[path]
+
+    def element_centre(self, path: str, name: str) -> tuple[float, float] | Diagnostic:
+        """Where the element called ``name`` of a drawing is, in its pixels, or what is wrong with it."""
+        if (path, name) not in self.centres:
+            self._refuse_unknown(path)
+            from movimentum.rendering.rasters import element_centre
+
+            self.centres[path, name] = element_centre(path, name)
+        return self.centres[path, name]
+
+    def _refuse_unknown(self, path: str) -> None:
+        if self.complete:
+            message = f"a variant uses {path}, which the script with its own constants does not: no worker has it"
+            helps = ("`--set` constants with which the script uses it", "without --dask, it is read here")
+            raise usage_error(NOT_SENT, message, *helps)
 
 
 def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:

@@ -21,12 +21,18 @@ if TYPE_CHECKING:
     from movimentum.source import SourceText
     from movimentum.syntax.tree import ClaimStatement, ScriptTree, Statement
     from movimentum.timeline.model import Timeline
+    from movimentum.workflow.read import ScriptFiles
 
 
-def understand(source: SourceText, choices: Choices | None = None, max_pixels: int = MAX_PIXELS) -> Scene:
-    """Parse and resolve a script; raises `ScriptError` with all its errors."""
+def understand(
+    source: SourceText,
+    choices: Choices | None = None,
+    max_pixels: int = MAX_PIXELS,
+    files: ScriptFiles | None = None,
+) -> Scene:
+    """Parse and resolve a script (see `built`); raises `ScriptError` with all its errors."""
     choices = choices or Choices()
-    return built(parsed(source, choices), source, choices, max_pixels)
+    return built(parsed(source, choices), source, choices, max_pixels, files=files)
 
 
 def parsed(source: SourceText, choices: Choices) -> ScriptTree:
@@ -42,29 +48,25 @@ def built(
     choices: Choices,
     max_pixels: int = MAX_PIXELS,
     added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
+    files: ScriptFiles | None = None,
 ) -> Scene:
-    """Resolve a parsed script, with ``added`` statements (see `scene.build`); raises `ScriptError` with all its errors,
-    and `UsageError` for a constant that ``choices`` set and that there is not.
+    """Resolve a parsed script, with ``added`` statements (see `scene.build`) and what is known of its ``files``; raises
+    `ScriptError` with all its errors, and `UsageError` for a constant that ``choices`` set and that there is not.
     """
     from movimentum.scene.build import build
-    from movimentum.workflow.read import read
+    from movimentum.workflow.read import ScriptFiles
 
+    files = files or ScriptFiles()
     return build(
         script,
         source,
-        _image_size,
+        files.image_size,
         max_pixels=max_pixels,
-        element=_element_centre,
-        read_text=read,
+        element=files.element_centre,
+        read_text=files.text,
         settings=dict(choices.settings),
         added=added,
     )
-
-
-def _image_size(path: str) -> tuple[int, int] | Diagnostic:
-    from movimentum.rendering.images import image_size
-
-    return image_size(path)
 
 
 @contextmanager
@@ -74,12 +76,6 @@ def told_where(scene: Scene) -> Generator[None]:
         yield
     except ScriptError as error:
         raise ScriptError([real(item, scene.source) for item in error.diagnostics]) from error
-
-
-def _element_centre(path: str, name: str) -> tuple[float, float] | Diagnostic:
-    from movimentum.rendering.rasters import element_centre
-
-    return element_centre(path, name)
 
 
 def arranged(scene: Scene, choices: Choices) -> Timeline:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from movimentum.syntax.tree import Statement
     from movimentum.timeline.model import Timeline
     from movimentum.workflow.choices import Choices
+    from movimentum.workflow.read import ScriptFiles
 
 NOT_A_READING = "claim/not-a-reading"
 """The code of what has to be solved for and cannot just be read off a motion (an integral, a derivative)."""
@@ -39,7 +40,9 @@ def parsed_statement(whole: str, text: str) -> Statement | None:
     return items[0] if len(items) == 1 and isinstance(items[0], Statement) else None
 
 
-def claimed(source: SourceText, choices: Choices, step: int, expression: Expression) -> Claim | None:
+def claimed(
+    source: SourceText, choices: Choices, step: int, expression: Expression, files: ScriptFiles | None = None
+) -> Claim | None:
     """``expression`` inside the script: put there as a claim, which has no influence on anything, and which holds from
     step number ``step`` to the end. None where it says nothing (a bare ``_``); `ScriptError` where it makes no sense.
     """
@@ -51,7 +54,7 @@ def claimed(source: SourceText, choices: Choices, step: int, expression: Express
     source = source.script
     script = parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
     claim = ClaimStatement(expression, Comparison.EQUAL, expression, span=expression.span)
-    scene: Scene = built(script, source, choices, added=((step, claim),))
+    scene: Scene = built(script, source, choices, added=((step, claim),), files=files)
     timeline: Timeline = arranged(scene, choices)
     place = scene.steps[step].claims[-1]
     if not isinstance(place, Claim):

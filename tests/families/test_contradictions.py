@@ -25,10 +25,10 @@ from tests.solver.scenes import motion_of
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 
 
-def told(text):
-    """(first error or None, source, exit code, CPU seconds) of a script's text."""
+def told(text, motion=None):
+    """(first error or None, source, exit code, CPU seconds) of a script's text; of its motion, if that is known."""
     begin = time.process_time()
-    motion = motion_of(text)
+    motion = motion or motion_of(text)
     examination = examine(motion)
     errors = [d for d in examination.diagnostics if d.severity is Severity.ERROR]
     source = motion.timeline.scene.source
@@ -129,7 +129,7 @@ def too_many(name: str, seed: int) -> tuple[str, str]:
     return f"{text}\n{added};\n@1\n", added
 
 
-@pytest.mark.parametrize("name", ["walschaerts", "stephenson"])
+@pytest.mark.parametrize("name", [pytest.param("walschaerts", marks=pytest.mark.slow), "stephenson"])
 def test_one_distance_too_many_in_a_valve_gear(name):
     for seed in range(1):
         text, added = too_many(name, seed)
@@ -192,9 +192,10 @@ def test_products_of_variables_are_solved_whatever_their_size(count, scale):
     matrix = 2.0 * np.eye(count) + np.roll(np.eye(count), 1, axis=1)
     truth = np.exp(np.linalg.solve(matrix, np.log(right)))
     equations = " ".join(f"x{i}^2*x{(i + 1) % count} = {float(right[i])!r};" for i in range(count))
-    error, _, _, _ = told(f".config(10,200,200);\nA : .bar a=[0,0] b=[50,0];\n@0 A.a=[0,0]; {equations}\n@1\n")
+    text = f".config(10,200,200);\nA : .bar a=[0,0] b=[50,0];\n@0 A.a=[0,0]; {equations}\n@1\n"
+    motion = motion_of(text)
+    error, _, _, _ = told(text, motion)
     assert error is None
-    motion = motion_of(f".config(10,200,200);\nA : .bar a=[0,0] b=[50,0];\n@0 A.a=[0,0]; {equations}\n@1\n")
     poses = motion.poses(0, 1)
     found = np.array([poses.variables[f"x{i}"][0] for i in range(count)])
     assert np.max(np.abs(found**2 * np.roll(found, -1) / right - 1.0)) < 1e-9

@@ -10,18 +10,21 @@ import json
 import re
 from collections import Counter
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from movimentum.analysis.examine import examine
+from movimentum.cancellation import look
 from movimentum.cli.check_report import check_json, check_sarif
 from movimentum.diagnostics import Diagnostic, limited, to_json
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import answer
 from movimentum.settings import Advice
 from movimentum.source import SourceText
+from movimentum.workflow import fixes
 from movimentum.workflow.check import check
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
@@ -229,9 +232,16 @@ def without_one(text: str) -> list[str]:
     return [text[: match.start()] + text[match.end() :] for match in found]
 
 
+ALL_NAMES = sorted(path.stem for path in (ROOT / "scripts").glob("*.mov"))
+MINUTES = {"walschaerts", "scissor-lift"}
+"""Scripts whose fixes take minutes to try, in each layout."""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("layout", ["as it is", "CRLF", "one line"])
-@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "scripts").glob("*.mov")))
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name in MINUTES)) for name in ALL_NAMES]
+)
 def test_the_pose_of_a_gallery_mechanism_is_selected_again(name: str, layout: str, room: Path) -> None:
     good = gallery(name)
     for text in (good, *without_one(good)):
@@ -308,6 +318,27 @@ def test_what_cannot_be_tried_in_time_is_text_only() -> None:
     assert item.fixes == ()
     assert item.helps == found[0].helps == ("to multiply, write `3*y`",)
     assert with_fixes(found, source, Choices(), took=100.0)[0].fixes == ()
+
+
+def test_a_trial_without_end_leaves_time_for_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock that goes on by a millisecond whenever somebody looks at it."""
+    now = count()
+    monkeypatch.setattr(fixes.time, "monotonic", lambda: 0.001 * next(now))
+    source = SourceText("x.mov", "@0 x = 3y; y = 2z; z = 1;")
+    found = diagnosed(source, Choices())
+    assert len(found) == 2
+
+    def endless(after: SourceText, *others: object, **more: object) -> object:
+        while "3*y" in after.text:
+            look()
+        return ()
+
+    monkeypatch.setattr(fixes, "diagnosed", endless)
+    one, two = with_fixes(found, source, Choices(), seconds=2.0)
+    assert one.fixes == ()
+    assert one.helps == ("to multiply, write `3*y`",)
+    assert two.fixes[0].tried
+    assert next(now) < 4_000
 
 
 def test_fixes_are_tried_with_the_same_choices(room: Path) -> None:

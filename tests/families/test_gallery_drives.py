@@ -44,7 +44,11 @@ def drives_of(path: Path) -> list[str]:
     return [s for s in statements if (SINCE.search(s) or TIME.search(s)) and not PAST.search(s)]
 
 
-CASES = [(path, number) for path in SCRIPTS for number in range(len(drives_of(path)))]
+def marks_of(path: Path) -> tuple[pytest.MarkDecorator, ...]:
+    return (pytest.mark.slow,) if path.stem == "locomotive" else ()  # as long as all others together
+
+
+CASES = [pytest.param(path, number, marks=marks_of(path)) for path in SCRIPTS for number in range(len(drives_of(path)))]
 
 
 def interrupted(path: Path, number: int, seed: int) -> tuple[str, str]:

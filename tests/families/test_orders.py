@@ -59,7 +59,7 @@ def test_of_statements(name, seed, monkeypatch):
     assert np.allclose(a.direction, b.direction, atol=1e-10)
 
 
-@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 24))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 24))])
 def test_of_a_tiling_that_a_wish_pulls(seed):
     """Whatever comes first is eliminated first; the pose to begin with keeps to the sides of its angles."""
     lines = reordered(TILING, seed, Definition, Statement).rstrip()

@@ -49,12 +49,14 @@ def farthest(scene: Scattered, at: Places) -> float:
     return max(abs(at(name, anchor) - z) for name, anchors in scene.things.items() for anchor, z in anchors.items())
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(12, 24))])
 def test_bars_drawn_at_their_own_origins_are_assembled(seed):
     check_assembled(seed, 5 + seed % 12, "origin")
 
 
-@pytest.mark.parametrize("seed", range(100, 108))
+@pytest.mark.parametrize(
+    "seed", [*range(100, 103), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(103, 108))]
+)
 def test_bars_drawn_anywhere_are_assembled(seed):
     check_assembled(seed, 14, "anywhere")
 
@@ -66,7 +68,7 @@ def test_many_scattered_scenes(first, things):
         check_assembled(seed, things, "origin")
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("seed", [*range(9), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(9, 16))])
 def test_a_drawing_pinned_elsewhere_is_the_drawing_moved(seed):
     scene = scattered(3000 + seed, 4 + seed % 9)
     solved, at = places_of(begun(script(scene, seed, "together")))

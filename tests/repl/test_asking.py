@@ -4,7 +4,6 @@ import os
 import re
 import select
 import signal
-import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -17,6 +16,7 @@ from movimentum.repl.edit import try_statement
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import COMMANDS, answer
 from movimentum.workflow.choices import Choices
+from tests.command import movimentum
 
 ROOT = Path(__file__).parents[2]
 CRANK = """.config(20, 300, 300);
@@ -117,7 +117,15 @@ def test_numbers_are_such_as_people_write(talk):
         assert not re.search(r"(?<![.\d])\d{10,}", said), said
 
 
-@pytest.mark.parametrize("script", ["jansen", "pantograph", "coupling-rods", "walschaerts"])
+@pytest.mark.parametrize(
+    "script",
+    [
+        pytest.param("jansen", marks=pytest.mark.slow),
+        "pantograph",
+        pytest.param("coupling-rods", marks=pytest.mark.slow),
+        "walschaerts",
+    ],
+)
 def test_a_formula_is_found_or_given_up(script, monkeypatch):
     monkeypatch.chdir(ROOT / "scripts")
     state = opened(f"{script}.mov", Choices())
@@ -143,9 +151,7 @@ def test_work_is_given_up_in_time():
 def test_a_pipe_is_never_asked(tmp_path):
     path = tmp_path / "scene.mov"
     path.write_text(CRANK)
-    base = [sys.executable, "-m", "movimentum", "repl", str(path)]
-    typed = "Crank.angle = 45*.t\nquit\n"
-    done = subprocess.run(base, input=typed, capture_output=True, text=True, check=False, timeout=60)
+    done = movimentum("repl", path, stdin="Crank.angle = 45*.t\nquit\n", timeout=60)
     assert done.returncode == 0
     assert path.read_text() == CRANK
 
@@ -242,3 +248,12 @@ def test_in_a_terminal_the_moment_on_show_comes_first(name):
         _, whole = try_statement(asked, "extra = 3*.t + 2")
     assert said == [("it can hold at t = 0; the whole film is being solved …", False)]
     assert whole.startswith("now everything")
+
+
+def test_in_a_terminal_it_says_at_once_from_when_on_there_is_no_solution():
+    said: list[str] = []
+    session = opened("scripts/four-bar.mov", Choices())
+    asked = replace(session, tell=said.append)
+    _, whole = try_statement(asked, "Rocker.C = [900, 900]")
+    assert said == ["there is no solution at t = 0; what is in the way, and what helps, is being looked for …"]
+    assert "error[" in whole

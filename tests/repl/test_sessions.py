@@ -2,8 +2,6 @@
 
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +14,7 @@ from prompt_toolkit.document import Document
 from movimentum.repl.session import Refused, opened
 from movimentum.repl.shell import COMMANDS, answer, split, step
 from movimentum.workflow.choices import Choices
+from tests.command import movimentum
 from tests.solver.scenes import motion_of
 
 SLIDER = """.config(20, 300, 300);
@@ -454,12 +453,11 @@ def test_completion(talk):
 def test_the_command_line(tmp_path):
     path = tmp_path / "scene.mov"
     path.write_text(SLIDER)
-    base = [sys.executable, "-m", "movimentum", "repl", str(path)]
-    done = subprocess.run([*base, "-c", "at 1; show .t; quit; foo"], capture_output=True, text=True, check=False)
+    done = movimentum("repl", path, "-c", "at 1; show .t; quit; foo")
     assert (done.returncode, done.stdout.splitlines()[-1], done.stderr) == (0, ".t = 1", "")
-    done = subprocess.run([*base, "-c", "at 1\nshow .t", "-c", "show .t"], capture_output=True, text=True, check=False)
+    done = movimentum("repl", path, "-c", "at 1\nshow .t", "-c", "show .t")
     assert (done.returncode, done.stdout.splitlines()[1:]) == (0, [".t = 1", ".t = 1"])
-    done = subprocess.run(base, input="at 1\nfoo\nshow .t\n", capture_output=True, text=True, check=False)
+    done = movimentum("repl", path, stdin="at 1\nfoo\nshow .t\n")
     assert done.returncode == 1
     assert done.stdout.splitlines()[-1] == ".t = 1"
 
