@@ -64,6 +64,9 @@ class Family:
     loop: int
 
 
+SWUNG = TRIAD.replace("30+40*.sin", "30+120*.sin").replace("100+20*.sin", "100+60*.sin")
+FAILING = ((130, 150), (116, 146), (110, 140), (80, 105))
+"""Lengths of the triad's legs, so that some, many or all variants fail."""
 JANSEN = (ROOT / "scripts" / "jansen.mov").read_text()
 FAMILIES = (
     Family(
@@ -191,6 +194,44 @@ def measure(family: Family, variants: int, rounds: int) -> None:
         print(f"| {name} | {1e3 * median(found):.3g} | {1 / median(found):,.0f} | {ratio:.3g} |")
 
 
+def measure_failing(rounds: int, count: int = 600) -> None:
+    """A triad whose cranks swing far: ms a variant, where few variants fail and where many do."""
+    found: dict[tuple[int, int], list[tuple[float, Any, float]]] = {}
+    alone: dict[tuple[int, int], list[float]] = {}
+    generator = np.random.default_rng(2)
+    for _ in range(rounds):
+        for low, high in FAILING:
+            values = generator.uniform((low, 0.9), (high, 1.1), (count, 2))
+            axis = Axis(("L", "s"), values)
+            job = SweepJob(
+                mv.loads(SWUNG).source, Choices(), VariantGrid((axis,)), read_measures([("w", ".range(Plat.A.x)")])
+            )
+            solver = job.family()
+            seconds, rows = timed(lambda solver=solver, values=values: solver.rows(values))
+            shares = np.bincount(rows.outcomes, minlength=4) / count
+            found.setdefault((low, high), []).append((seconds / count, shares, solver.alone / count))
+            single = job.family()
+            seconds, _ = timed(
+                lambda single=single, values=values: [
+                    single.variants.row(dict(zip(("L", "s"), row, strict=True))) for row in values[:6].tolist()
+                ]
+            )
+            alone.setdefault((low, high), []).append(seconds / 6)
+    print(f"\n3-RRR loop that swings far: {count} variants, 51 frames\n")
+    print("| L | bind | cannot be assembled | ms a variant | of the first row's | one by one | by themselves |")
+    print("|---|---:|---:|---:|---:|---:|---:|")
+    first = [seconds for seconds, _, _ in found[FAILING[0]]]
+    for (low, high), rounds_of in found.items():
+        shares = np.mean([share for _, share, _ in rounds_of], axis=0)
+        ratio = median([seconds / base for (seconds, _, _), base in zip(rounds_of, first, strict=True)])
+        own = 1e3 * median([seconds for seconds, _, _ in rounds_of])
+        by_itself = float(np.mean([each for _, _, each in rounds_of]))
+        print(
+            f"| {low} to {high} | {shares[1]:.0%} | {shares[2]:.0%} | {own:.1f} | {ratio:.2f} | "
+            f"{1e3 * median(alone[low, high]):.0f} ms | {by_itself:.1%} |"
+        )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--variants", type=int, default=20_000)
@@ -199,6 +240,7 @@ def main() -> None:
     print(machine())
     for family in FAMILIES:
         measure(family, options.variants, options.rounds)
+    measure_failing(options.rounds)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from __future__ import annotations
 TYPE_CHECKING = False  # `typing` would be the first import of every command, when Ctrl-C is not handled yet
 if TYPE_CHECKING:
     from movimentum import stages as stages
+    from movimentum.api.fits import Fit as Fit
     from movimentum.api.moments import Moments as Moments
     from movimentum.api.motion import Motion as Motion
     from movimentum.api.options import Limits as Limits
@@ -43,6 +44,7 @@ _HOME = {
     "Accuracy": "movimentum.settings",
     "Diagnostic": "movimentum.diagnostics",
     "FailurePolicy": "movimentum.settings",
+    "Fit": "movimentum.api.fits",
     "Limits": "movimentum.api.options",
     "Moments": "movimentum.api.moments",
     "Motion": "movimentum.api.motion",

@@ -27,6 +27,7 @@ from movimentum.workflow.read import read
 from movimentum.workflow.stages import Solution, arranged, examined, understand
 
 if TYPE_CHECKING:
+    from movimentum.api.fits import Fit
     from movimentum.api.sweeps import Measured, Sweep
     from movimentum.expressions import Expr
     from movimentum.scene.expansion.product import NamedConstant
@@ -255,7 +256,7 @@ class Script:
         from movimentum.variants.sweep import prepared, sweep_rows
 
         given = {**(vary or {}), **constants}
-        choices = _choices(self.limits, tuple((name, value) for name, value in self.scene.settings))
+        choices = self._choices
         texts = (
             [measure]
             if isinstance(measure, str)
@@ -277,6 +278,53 @@ class Script:
                 solver = OnCluster(job, client)
             rows = sweep_rows(job, solver)
         return Sweep(self.name, grid.names, job.measures.names, grid.shape, rows)
+
+    def fit(
+        self,
+        vary: Mapping[str, object] | None = None,
+        /,
+        *,
+        seed: int = 0,
+        effort: int = 1,
+        every: bool = False,
+        client: object = None,
+        **intervals: object,
+    ) -> Fit:
+        """Find the constants that bring the script's goals nearest, while its requirements hold (see docs/fit.md).
+
+        ``intervals`` (or ``vary``, for constants that are called like an argument): the constants to fit, each with
+        (least, most), or None for that of its `.range`; without any, all constants that have a `.range` and were not
+        set. ``effort``: so many times the usual number of starts; ``every``: look for all solutions, see `Fit.others`.
+        ``client``: a `distributed.Client` whose workers search. The result depends on none of the machines.
+
+        Requirements that nothing meets are no error: see `Fit.met`. Raises `UsageError` for a script without goals
+        or constants to fit.
+        """
+        from movimentum.api.fits import fitted
+
+        with told_in(self.source):
+            given = {**(vary or {}), **intervals}
+            return fitted(
+                self.name, self.scene, self._choices, given, seed=seed, effort=effort, every=every, client=client
+            )
+
+    def with_constants(self, constants: Mapping[str, object]) -> Script:
+        """The same script with other values for some of its constants.
+
+        >>> import movimentum as mv
+        >>> script = mv.loads(".let R = 30; Arm : .bar O=[0,0] P=[R,0]; @0 Arm.O=[0,0]; Arm.angle=0; @1")
+        >>> script.with_constants({"R": 50}).solve()["Arm.P"][0].tolist()
+        [50.0, 0.0]
+        """
+        own = {name: _constant(name, value) for name, value in constants.items()}
+        choices = _choices(self.limits, tuple({**dict(self.scene.settings), **own}.items()))
+        with told_in(self.source):
+            return Script(self.source, understand(self.source, choices, self.limits.pixels), self.limits)
+
+    @property
+    def _choices(self) -> Choices:
+        """The choices that the script was read with."""
+        return _choices(self.limits, tuple(self.scene.settings))
 
     def _without(self, given: Mapping[str, object]) -> list[NamedConstant]:
         return [constant for constant in self.scene.constants if constant.name not in given]

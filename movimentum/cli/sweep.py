@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from movimentum.budget import keep_freed_memory
 from movimentum.cli.options import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
 from movimentum.cli.work import output_file
 from movimentum.console import Console
@@ -172,6 +173,7 @@ def _swept(console: Console, source: SourceText, choices: Choices, asked: _Asked
 def _solved(console: Console, job: SweepJob, scene: Scene, asked: _Asked) -> Swept:
     from movimentum.variants.sweep import sweep_to_file, sweep_to_stream
 
+    keep_freed_memory()
     keep = bool(asked.plot)
     try:
         with ExitStack() as stack:

@@ -283,9 +283,12 @@ def _write_video(job: _Job, path: Path, kind: str) -> WriteReport:
 
     def images() -> Iterator[Image.Image]:
         if far:  # whole pictures, without loss, come back
+            image = Image.new(painter.mode, painter.size)
             with closing(_coded(job, coder, 0)) as coded:
                 for run in coded:
-                    yield from (Image.open(BytesIO(piece.data)) for piece in run if piece is not None)
+                    for piece in run:  # without one, the picture stays as it was
+                        image = image if piece is None else Image.open(BytesIO(piece.data))
+                        yield image
             return
         session = PaintSession(painter)
         for piece in pieces(chunks(job.source), 30):

@@ -25,6 +25,8 @@ from movimentum.text import counted, listed, number
 DEFAULT_COUNT = 11
 """Values of a range whose number is not given."""
 MAX_VARIANTS = 10_000_000
+OWN_COLUMNS = {"outcome": "what comes of a variant", "time": "when a variant binds or jumps"}
+"""Columns that every table of variants has, and what they hold."""
 MAX_FILE_BYTES = 256 * 2**20
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
@@ -152,6 +154,11 @@ def _check_constant(name: str, known: Mapping[str, NamedConstant]) -> None:
         helps = f"did you mean `{guess}`?" if guess else f"its constants are {listed(names, 8)}" if names else None
         helps = helps or f"`.let {name} = 50;` in the script makes one"
         raise usage_error("usage/constant", f"the script has no constant `{name}`", helps)
+    if name in OWN_COLUMNS:
+        message = f"`{name}` cannot be varied: the table's column `{name}` tells {OWN_COLUMNS[name]}"
+        value = number(float(constant.value[0].value)) if len(constant.value) == 1 else "…"
+        both = f"`.let my_{name} = {value}; .let {name} = my_{name};` in the script"
+        raise usage_error("usage/vary", message, f"{both}, and `--vary my_{name}`")
     if len(constant.value) != 1:
         message = f"`{name}` is a vector: only numbers are varied"
         raise usage_error("usage/vary", message, f"`.let {name} = [{name}x, {name}y];` and vary `{name}x`")
@@ -218,6 +225,7 @@ def _sampled(text: str, intervals: Mapping[str, _Interval], known: Mapping[str, 
     for name, constant in known.items():
         interval = _interval(constant)
         if interval is not None and name not in seen and len(constant.value) == 1:
+            _check_constant(name, known)
             chosen[name] = _Interval(*interval)
     if not chosen:
         message = "there is nothing to sample: no constant has a `.range`"

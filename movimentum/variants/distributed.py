@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -30,7 +30,8 @@ class OnCluster(Solver):
         total = len(self.job.grid)
         size = min(max(total // (PIECES * threads_of(self.client)), SMALLEST), LARGEST)
         pieces = ((numbers[k : k + size],) for numbers in waiting for k in range(0, len(numbers), size))
-        yield from done_by(self.client, solve_piece, self.job, pieces)
+        job = replace(self.job, files=replace(self.job.files, complete=True))  # the workers need not share our disk
+        yield from done_by(self.client, solve_piece, job, pieces)
 
 
 @lru_cache(maxsize=1)

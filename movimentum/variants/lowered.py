@@ -18,8 +18,10 @@ from movimentum.syntax.expression_tree import Constant, Expression, Name, childr
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import HeldClaim, Timeline
 from movimentum.variants.measures import PLACE, MeasureSet, ReducedPart, Reduction, example, retold, wrong
+from movimentum.variants.reducing import reduced
 from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, traced
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import ScriptFiles
 from movimentum.workflow.typed import claimed, parsed_statement
 
 if TYPE_CHECKING:
@@ -68,20 +70,23 @@ class LoweredMeasures:
         from movimentum.planning.codegen.generate import Clocks, compiled
 
         margins = self._margins(read, moments, size)
-        reduced: list[FloatArray] = []
+        numbers: list[FloatArray] = []
         place = 0
         with np.errstate(all="ignore"):
             for part in self.measures.parts:
                 if part.kind is Reduction.MARGIN:
                     chosen = margins if part.claim is None else margins[part.claim : part.claim + 1]
-                    reduced.append(np.min(chosen, axis=0))
+                    numbers.append(np.min(chosen, axis=0))
                     continue
-                reduced.append(_reduced(part, read[place], at[place], self.measures))
+                if part.time is not None:
+                    numbers.append(at[place][:, self.measures.times.index(part.time)])
+                else:
+                    numbers.append(reduced(part.kind, read[place]))
                 place += 1
             names = list(varied)
-            numbered = [_numbered(each, names, len(reduced)) for each in self.outer]
+            numbered = [_numbered(each, names, len(numbers)) for each in self.outer]
             count = len(size)
-            found = compiled(numbered, Clocks())([*reduced, *(varied[name] for name in names)], [])
+            found = compiled(numbered, Clocks())([*numbers, *(varied[name] for name in names)], [])
         return np.array([np.broadcast_to(value, count) for value in found]).reshape(len(self.outer), count) + 0.0
 
     def _margins(self, read: Sequence[FloatArray], moments: FrameMoments, size: FloatArray) -> FloatArray:
@@ -117,33 +122,6 @@ class FrameMoments:
         return np.array([held.covers(timeline.frame_time(k)) for k in range(timeline.frame_count)], dtype=np.bool_)
 
 
-def _reduced(part: ReducedPart, values: FloatArray, at: FloatArray, measures: MeasureSet) -> FloatArray:
-    """(V,) what ``part`` makes of (V, F) values; moments in which the expression has none are left out."""
-    if part.kind is Reduction.AT:
-        assert part.time is not None
-        return at[:, measures.times.index(part.time)]
-    known = np.isfinite(values)
-    least = np.min(np.where(known, values, np.inf), axis=1)
-    most = np.max(np.where(known, values, -np.inf), axis=1)
-    count = known.sum(axis=1)
-    match part.kind:
-        case Reduction.MIN:
-            found = least
-        case Reduction.MAX:
-            found = most
-        case Reduction.RANGE:
-            found = most - least
-        case Reduction.MEAN:
-            found = np.where(known, values, 0.0).sum(axis=1) / count
-        case Reduction.RMS:
-            found = np.sqrt(np.where(known, values * values, 0.0).sum(axis=1) / count)
-        case Reduction.FIRST:
-            return values[:, 0]
-        case _:
-            return values[:, -1]
-    return np.where(count > 0, found, np.nan)
-
-
 def _numbered(root: Expr, names: Sequence[str], reductions: int) -> Expr:
     """``root`` in numbered symbols: reductions, then varied constants."""
     from movimentum.expressions import substitute, symbol
@@ -160,10 +138,14 @@ def _numbered(root: Expr, names: Sequence[str], reductions: int) -> Expr:
     return substitute(root, lambda node: number(node) if node.op == "symbol" else None)
 
 
-def lower_measures(measures: MeasureSet, source: SourceText, choices: Choices, timeline: Timeline) -> LoweredMeasures:
-    """What ``measures`` mean in a script that was read with ``choices``; `UsageError` where they mean nothing."""
+def lower_measures(
+    measures: MeasureSet, source: SourceText, choices: Choices, timeline: Timeline, files: ScriptFiles | None = None
+) -> LoweredMeasures:
+    """What ``measures`` mean in a script that was read with ``choices`` and what is known of its ``files``;
+    `UsageError` where they mean nothing.
+    """
     unfolding = OriginUnfolding()
-    lowering = _Lowering(measures, source, choices, timeline, unfolding)
+    lowering = _Lowering(measures, source, choices, timeline, unfolding, files)
     inner = tuple(lowering.inner(part) for part in measures.parts)
     outer = tuple(lowering.outer(measure.outer, measure.text) for measure in measures.measures)
     claims = tuple(
@@ -180,6 +162,7 @@ class _Lowering:
     choices: Choices
     timeline: Timeline
     unfolding: OriginUnfolding
+    files: ScriptFiles | None
 
     @cached_property
     def _known(self) -> dict[str, tuple[Expr, ...]]:
@@ -213,7 +196,7 @@ class _Lowering:
             claim = None
             if statement is not None:
                 tree = _with_reductions(statement.left)
-                claim = claimed(self.source, self.choices, 0, tree)
+                claim = claimed(self.source, self.choices, 0, tree, self.files)
         except UsageError:
             raise
         except MovimentumError as error:

@@ -1,7 +1,7 @@
 """MeasureSet: one number for a variant, from expressions of the language that are reduced over time.
 
 ``.max(Foot.x) - .min(Foot.x)``: a *reduction* makes one number of an expression's values in all frames, and around
-reductions any expression of the language may stand. The text is split here; what it means is left to the language: an
+reductions any expression of the language may stand. The grammar finds them; what they mean is left to the language: an
 expression is read as it would be in a claim of the first step.
 """
 
@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.errors import UsageError, usage_error
+from movimentum.errors import ScriptError, UsageError, usage_error
+from movimentum.source import Span
 from movimentum.text import rational
+from movimentum.variants.axes import OWN_COLUMNS
 
 _NAMED = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]*?)\s*=(?!=)(.*)", re.ASCII | re.DOTALL)
 PLACE = "reductionNumber"
@@ -36,7 +38,9 @@ class Reduction(StrEnum):
     MARGIN = "margin"
 
 
-_WORD = re.compile(rf"\.({'|'.join(Reduction)})\s*\(", re.ASCII)
+_COMPARED = re.compile(r"`=`, `<`, `>` or `~`( or an operator)?")
+"""What the parser expects behind a statement's left-hand side, for which measures have no use."""
+_MARGIN = re.compile(r"\.margin\s*\(([^()]*)\)", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +87,7 @@ def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] =
     """
     measures: list[Measure] = []
     parts: dict[ReducedPart, int] = {}
-    names = {*taken, "outcome", "time"}
+    names = {*taken, *OWN_COLUMNS}
     for given in texts:
         if isinstance(given, tuple):
             name, text = given
@@ -93,9 +97,13 @@ def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] =
         if not text:
             raise wrong(name, "there is no expression", example(name))
         if name in names:
-            what = "a constant that varies" if name in taken else "a column of its own"
-            what = "another measure" if any(measure.name == name for measure in measures) else what
-            raise wrong(text, f"there is {what} called `{name}` already", f"--measure 'my_{name} = {text}'")
+            what = (
+                "another measure is"
+                if any(measure.name == name for measure in measures)
+                else "a constant that varies is"
+            )
+            what = f"the column that tells {OWN_COLUMNS[name]} is" if name in OWN_COLUMNS else what
+            raise wrong(text, f"{what} called `{name}` already", f"--measure 'my_{name} = {text}'")
         names.add(name)
         measures.append(Measure(name, text, _split(text, parts)))
     return MeasureSet(tuple(measures), tuple(parts))
@@ -120,96 +128,56 @@ def retold(text: str, item: Diagnostic) -> UsageError:
 
 def _split(text: str, parts: dict[ReducedPart, int]) -> str:
     """``text`` with a name in place of each reduction; these are added to ``parts``."""
-    made: list[str] = []
-    place = 0
-    while True:
-        found = _WORD.search(text, place)
-        if found is None:
-            made.append(text[place:])
-            return "".join(made)
-        end = _closing(text, found.end() - 1)
-        inside = [part.strip() for part in _arguments(text[found.end() : end])]
-        kind = Reduction(found[1])
-        if kind in (Reduction.MIN, Reduction.MAX) and len(inside) > 1:  # the smaller or larger of several
-            made.append(text[place : found.end()])
-            place = found.end()
-            continue
-        before = text[place : found.start()]
-        if kind is Reduction.AT and len(inside) == 1:
-            begin = _operand(before)
-            part = _at(text, before[begin:], inside[0])
-            before = before[:begin]
-        elif kind is Reduction.AT and len(inside) == 2:
-            part = _at(text, *inside)
-        elif kind is Reduction.MARGIN:
-            part = ReducedPart(kind, claim=_claim(text, inside))
-        elif len(inside) != 1 or not inside[0]:
-            raise wrong(text, f"`.{kind}(…)` takes one expression", example())
-        else:
-            part = ReducedPart(kind, inside[0])
-        nested = _WORD.search(part.text)
-        if nested is not None and len(_arguments(part.text[nested.end() : _closing(part.text, nested.end() - 1)])) < 2:
-            raise wrong(text, f"`{part.text}` is reduced already, so `.{kind}(…)` has nothing to do", example())
-        number = parts.setdefault(part, len(parts))
-        made += [before, f"{PLACE}{number}"]
-        place = end + 1
+    from movimentum.scene.reductions import is_reduction
+    from movimentum.syntax.expression_tree import Call, postorder
+    from movimentum.workflow.typed import parsed_statement
+
+    def placed(part: ReducedPart) -> str:
+        return f"{PLACE}{parts.setdefault(part, len(parts))}"
+
+    plain = _MARGIN.sub(lambda found: placed(ReducedPart(Reduction.MARGIN, claim=_claim(text, found[1]))), text)
+    try:
+        statement = parsed_statement(f"{plain} = 0;", plain)
+    except ScriptError as error:
+        message = _COMPARED.sub("an operator", error.diagnostics[0].message)
+        raise wrong(text, message, example()) from None
+    if statement is None:
+        raise wrong(text, "it is no expression", example())
+    calls = [node for node in postorder(statement.left) if isinstance(node, Call) and is_reduction(node)]
+    made, place = list[str](), 0
+    for call in sorted(calls, key=lambda node: node.span.start):
+        inner = next((other for other in calls if other is not call and _holds(call.span, other.span)), None)
+        if inner is not None:
+            told = plain[inner.span.start : inner.span.end]
+            raise wrong(text, f"`{told}` is reduced already, so `.{call.function}(…)` has nothing to do", example())
+        kind, operand = Reduction(call.function), call.arguments[0].span
+        part = ReducedPart(kind, plain[operand.start : operand.end])
+        if kind is Reduction.AT:
+            if len(call.arguments) != 2:
+                help_ = f"--measure 'there = .at({part.text}, 0.5)'"
+                raise wrong(text, "`.at(…)` takes what is read, and a time", help_)
+            when = call.arguments[1].span
+            part = replace(part, time=_time(text, part.text, plain[when.start : when.end]))
+        made += [plain[place : call.span.start], placed(part)]
+        place = call.span.end
+    return "".join([*made, plain[place:]])
 
 
-def _closing(text: str, opening: int) -> int:
-    """The place of the bracket that closes the one at ``opening``."""
-    depth = 0
-    for place in range(opening, len(text)):
-        if text[place] in "([{":
-            depth += 1
-        elif text[place] in ")]}":
-            depth -= 1
-            if depth == 0:
-                return place
-    raise wrong(text, "a bracket is not closed", example())
+def _holds(outer: Span, inner: Span) -> bool:
+    return outer.start <= inner.start and inner.end <= outer.end
 
 
-def _arguments(text: str) -> list[str]:
-    """The parts of a list of arguments."""
-    parts, depth, begin = list[str](), 0, 0
-    for place, letter in enumerate(text):
-        depth += (letter in "([{") - (letter in ")]}")
-        if letter == "," and depth == 0:
-            parts.append(text[begin:place])
-            begin = place + 1
-    return [*parts, text[begin:]]
-
-
-def _operand(text: str) -> int:
-    """Where the value begins at the end of ``text``: a name with its members, or what stands in brackets."""
-    place = len(text.rstrip())
-    while place > 0:
-        letter = text[place - 1]
-        if letter in ")]":
-            depth = 0
-            while place > 0:
-                place -= 1
-                depth += (text[place] in ")]") - (text[place] in "([")
-                if depth == 0:
-                    break
-        elif letter.isalnum() or letter in "_.":
-            place -= 1
-        else:
-            break
-    return place
-
-
-def _at(text: str, operand: str, when: str) -> ReducedPart:
+def _time(text: str, operand: str, when: str) -> Fraction:
     time = rational(when, exponents=True)
-    if not operand.strip():
-        raise wrong(text, "`.at(…)` does not say what is read", f"--measure 'there = .at(Rod.B.x, {when or 0.5})'")
     if time is None:
         raise wrong(text, f"`{when}` is no time, such as 0.5 or 1/3", f"--measure 'there = .at({operand}, 0.5)'")
-    return ReducedPart(Reduction.AT, operand.strip(), time=time)
+    return time
 
 
-def _claim(text: str, inside: Sequence[str]) -> int | None:
-    if list(inside) == [""]:
+def _claim(text: str, inside: str) -> int | None:
+    inside = inside.strip()
+    if not inside:
         return None
-    if len(inside) != 1 or not inside[0].isdigit() or int(inside[0]) < 1:
+    if not inside.isdigit() or int(inside) < 1:
         raise wrong(text, "`.margin(…)` takes the number of a claim, in the order written", "--measure '.margin(1)'")
-    return int(inside[0]) - 1
+    return int(inside) - 1

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -56,15 +58,14 @@ def _cells(job: SweepJob, numbers: list[int], folder: Path) -> Iterator[SheetCel
         caption = "  ".join(f"{name} = {number(value)}" for name, value in chosen.items())
         caption += "" if outcome is OUTCOMES[0] else f"  ({outcome})"
         picture = folder / f"{place}.png"
-        yield SheetCell(picture if _drawn(job, variants, chosen, picture) else None, caption, not outcome.moves)
+        yield SheetCell(picture if drawn(variants, chosen, picture) else None, caption, not outcome.moves)
 
 
-def _drawn(job: SweepJob, variants: Variants, values: dict[str, float], picture: Path) -> bool:
-    from dataclasses import replace
-
+def drawn(variants: Variants, values: Mapping[str, float], picture: Path, at: Fraction | None = None) -> bool:
+    """Draw a variant (``at`` an instant) into ``picture``, a .png; False if it has none to show."""
     choices = replace(variants.choices_of(values), on_failure=FailurePolicy.HOLD)
     try:
-        animate(job.source, picture, choices, Picture(), lambda done, total: None)
+        animate(variants.source, picture, choices, Picture(at=at), lambda done, total: None)
     except MovimentumError:
         return False
     return picture.exists()

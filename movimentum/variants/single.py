@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.errors import ScriptError
+from movimentum.errors import ScriptError, UsageError
 from movimentum.scene.model import Scene
 from movimentum.solver.motion import PathMotion
 from movimentum.source import SourceText
@@ -21,6 +21,7 @@ from movimentum.variants.outcomes import VariantOutcome, outcome_of
 from movimentum.variants.tracing import settings_of, with_values
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.frames import PoseChunks
+from movimentum.workflow.read import NOT_SENT, ScriptFiles
 from movimentum.workflow.stages import arranged, built, moved, parsed
 
 Row = tuple[VariantOutcome, float, FloatArray]
@@ -30,13 +31,14 @@ Row = tuple[VariantOutcome, float, FloatArray]
 @dataclass(eq=False)
 class Variants:
     """The variants of one script: its text, the choices it is read with, the constants ``names`` that vary, and what is
-    measured.
+    measured; what is known of its ``files``.
     """
 
     source: SourceText
     choices: Choices
     names: tuple[str, ...]
     measures: MeasureSet
+    files: ScriptFiles = field(default_factory=ScriptFiles)
     tree: ScriptTree = field(init=False)
     lowered: dict[Hashable, LoweredMeasures | None] = field(init=False)
 
@@ -46,7 +48,7 @@ class Variants:
 
     def scene(self, values: Mapping[str, float]) -> Scene:
         """The scene of one variant; `ScriptError` for values with which the script makes no sense."""
-        return built(self.tree, self.source, self.choices_of(values))
+        return built(self.tree, self.source, self.choices_of(values), files=self.files)
 
     def choices_of(self, values: Mapping[str, float]) -> Choices:
         """The choices that make a variant of the script."""
@@ -60,13 +62,16 @@ class Variants:
         return replace(self.choices, settings=(*others, *settings_of(tuple(values), tuple(values.values()))))
 
     def row(self, values: Mapping[str, float]) -> Row:
-        """One variant, solved by itself."""
+        """One variant, solved by itself; `UsageError` where it needs a file that was not sent here."""
         nothing = np.full(len(self.measures.measures), np.nan)
         timeline: Timeline | None = None
         try:
             timeline = replace(arranged(self.scene(values), self.choices), claims=())
             motion = moved(timeline, resumes=False)
-        except ScriptError:
+        except ScriptError as error:
+            unknown = [item for item in error.diagnostics if item.code == NOT_SENT]
+            if unknown:  # nobody knows whether it could be assembled
+                raise UsageError(unknown) from error
             start = float("nan") if timeline is None else float(timeline.start)
             return VariantOutcome.UNASSEMBLED, start, nothing
         outcome, time = outcome_of(motion)
@@ -97,8 +102,8 @@ class Variants:
         found = self.lowered.get(key)
         if found is None:
             choices = self.traced_choices(values)
-            traced = arranged(built(self.tree, self.source, choices), choices)
-            found = self.lowered[key] = lower_measures(self.measures, self.source, choices, traced)
+            traced = arranged(built(self.tree, self.source, choices, files=self.files), choices)
+            found = self.lowered[key] = lower_measures(self.measures, self.source, choices, traced, self.files)
         return found
 
 

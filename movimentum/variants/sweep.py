@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +23,7 @@ from movimentum.variants.spool import VariantSpool, open_spool, remove_spool, si
 from movimentum.variants.tables import check_table, write_csv, write_lines, write_table
 from movimentum.workflow.choices import Choices, Progress
 from movimentum.workflow.clusters import own_version
-from movimentum.workflow.read import reads
+from movimentum.workflow.read import ScriptFiles, reads
 from movimentum.workflow.stages import arranged, understand
 
 if TYPE_CHECKING:
@@ -38,13 +38,14 @@ PATIENCE_S = 0.5
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepJob:
     """What is swept: a script read with ``choices``, the variants of ``grid``, what is measured. It can be sent to
-    other processes, which come to the same rows.
+    other processes, which come to the same rows, with what ``files`` know of others than the script.
     """
 
     source: SourceText
     choices: Choices
     grid: VariantGrid
     measures: MeasureSet
+    files: ScriptFiles = field(default_factory=ScriptFiles)
 
     @property
     def columns(self) -> list[str]:
@@ -53,7 +54,7 @@ class SweepJob:
 
     def family(self) -> Family:
         """What solves its variants."""
-        return Family(Variants(self.source, self.choices, self.grid.names, self.measures), self.grid)
+        return Family(Variants(self.source, self.choices, self.grid.names, self.measures, self.files), self.grid)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,14 +77,15 @@ def prepared(source: SourceText, choices: Choices, grid: VariantGrid, measures: 
     """
     from movimentum.variants.lowered import lower_measures
 
-    scene = understand(source, choices)
-    check_constants(grid, scene.constants)
     job = SweepJob(source, choices, grid, measures)
+    scene = understand(source, choices, files=job.files)
+    check_constants(grid, scene.constants)
     if measures.measures:
         own = {constant.name: constant for constant in scene.constants}
-        variants = Variants(source, choices, grid.names, measures)
+        variants = Variants(source, choices, grid.names, measures, job.files)
         traced = variants.traced_choices({name: float(own[name].value[0].value) for name in grid.names})
-        lower_measures(measures, source, traced, arranged(understand(source, traced), traced))
+        timeline = arranged(understand(source, traced, files=job.files), traced)
+        lower_measures(measures, source, traced, timeline, job.files)
     return job, scene
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from fractions import Fraction
 
 import click
@@ -12,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from movimentum.cli.parameters import FrameRangeType, RationalType, TraceType, WordsType
+from tests.command import movimentum
 
 
 @pytest.mark.parametrize(
@@ -83,11 +82,7 @@ def test_a_trace_names_a_thing_and_an_anchor() -> None:
 def test_the_limit_of_nesting_can_be_raised(tmp_path, limit, code):
     script = tmp_path / "deep.mov"
     script.write_text(f"Dot : .disc(2) c=[0,0]; @0 Dot.c = [{'(' * 150}1{')' * 150}, 0];")
-    done = subprocess.run(
-        [sys.executable, "-m", "movimentum", "check", str(script), "--max-nesting", limit],
-        capture_output=True,
-        text=True,
-    )
+    done = movimentum("check", script, "--max-nesting", limit)
     assert done.returncode == code
     assert ("limit/nesting" in done.stdout + done.stderr) == (code == 1)
     assert code == 0 or "--max-nesting 300" in done.stdout + done.stderr

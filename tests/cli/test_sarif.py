@@ -1,13 +1,11 @@
 """SARIF, as code review tools read it."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
+
+from tests.command import movimentum
 
 
-def test_a_log_of_one_run(tmp_path, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
+def test_a_log_of_one_run(tmp_path):
     (tmp_path / "a scene.mov").write_text(
         """.config(10);
 Rod : .bar A=[0,0] B=[100,0];
@@ -15,8 +13,7 @@ Rod : .bar A=[0,0] B=[100,0];
 @1
 """
     )
-    command = [sys.executable, "-m", "movimentum", "check", "a scene.mov", "--format", "sarif"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = movimentum("check", "a scene.mov", "--format", "sarif", cwd=tmp_path)
     assert done.returncode == 1
     log = json.loads(done.stdout)
     assert log["version"] == "2.1.0"

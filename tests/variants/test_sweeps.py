@@ -105,8 +105,9 @@ def test_files_samples_and_ranges_of_constants(capsys, script, tmp_path):
         (["--vary", "R=1", "--measure", "w = .at(Coupler.P.x, 7)"], "usage/measure", "outside the animation", None),
         (["--vary", "R=1", "--measure", "w = .at(Coupler.P.x, R)"], "usage/measure", "is no time", "0.5"),
         (["--vary", "R=1", "--measure", "w = .margin(2)"], "usage/measure", "1 claim", None),
-        (["--vary", "R=1", "--measure", "w = .max(Coupler.P.x"], "usage/measure", "not closed", None),
+        (["--vary", "R=1", "--measure", "w = .max(Coupler.P.x"], "usage/measure", "expected `)`", None),
         (["--vary", "R=1", "--measure", "R = .max(Coupler.P.x)"], "usage/measure", "a constant that varies", "my_R"),
+        (["--vary", "R=1", "--measure", "time = .max(Rocker.C.x)"], "usage/measure", "jumps is called", "my_time"),
         (["--vary", "R=1", "-o", "table.xls"], "usage/output", ".parquet", "-o table.csv"),
         (["--vary", "R=1:2:3", "--plot", "R,w"], "usage/plot", "no measure `w`", "--plot"),
         (["--vary", "R=1:2:3", "--sheet", "s.gif"], "usage/output", "a sheet is a .png", "--sheet s.png"),
@@ -120,6 +121,23 @@ def test_what_is_wrong_is_told(capsys, script, arguments, code, message, help_, 
     assert f"error[{code}]" in told
     assert message in told
     assert help_ is None or help_ in told
+
+
+@pytest.mark.parametrize("name", ["time", "outcome"])
+@pytest.mark.parametrize("asked", [["--vary", "{}=1:3:3"], ["--sample", "sobol:4"]])
+def test_a_constant_with_the_name_of_a_column_gets_another_as_told(capsys, tmp_path, name, asked):
+    arguments = [word.format(name) for word in asked]
+    text = f".let {name} = 2 .range(1, 3);  A : .bar P=[0,0] Q=[{name},0];  @0 A.P=[0,0]; A.angle=90*.t; @2"
+    path = tmp_path / "arm.mov"
+    path.write_text(text)
+    assert run_command_line(["sweep", str(path), *arguments]) == 2
+    told = capsys.readouterr().err
+    assert "error[usage/vary]" in told
+    fix = f".let my_{name} = 2; .let {name} = my_{name};"
+    assert fix in told
+    path.write_text(text.replace(f".let {name} = 2 .range(1, 3);", fix))
+    rows = table(capsys, str(path), "--vary", f"my_{name}=1:3:3", "--measure", "reach = .max(A.Q.x)")
+    assert [(float(row["reach"]), row["outcome"], row["time"]) for row in rows] == [(k, "ok", "") for k in (1, 2, 3)]
 
 
 @pytest.mark.parametrize("bad", ["R\n1\nx\n", "R\n1\n\nnan\n", "Q\n1\n", "R\n", "", "1,2\n3,4\n"])

@@ -33,8 +33,8 @@ def measured(source, choices=None) -> list[tuple[str, str]]:
     return [(f"m{k}", text) for k, text in enumerate(texts)]
 
 
-def compared(name: str, seed: int, spread: float, count: int) -> Family:
-    """Solve random variants both ways; the family that solved them together."""
+def compared(name: str, seed: int, spread: float, count: int, each: int = 1) -> Family:
+    """Solve random variants together, and one of ``each`` by itself; the family that solved them together."""
     generator = random.Random(f"{name} {seed}")
     for _ in range(20):
         source, names = varied(name, generator, generator.choice([1, 2, 3]))
@@ -48,7 +48,7 @@ def compared(name: str, seed: int, spread: float, count: int) -> Family:
     family = job.family()
     rows = family.rows(values)
     alone = Variants(source, Choices(), names, job.measures)
-    for k, row in enumerate(values.tolist()):
+    for k, row in list(enumerate(values.tolist()))[::each]:
         outcome, time, measures = alone.row(dict(zip(names, row, strict=True)))
         told = f"{names} = {row}"
         assert rows.outcomes[k] == outcome.code, told
@@ -57,9 +57,10 @@ def compared(name: str, seed: int, spread: float, count: int) -> Family:
     return family
 
 
+@pytest.mark.parametrize("each", [4, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", DYADS)
-def test_dyads_are_solved_together(name):
-    family = compared(name, 0, 0.05, 16)
+def test_dyads_are_solved_together(name, each):
+    family = compared(name, 0, 0.05, 16, each)
     assert family.together > family.alone, family.reasons
 
 
@@ -89,11 +90,12 @@ K1 : .bar P=[0,0] Q=[40,0];  K2 : .bar P=[0,0] Q=[40,0];  K3 : .bar P=[0,0] Q=[4
 """
 
 
-def test_an_irreducible_loop_has_the_same_assembly_mode_and_motion():
+@pytest.mark.parametrize("each", [7, pytest.param(3, marks=pytest.mark.slow)])
+def test_an_irreducible_loop_has_the_same_assembly_mode_and_motion(each):
     script = mv.loads(TRIAD)
     measure = {"x": ".range(Plat.A.x)", "turn": ".max(Plat.angle)", "mean": ".mean(R1.angle)"}
     table = script.sweep(L=[118, 125, 131, 140], s=[0.85, 0.95, 1.1], measure=measure)
-    for k in range(0, len(table), 3):
+    for k in range(0, len(table), each):
         motion = mv.loads(TRIAD, L=table["L"][k], s=table["s"][k]).solve()
         found = [np.ptp(motion["Plat.A.x"]), motion["Plat.angle"].max(), motion["R1.angle"].mean()]
         np.testing.assert_allclose([table[name][k] for name in measure], found, rtol=1e-9, atol=1e-9)
@@ -149,6 +151,15 @@ def test_a_variant_that_binds_is_a_row_with_its_time():
             assert y == pytest.approx(np.sqrt(length**2 - 70**2), rel=1e-9)
 
 
+def test_dyads_that_bind_are_solved_together():
+    text = ".let L = 80; Rod : .bar A=[0,0] B=[L,0]; @0 Rod.A=[0,0]; Rod.B=[30 + 40*.t, y]; y > 0; @1"
+    grid = VariantGrid((Axis(("L",), np.linspace(31, 69, 20)[:, None]),))
+    family = SweepJob(mv.loads(text).source, Choices(), grid, read_measures([])).family()
+    rows = family.rows(grid.rows(np.arange(20)))
+    assert (rows.outcomes == 1).all()
+    assert family.alone <= 2, family.reasons
+
+
 FOLLOWS = """
 .let R = 50;
 Crank : .bar A = [130,110] B = A + [R,0];   Coupler : .plate B = [0,0] P = B + [70,90] C = B + [150,0];
@@ -194,3 +205,53 @@ def test_an_inequality_that_is_violated_just_before_a_bind():
     table = mv.loads(text).sweep(L=np.linspace(45, 60, 16))
     assert set(table.outcome) == {"binds"}
     np.testing.assert_allclose(table.time, (np.sqrt(table["L"] ** 2 - 0.25) - 30) / 40, rtol=0.0, atol=1e-9)
+
+
+ROUND = """
+.let L = 180;  .let r = 60;
+Plat : .plate A=[r*.cos(40),-r*.sin(40)] B=[r*.cos(80),r*.sin(80)] C=[r*.cos(200),r*.sin(200)];
+R1 : .bar P=[0,0] Q=[L,0];   R2 : .bar P=[0,0] Q=[L,0];   R3 : .bar P=[0,0] Q=[L,0];
+@0 d = 200 + 60*.t;  R1.P = [d,0];  R2.P = [d*.cos(120),d*.sin(120)];  R3.P = [d*.cos(240),d*.sin(240)];
+   R1.Q = Plat.A;  R2.Q = Plat.B;  R3.Q = Plat.C;
+@1
+"""
+
+
+def test_a_loop_binds_when_its_legs_are_stretched():
+    """Three legs that are pulled outwards, 120 degrees apart: the platform turns about the centre and ends where its
+    radius and a leg are in line, when the leg's other end is L + r from the centre.
+    """
+    lengths = np.linspace(125, 255, 50)
+    grid = VariantGrid((Axis(("L",), lengths[:, None]),))
+    family = SweepJob(mv.loads(ROUND).source, Choices(), grid, read_measures([])).family()
+    rows = family.rows(grid.rows(np.arange(len(grid))))
+    time = (lengths + 60 - 200) / 60
+    binds = (time > 0.0) & (time < 1.0)
+    assert binds.sum() > 20
+    assert family.together >= 45, family.reasons
+    assert (rows.outcomes[binds] == 1).all()
+    np.testing.assert_allclose(rows.times[binds], time[binds], rtol=0.0, atol=1e-9)
+    assert (rows.outcomes[time < 0.0] == 2).all()
+    assert (rows.outcomes[time > 1.0] == 0).all()
+
+
+SWUNG = TRIAD.replace("30+40*.sin", "30+A*.sin").replace("100+20*.sin", "100+B*.sin").replace("@1", "@2")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_loops_that_bind_come_out_as_they_do_one_by_one(seed):
+    names = "L", "s", "A", "B"
+    values = np.random.default_rng(seed).uniform((100, 0.85, 40, -80), (145, 1.15, 170, 80), (24, 4))
+    source = mv.loads(".let A = 40; .let B = 20;" + SWUNG).source
+    job = SweepJob(source, Choices(), VariantGrid((Axis(names, values),)), read_measures(["x = .range(Plat.A.x)"]))
+    family = job.family()
+    rows = family.rows(values)
+    assert family.together >= 20, family.reasons
+    assert set(rows.outcomes.tolist()) == {0, 1, 2}
+    alone = Variants(source, Choices(), names, job.measures)
+    for k, row in enumerate(values.tolist()):
+        outcome, time, measures = alone.row(dict(zip(names, row, strict=True)))
+        assert rows.outcomes[k] == outcome.code, row
+        np.testing.assert_allclose(rows.times[k], time, rtol=0.0, atol=1e-9, err_msg=str(row))
+        np.testing.assert_allclose(rows.measures[k], measures, rtol=1e-9, atol=1e-9, err_msg=str(row))

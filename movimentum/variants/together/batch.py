@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
 from movimentum.variants.lowered import FrameMoments, LoweredMeasures
@@ -22,8 +22,49 @@ from movimentum.variants.together.running import column
 ELEMENTS = 60_000
 """Variants times instants that are solved at once: few enough for the processor's caches."""
 MANY_UNSURE = 0.2
+FEW_UNSURE, ENOUGH = 2, 50
+"""Variants for which more instants are not worth a trial, and from how many one learns whether they ever are."""
 SAME_PLACE = 1e-7
 """Of the scene's size: what is farther from where it was at a step has jumped, or nearly."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SegmentRun:
+    """V variants in one segment: the ``state`` at the instants of ``grid``, the poses of things, and the ``choices`` by
+    block that the segment began with.
+    """
+
+    segment: SegmentPattern
+    grid: SegmentGrid
+    state: State
+    poses: dict[int, BodyPose]
+    choices: dict[int, FloatArray]
+    variants: int
+
+
+@dataclass(slots=True, eq=False)
+class BatchCourse:
+    """What is found out about V variants on their way, all (V,): their ``outcomes`` and ``times`` of failing, whether
+    that is ``unsure``, and whether a variant is ``lost``: an equation does not hold, or something has jumped.
+    """
+
+    places: Places
+    size: FloatArray
+    outcomes: IntArray
+    times: FloatArray
+    unsure: BoolArray
+    lost: BoolArray
+
+    @staticmethod
+    def of(pattern: Pattern, constants: FloatArray) -> BatchCourse:
+        """Variants with these ``constants`` (V, C), of which nothing is known yet."""
+        count = len(constants)
+        places = Places(pattern, [constants[:, k : k + 1] for k in range(constants.shape[1])])
+        size = places.size()
+        unsure = ~(size > 0.0)
+        return BatchCourse(
+            places, size, np.zeros(count, dtype=np.int64), np.full(count, np.nan), unsure, np.zeros_like(unsure)
+        )
 
 
 @dataclass(eq=False)
@@ -69,20 +110,21 @@ class Batch:
         return found
 
     def rows_refined(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
-        """`rows`, at more instants for those that cannot be told otherwise, where they are many."""
+        """`rows`, at more instants for those that cannot be told otherwise, and for all to come if these are many."""
         rows, unsure = self.rows(constants)
-        usual = self.intervals
+        usual, many = self.intervals, unsure.mean() > MANY_UNSURE
         for finer in (2, 4, 8):
             left = np.nonzero(unsure)[0]
-            if self.settled or len(left) <= MANY_UNSURE * len(unsure):
+            if self.settled or len(left) <= FEW_UNSURE:
                 break
             self.intervals = usual * finer
             some, still = self.rows(constants[left])
             rows.measures[left], rows.outcomes[left], rows.times[left] = some.measures, some.outcomes, some.times
             unsure[left] = still
             if still.mean() > 0.8:  # that is not why
-                self.settled = True
-        worth = self.intervals > usual and unsure.mean() < MANY_UNSURE and not self.settled
+                self.settled = many or len(left) > ENOUGH
+                break
+        worth = many and self.intervals > usual and unsure.mean() < MANY_UNSURE and not self.settled
         self.intervals = self.intervals if worth else usual
         return rows, unsure
 
@@ -94,16 +136,24 @@ class Batch:
 
     def rows(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
         """The rows of variants (V, C), and which of them (V,) have to be solved by themselves."""
-        count = len(constants)
-        varied = [constants[:, k : k + 1] for k in range(constants.shape[1])]
-        places = Places(self.pattern, varied)
-        size = places.size()
-        unsure = ~(size > 0.0)
-        outcomes = np.zeros(count, dtype=np.int64)
-        times = np.full(count, np.nan)
+        course = BatchCourse.of(self.pattern, constants)
+        read = _Read(self, course.places)
+        for run in self.follow(course):
+            read.add(run.segment, run.grid, run.state, run.poses)
         measured = len(self.lowered.outer) if self.lowered is not None else 0
-        measures = np.full((count, measured), np.nan)
-        read = _Read(self, places)
+        measures = np.full((len(constants), measured), np.nan)
+        ok = (course.outcomes == 0) & ~course.unsure
+        if self.lowered is not None and measured and self.moments is not None:
+            varied = course.places.varied
+            names = dict(zip(self.pattern.names, (value[:, 0] for value in varied), strict=True))
+            frames, at = read.finished()
+            values = self.lowered.values(frames, at, self.moments, names, course.size).T
+            measures[ok] = values[ok]
+        return VariantRows(constants, measures, course.outcomes, course.times), course.unsure
+
+    def follow(self, course: BatchCourse, *, timed: bool = True) -> Iterator[SegmentRun]:
+        """Solve the segments one after the other, judging the variants on the way. ``timed``: see `follow_together`."""
+        places, size, outcomes = course.places, course.size, course.outcomes
         carried: Carried | None = None
         choices: dict[int, FloatArray] = {}
         for segment, grid in zip(self.pattern.segments, self.grids(), strict=True):
@@ -112,32 +162,28 @@ class Batch:
             if not segment.continues:
                 began = beginning.began()
                 choices = began.choices
-                unsure |= began.unsure & (outcomes == 0)
+                course.unsure |= began.unsure & (outcomes == 0)
                 if carried is not None:
-                    unsure |= began.none & (outcomes == 0)
+                    course.unsure |= began.none & (outcomes == 0)
                 else:
                     outcomes[began.none] = VariantOutcome.UNASSEMBLED.code
-                    times[began.none] = float(segment.segment.start)
-            followed = follow_together(segment, varied, choices, angles, grid, size)
+                    course.times[began.none] = float(segment.segment.start)
+            followed = follow_together(segment, places.varied, choices, angles, grid, size, timed=timed)
             moving = outcomes == 0
-            unsure |= followed.unsure & moving
+            course.unsure |= followed.unsure & moving
+            course.lost |= followed.off & moving
             bound = np.isfinite(followed.binds) & moving
             outcomes[bound] = VariantOutcome.BINDS.code
-            times[bound] = float(segment.segment.start) + followed.binds[bound]
+            course.times[bound] = float(segment.segment.start) + followed.binds[bound]
             before = carried
             poses = places.solved(segment, followed.state, carried.poses if carried is not None else {})
             if before is not None:
-                unsure |= self._jumped(segment, places, poses, before, size) & (outcomes == 0)
+                jumped = self._jumped(segment, places, poses, before, size) & (outcomes == 0)
+                course.unsure |= jumped
+                course.lost |= jumped
+            yield SegmentRun(segment, grid, followed.state, poses, choices, places.count)
             choices = _at_end(segment, followed.state, choices)
-            read.add(segment, grid, followed.state, poses)
             carried = _carried(segment, poses, followed.state, before)
-        ok = (outcomes == 0) & ~unsure
-        if self.lowered is not None and measured and self.moments is not None:
-            names = dict(zip(self.pattern.names, (value[:, 0] for value in varied), strict=True))
-            frames, at = read.finished()
-            values = self.lowered.values(frames, at, self.moments, names, size).T
-            measures[ok] = values[ok]
-        return VariantRows(constants, measures, outcomes, times), unsure
 
     def _jumped(
         self, segment: SegmentPattern, places: Places, poses: dict[int, BodyPose], before: Carried, size: FloatArray

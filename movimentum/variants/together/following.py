@@ -16,29 +16,24 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
-from movimentum.solver.block.change_points import ROUNDING
 from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 from movimentum.timeline.model import Timeline
-from movimentum.variants.together.loops import margins_at, solve_all
+from movimentum.variants.together.binds import CLEAR, FARTHEST_TURN, LAST, bind_times
+from movimentum.variants.together.folds import FoldSearch
+from movimentum.variants.together.loops import LoopEnds, solve_all
 from movimentum.variants.together.pattern import SegmentPattern, State, directed, instants_of
+from movimentum.variants.together.running import core_scale
 
 INTERVALS = 96
-FARTHEST_TURN = 0.2
-"""Change of a direction's cosine or sine between two instants, beyond which it is not followed closely enough."""
 FARTHEST_PHASE = 20.0
 FARTHEST_ANGLE = 60.0
 """Degrees that a driving angle, or any thing, may turn between two instants."""
 FIRST_STEPS = np.array([1e-4, 5e-4, 2e-3, 0.01, 0.03, 0.08, 0.2, 0.4, 0.7])
 """Of the distance of two instants."""
-CLEAR = 1e-6
-"""A margin below which two solutions are too near to one another for a sign to be certain."""
-NEAR_A_BIND = 1e-4
-"""Of the scene's size: an inequality that is nearer to equality where a variant binds may have been violated before."""
 NEARLY_ONE = 1e-3
 """Of its largest value: a squared distance of a dyad's two centres, below which they may meet between instants."""
 WITHIN = 1e-9
 """Of the scene's size: what an equation may be off by in a frame."""
-HALVINGS = 80
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,12 +50,13 @@ class SegmentGrid:
 @dataclass(slots=True, eq=False)
 class FollowedVariants:
     """A segment of V variants: the ``state`` at the T instants; ``unsure`` (V,); the time (V,) at which a variant binds
-    (inf where it does not).
+    (inf where it does not); ``off`` (V,): an equation does not hold somewhere, so the state is none.
     """
 
     state: State
     unsure: BoolArray
     binds: FloatArray
+    off: BoolArray
 
 
 def segment_grid(
@@ -104,50 +100,67 @@ def follow_together(
     angles: dict[int, Any],
     grid: SegmentGrid,
     size: FloatArray,
+    *,
+    timed: bool = True,
 ) -> FollowedVariants:
-    """Solve a segment at all instants of ``grid``, with the ``choices`` that it begins with."""
+    """Solve a segment at all instants of ``grid``, with the ``choices`` that it begins with. ``timed`` False: the time
+    at which a variant binds is that of the last instant before.
+    """
     count, instants = len(size), grid.instants
     shape = count, len(instants)
     state = pattern.state(varied)
     with np.errstate(all="ignore"):
-        margins, largest, lost = solve_all(pattern, state, instants, choices, angles, size)
-        end, certain = _ends(margins, shape)
+        margins, largest, loops = solve_all(pattern, state, instants, choices, angles, size)
+        stuck, lost = np.full(count, shape[1]), np.zeros(count, dtype=np.bool_)
+        for each in loops.values():
+            stuck, lost = np.minimum(stuck, each.end), lost | each.lost
+        end, certain = _ends(margins, shape, stuck)
         inside = np.arange(shape[1]) < end[:, None]
+        alone = not (loops or pattern.turns)  # then the last instants before a bind are looked at more closely
+        before = inside & (np.arange(shape[1]) < np.where(alone & (end < shape[1]), end - LAST, end)[:, None])
         unsure = lost | ~certain | (largest > FARTHEST_ANGLE) & (end == shape[1])
-        unsure |= _too_fast(pattern, state, instants, inside)
+        unsure |= _too_fast(pattern, state, instants, inside, before)
         unsure |= _nearly_one(pattern, state, instants, shape)
-        unsure |= _near_inequality(pattern, state, instants, inside, size)
-        unsure |= _off(pattern, state, instants, inside, size)
+        unsure |= _near_inequality(pattern, state, instants, before, size)
+        off = _off(pattern, state, instants, inside, size)
+        unsure |= off
         binds = np.full(count, np.inf)
         bound = end < shape[1]
         if bound.any():
-            if pattern.loops or pattern.turns:
+            if pattern.turns or len(loops) > 1:
                 unsure |= bound
+            elif not timed:
+                binds[bound] = instants.tau[np.maximum(end[bound] - 1, 0)]
+            elif loops:
+                bound &= ~unsure & (end == stuck)
+                binds[bound] = _fold_times(pattern, varied, choices, state, instants, loops, bound, size)
+                unsure |= (end < shape[1]) & ~np.isfinite(binds)
+                binds = np.where(np.isfinite(binds), binds, np.inf)
             else:
-                binds[bound], violated = _bind_times(pattern, varied, choices, instants, end, bound, size)
-                unsure[bound] |= violated
-    return FollowedVariants(state, unsure, binds)
+                binds[bound], clear = bind_times(pattern, varied, choices, instants, end, bound, size)
+                unsure[bound] |= ~clear
+    return FollowedVariants(state, unsure, binds, off)
 
 
-def _ends(margins: dict[int, Any], shape: tuple[int, int]) -> tuple[IntArray, BoolArray]:
+def _ends(margins: dict[int, Any], shape: tuple[int, int], stuck: IntArray) -> tuple[IntArray, BoolArray]:
     """(V,) the first instant at which a variant has no solution (T where it always has one), and whether its margins
-    are clear of zero before.
+    are clear of zero before. From the instant ``stuck`` (V,) on, a loop has none.
     """
     count, many = shape
-    end = np.full(count, many)
+    end = stuck
     for margin in margins.values():
         bad = ~(np.broadcast_to(margin, shape) >= 0.0)
         end = np.minimum(end, np.where(bad.any(axis=1), np.argmax(bad, axis=1), many))
     certain = np.ones(count, dtype=np.bool_)
     for margin in margins.values():
         values = np.broadcast_to(margin, shape)
-        certain &= _clear(values, end)
+        certain &= _clear(values, end, falls=end < stuck)
     return end, certain & (end > 0)
 
 
-def _clear(values: FloatArray, end: IntArray, *, falls: bool = True) -> BoolArray:
+def _clear(values: FloatArray, end: IntArray, falls: BoolArray) -> BoolArray:
     """(V,) whether values (V, T) stay clear of zero before ``end``: no minimum among them may reach it in between, but
-    (if it ``falls``) for the last descent before the end.
+    (where it ``falls``) for the last descent before the end.
     """
     _count, many = values.shape
     place: IntArray = np.arange(many, dtype=np.int64)
@@ -159,29 +172,30 @@ def _clear(values: FloatArray, end: IntArray, *, falls: bool = True) -> BoolArra
     bend = np.maximum(np.abs(before - values), np.abs(after - values))
     bend = np.where((before >= values) & (after >= values), np.maximum(before, after) - values, bend)
     low = (values <= before) & (values <= after) & inside  # a minimum, or flat
-    falling = falls & (end[:, None] < many) & (place >= end[:, None] - 2)  # at the end it goes through zero
+    falling = falls[:, None] & (end[:, None] < many) & (place >= end[:, None] - 2)  # at the end it goes through zero
     doubt = low & ~falling & ~(values > np.maximum(CLEAR, bend))
     doubt |= inside & ~falling & ~(values > CLEAR)
     return np.asarray(~doubt.any(axis=1), dtype=np.bool_)
 
 
-def _too_fast(pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray) -> BoolArray:
-    """(V,) whether something turns too far between two instants."""
+def _too_fast(
+    pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray, before: BoolArray
+) -> BoolArray:
+    """(V,) whether a thing turns too far between two instants of those ``before``, or a drive of those ``inside``."""
     count = len(inside)
     fast = np.zeros(count, dtype=np.bool_)
-    both = inside[:, 1:]
     for _, c, s in directed(pattern):
         for n in (c, s):
             value = state[n]
             if np.ndim(value) and np.shape(value)[-1] > 1:
                 steps = np.abs(np.diff(np.asarray(value), axis=-1))
-                fast |= ((~(steps <= FARTHEST_TURN)) & both).any(axis=1)
+                fast |= ((~(steps <= FARTHEST_TURN)) & before[:, 1:]).any(axis=1)
     for item in pattern.blocks:
         if item.phases is not None:
             for phase in item.phases(state, instants.clocks):
                 if np.ndim(phase) and np.shape(phase)[-1] > 1:
                     steps = np.abs(np.diff(np.asarray(phase), axis=-1))
-                    fast |= ((~(steps <= FARTHEST_PHASE)) & both).any(axis=1)
+                    fast |= ((~(steps <= FARTHEST_PHASE)) & inside[:, 1:]).any(axis=1)
     return fast
 
 
@@ -208,7 +222,7 @@ def _near_inequality(
     end = inside.sum(axis=1)
     for value in pattern.selectors(state, instants.clocks):
         values = np.broadcast_to(value, inside.shape) / size[:, None] + SELECTOR_TOLERANCE
-        near |= ~_clear(values, end, falls=False) & (end > 0)
+        near |= ~_clear(values, end, falls=np.zeros_like(near)) & (end > 0)
     return near
 
 
@@ -234,40 +248,28 @@ def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: Bool
     return off
 
 
-def _bind_times(
+def _fold_times(
     pattern: SegmentPattern,
     varied: Sequence[FloatArray],
-    signs: dict[int, FloatArray],
+    choices: dict[int, FloatArray],
+    state: State,
     instants: Instants,
-    end: IntArray,
+    loops: dict[int, LoopEnds],
     bound: BoolArray,
     size: FloatArray,
-) -> tuple[FloatArray, BoolArray]:
-    """The offset at which each of the variants ``bound`` loses its solution: bisected between the last instant that has
-    one and the first that has none; and whether an inequality is violated before that, or nearly.
-    """
-    places = end[bound]
-    good = instants.tau[np.maximum(places - 1, 0)].copy()
-    bad = instants.tau[places].copy()
+) -> FloatArray:
+    """The offset at which the one loop of each of the variants ``bound`` binds; nan where it is not certain."""
+    (item,) = (item for item in pattern.blocks if item.newton)
+    (ends,) = loops.values()
+    places = ends.sure[bound]
+    path = np.stack([state[n][bound] for n in item.block.core], axis=2)
+    several = np.arange(len(places))
+    own = {number: choice[bound] for number, choice in choices.items()}
     some = [value[bound] for value in varied]
-    own = {number: sign[bound] for number, sign in signs.items()}
-    blocks = [item for item in pattern.blocks if not item.winds]
-    for _ in range(HALVINGS):
-        middle = 0.5 * (good + bad)
-        if ((middle <= good) | (middle >= bad)).all():
-            break
-        state = pattern.state(some)
-        clocks = instants_of(pattern, middle[:, None]).clocks
-        holds = np.ones(len(middle), dtype=np.bool_)
-        for margin in margins_at(blocks, state, clocks, own):
-            holds &= np.broadcast_to(margin, (len(middle), 1))[:, 0] >= -ROUNDING
-        good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
-    violated = np.zeros(len(good), dtype=np.bool_)
-    if pattern.selectors.count:
-        state = pattern.state(some)
-        clocks = instants_of(pattern, good[:, None]).clocks
-        margins_at(blocks, state, clocks, own)
-        for value in pattern.selectors([np.nan if each is None else each for each in state], clocks):
-            slack = np.broadcast_to(value, (len(good), 1))[:, 0] / size[bound]
-            violated |= ~(slack > NEAR_A_BIND)
-    return good, violated
+    search = FoldSearch(pattern, item, some, own, core_scale(pattern, item, size[bound]), size[bound])
+    two = np.stack([instants.tau[places - 1], instants.tau[places]], axis=1)
+    found = search.times(path[several, places - 1], path[several, places], two)
+    after = (
+        found >= instants.tau[ends.end[bound] - 1] - 1e-9 * pattern.length
+    )  # where it was followed it has a solution
+    return np.where(after, found, np.nan)

@@ -7,11 +7,12 @@ All variants take the same steps. One whose step does not count is left to be so
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.solver.basis.instants import Instants
 from movimentum.variants.together.pattern import BlockFormulas, SegmentPattern, State
 from movimentum.variants.together.roots import newton_together
@@ -23,8 +24,21 @@ CORRECTED = 0.1
 """how much of that Newton's method may correct,"""
 SURE = 1e-4
 """or how far, where that is less: nothing else is so near where the Jacobian is sound."""
+FEWEST = 3
+"""Instants of a path from which it may be followed on to its end."""
 WEAKEST = 2e-3
 """Of its largest value on the way: a determinant below that is near to a singular point."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopEnds:
+    """How far V variants of a loop were followed: through the instants before ``end`` (V,), of which ``sure`` (V,) is
+    the last one before its Jacobian becomes weak; ``lost`` (V,): not even that is certain.
+    """
+
+    end: IntArray
+    sure: IntArray
+    lost: BoolArray
 
 
 def follow_loop(
@@ -34,16 +48,14 @@ def follow_loop(
     instants: Instants,
     core: FloatArray,
     size: FloatArray,
-) -> BoolArray:
-    """Set ``state`` for a block that Newton's method solves, from its ``core`` (V, n) at the first instant; returns the
-    variants (V,) whose path is not certain.
-    """
+) -> LoopEnds:
+    """Set ``state`` for a block that Newton's method solves, from its ``core`` (V, n) at the first instant."""
     count, unknowns = core.shape
     many = len(instants)
     scale = core_scale(pattern, item, size)
     path = np.empty((many, count, unknowns))
     determinants = np.zeros((many, count))
-    lost = np.zeros(count, dtype=np.bool_)
+    end = np.full(count, many)
     reads = [n for n in item.block.inputs if state[n] is not None]
     inner: State = [*[None] * pattern.unknowns, *state[pattern.unknowns :]]
     for k in range(many):
@@ -52,20 +64,28 @@ def follow_loop(
         clocks = [clock[k : k + 1] for clock in instants.clocks]
         guess = core if k == 0 else _predicted(path, instants.tau, k)
         x, converged, determinants[k] = newton_together(item, inner, clocks, guess, scale)
+        counts = converged
         if k:
             moved = np.max(np.abs(x - path[k - 1]) / scale, axis=1)
             correction = np.max(np.abs(x - guess) / scale, axis=1)
-            lost |= ~(moved <= LARGEST_STEP)
-            lost |= ~(correction <= np.maximum(CORRECTED * moved, SURE))
-        lost |= ~converged
+            counts &= (moved <= LARGEST_STEP) & (correction <= np.maximum(CORRECTED * moved, SURE))
+        end = np.where(counts, end, np.minimum(end, k))
         path[k] = np.where(np.isfinite(x), x, path[k - 1] if k else core)
-    least = np.min(np.abs(determinants), axis=0)
-    lost |= ~(least > WEAKEST * np.max(np.abs(determinants), axis=0))
-    lost |= (determinants > 0.0).any(axis=0) & (determinants < 0.0).any(axis=0)
     for j, n in enumerate(item.block.core):
         state[n] = np.ascontiguousarray(path[:, :, j].T)
     give(item, state, instants.clocks)
-    return lost
+    return _ends(determinants, end)
+
+
+def _ends(determinants: FloatArray, end: IntArray) -> LoopEnds:
+    """What (T, V) determinants tell of paths that were followed as far as ``end`` (V,)."""
+    many = len(determinants)
+    inside = np.arange(many)[:, None] < end
+    strength = np.where(inside, determinants * np.sign(determinants[0]), 0.0)
+    weak = ~(strength > WEAKEST * np.max(strength, axis=0))
+    sure = np.where(weak.any(axis=0), np.argmax(weak, axis=0), many) - 1
+    lost = np.where(end == many, sure + 1 < many, (strength < 0.0).any(axis=0) | (sure < FEWEST))
+    return LoopEnds(end, sure, np.asarray(lost, dtype=np.bool_))
 
 
 def _predicted(path: FloatArray, tau: FloatArray, k: int) -> FloatArray:
@@ -95,12 +115,12 @@ def solve_all(
     choices: dict[int, FloatArray],
     angles: dict[int, Any],
     size: FloatArray,
-) -> tuple[dict[int, Any], FloatArray, BoolArray]:
+) -> tuple[dict[int, Any], FloatArray, dict[int, LoopEnds]]:
     """Set ``state`` for all blocks, given the ``choices`` and the ``angles`` that they begin with: the margins by
-    block, (V,) the largest turn between two instants in degrees, and (V,) the variants whose path is not certain.
+    block, (V,) the largest turn between two instants in degrees, and how far loops were followed, by block.
     """
     margins: dict[int, Any] = {}
-    lost = np.zeros(len(size), dtype=np.bool_)
+    loops: dict[int, LoopEnds] = {}
     largest = np.zeros(len(size))
     for item in pattern.blocks:
         number = item.block.number
@@ -109,12 +129,12 @@ def solve_all(
             largest = np.maximum(largest, wind((item,), state, instants.clocks, angles, shape))
             continue
         if item.newton:
-            lost |= follow_loop(pattern, item, state, instants, choices[number], size)
+            loops[number] = follow_loop(pattern, item, state, instants, choices[number], size)
             continue
         margin = solve_block(item, state, instants.clocks, choices.get(number, 1.0))
         if margin is not None:
             margins[number] = margin
-    return margins, largest, lost
+    return margins, largest, loops
 
 
 def margins_at(

@@ -19,13 +19,22 @@ from movimentum.timeline.model import Timeline
 from movimentum.variants.lowered import lower_measures
 from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.together.batch import Batch
-from movimentum.variants.together.pattern import NotTogether, Pattern, SegmentPattern, make_pattern
+from movimentum.variants.together.pattern import (
+    BlockFormulas,
+    NotTogether,
+    Pattern,
+    SegmentPattern,
+    State,
+    make_pattern,
+)
 from movimentum.variants.together.poses import Places
 from movimentum.variants.tracing import generic
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, built
 
 PROBES = 2
+ATTEMPTS = 8
+"""Variants that are tried as the one that the pattern is made of."""
 SAME = 1e-7
 """What formulas may differ by, of the size of their values."""
 
@@ -35,14 +44,11 @@ def prepare(variants: Variants, fixed: Mapping[str, float], intervals: Mapping[s
 
     Raises `NotTogether` where that is not possible, and `ScriptError` where a typical variant makes no sense.
     """
-    values = {name: generic(*interval, k) for k, (name, interval) in enumerate(intervals.items())}
     base = replace(variants, choices=variants.choices_of(fixed)) if fixed else variants
-    choices = base.traced_choices(values)
-    timeline = _timeline(variants, choices)
-    pattern = make_pattern(timeline, values)
+    choices, timeline, pattern = _typical(variants, base, intervals)
     lowered = None
     if variants.measures.measures:
-        lowered = lower_measures(variants.measures, variants.source, choices, timeline)
+        lowered = lower_measures(variants.measures, variants.source, choices, timeline, variants.files)
     for probe in range(1, PROBES + 1):
         other = {name: generic(*interval, k + 2 * probe + 1) for k, (name, interval) in enumerate(intervals.items())}
         plain = _timeline(variants, base.choices_of(other))
@@ -50,8 +56,35 @@ def prepare(variants: Variants, fixed: Mapping[str, float], intervals: Mapping[s
     return Batch(pattern, lowered)
 
 
+def _typical(
+    variants: Variants, base: Variants, intervals: Mapping[str, tuple[float, float]]
+) -> tuple[Choices, Timeline, Pattern]:
+    """A variant whose plan may hold for the others."""
+    for attempt in range(ATTEMPTS):
+        values = {name: generic(*interval, k + 17 * attempt) for k, (name, interval) in enumerate(intervals.items())}
+        choices = base.traced_choices(values)
+        timeline = _timeline(variants, choices)
+        pattern = make_pattern(timeline, values)
+        if not _loses_roots(pattern):
+            return choices, timeline, pattern
+    raise NotTogether("most variants do not move")
+
+
+def _loses_roots(pattern: Pattern) -> bool:
+    """Whether the variant that the pattern is made of has no solution where nothing moves: the root of a negative
+    number is folded into 0 there, and it is forgotten that it depends on the constants.
+    """
+    margins = (
+        item.block.margin.value
+        for segment in pattern.segments
+        for item in segment.blocks
+        if isinstance(item.block, Quadratic)
+    )
+    return any(margin is not None and not margin > 0.0 for margin in margins)
+
+
 def _timeline(variants: Variants, choices: Choices) -> Timeline:
-    return arranged(built(variants.tree, variants.source, choices), choices)
+    return arranged(built(variants.tree, variants.source, choices, files=variants.files), choices)
 
 
 def make_pattern_of(timeline: Timeline) -> Pattern:
@@ -92,10 +125,21 @@ def _compare_segment(mine: SegmentPattern, other: SegmentPattern, varied: list[F
                 if sorted(a.order) != sorted(b.order) or a.block.equations != b.block.equations:
                     raise NotTogether("the structure of the equations depends on it")
                 # another order of elimination is as good: every variant's equations are verified as they are stated
-                if a.order == b.order and isinstance(a.block, Assign | Linear | Quadratic | Winding | Newton):
+                if a.order == b.order and isinstance(a.block, Quadratic):
+                    _same_pair(a, [*known, *varied], b, known, clocks)
+                elif a.order == b.order and isinstance(a.block, Assign | Linear | Winding | Newton):
                     _same(_solution(a, [*known, *varied], clocks), _solution(b, known, clocks), "a formula")
             for x, y in ((mine.selectors, other.selectors), (mine.checks, other.checks), (mine.stated, other.stated)):
                 _same(x([*known, *varied], clocks), y(known, clocks), "an equation")
+
+
+def _same_pair(mine: BlockFormulas, here: State, other: BlockFormulas, there: State, clocks: list[FloatArray]) -> None:
+    """Whether two quadratic blocks have the same two solutions; which of them is called the first does not matter."""
+    found = mine.solution(here, clocks)
+    try:
+        _same(found, other.solution(there, clocks), "a formula")
+    except NotTogether:
+        _same(found, other.solution(there, clocks, -1.0), "a formula")
 
 
 def _solution(item: Any, state: list[Any], clocks: list[FloatArray]) -> Any:

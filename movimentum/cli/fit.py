@@ -1,0 +1,168 @@
+"""`movimentum fit`: the constants that bring a script's goals nearest."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from movimentum.cli.options import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
+from movimentum.cli.work import output_file
+from movimentum.console import Console, answer, answer_json
+from movimentum.errors import MovimentumError
+from movimentum.workflow.choices import Choices
+
+if TYPE_CHECKING:
+    from movimentum.source import SourceText
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  movimentum fit four-bar.mov
+  movimentum fit four-bar.mov -o fitted.mov --sheet before-after.png
+  movimentum fit four-bar.mov --vary L=60:220 --vary R=20:80 --set Q=90
+  movimentum fit arm.mov --all --format json
+
+"""
+    + EXIT_CODES
+)
+@SCRIPT
+@click.option("-o", "--output", metavar="OUT", help="Write the script with the new constants; `-`: to standard output.")
+@click.option(
+    "--vary",
+    multiple=True,
+    metavar="NAME[=A:B]",
+    help="A constant (`.let`) to fit, and its interval, if it is not that of its `.range`. May be repeated. "
+    "[default: all that have a `.range`, but for those that --set gives]",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Begin from other starts.")
+@click.option(
+    "--effort",
+    type=click.IntRange(1, 1000),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Try N times as many starts.",
+)
+@click.option("--all", "every", is_flag=True, help="Look for all solutions, and tell those that are as good.")
+@click.option("--sheet", metavar="PNG", help="A picture of the script before and after, side by side.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="Output for people or for programs.",
+)
+@DASK
+@FPS
+@LIMITS
+@SPEECH
+@click.pass_obj
+@with_choices
+def fit(
+    console: Console,
+    *,
+    choices: Choices,
+    script: str,
+    output: str | None,
+    vary: tuple[str, ...],
+    seed: int,
+    effort: int,
+    every: bool,
+    sheet: str | None,
+    form: str,
+    dask: str | None,
+) -> int:
+    """Find the constants of SCRIPT that bring its goals nearest, while its requirements hold.
+
+    Goals and requirements stand in the script: `.goal Rod.P = [100, 150];`, `.require Rod.P.y > 20;`. The constants are
+    those that have a `.range`. What is found can be assembled, moves all the way, and is verified.
+    """
+    from movimentum.workflow.read import read
+
+    target = None if output in (None, "-") else output_file(script, output, ".mov")
+    asked = _FitOptions(target, output == "-", vary, seed, effort, every, sheet, form, dask)
+    source: SourceText | None = None
+    try:
+        source = read(script)
+        with console.working("fitting"):
+            return _fitted(console, source, choices, asked)
+    except MovimentumError as error:
+        console.trace(error)
+        console.show(error.diagnostics, error.source or source)
+        return error.exit_code
+
+
+@dataclass(frozen=True, slots=True)
+class _FitOptions:
+    """What the options say."""
+
+    target: Path | None
+    to_stdout: bool
+    vary: tuple[str, ...]
+    seed: int
+    effort: int
+    every: bool
+    sheet: str | None
+    form: str
+    dask: str | None
+
+
+def _fitted(console: Console, source: SourceText, choices: Choices, asked: _FitOptions) -> int:
+    from movimentum.cli.fit_report import as_json, as_text
+    from movimentum.fitting.fit import done_here, make_job, make_problem, read_intervals
+    from movimentum.fitting.fit import fit as fit_problem
+    from movimentum.fitting.pictures import write_before_and_after
+    from movimentum.fitting.summary import notes, unmet
+    from movimentum.fitting.written import with_constants
+    from movimentum.output.files import refuse_overwriting, refuse_unwritable
+    from movimentum.variants.sheet import check_sheet
+    from movimentum.workflow.read import reads
+    from movimentum.workflow.stages import understand
+
+    scene = understand(source, choices)
+    job = make_job(source, choices, read_intervals(asked.vary, scene.constants), asked.seed)
+    for path in (asked.target, None if asked.sheet is None else Path(asked.sheet)):
+        if path is not None:
+            refuse_overwriting(path, reads(source, scene))
+            refuse_unwritable(path)
+    if asked.sheet is not None:
+        check_sheet(Path(asked.sheet))
+    if asked.target is not None or asked.to_stdout:
+        with_constants(scene, dict.fromkeys(job.names, 0.0))  # now, and not after the work
+    problem = make_problem(job)
+    with ExitStack() as stack:
+        work = done_here(problem)
+        if asked.dask is not None:
+            from movimentum.fitting.distributed import done_there
+            from movimentum.workflow.clusters import cluster
+
+            work = done_there(job, stack.enter_context(cluster(asked.dask, console.say)))
+        progress = stack.enter_context(console.progress("fitting"))
+        found = fit_problem(problem, progress, work, every=asked.every, effort=asked.effort)
+    console.show(unmet(found), scene.source)
+    console.note(notes(found), scene.source)
+    if asked.form == "json":
+        answer_json(as_json(found))
+    elif not asked.to_stdout:
+        answer(as_text(found))
+    if found.met:
+        if asked.target is not None:
+            _write(asked.target, with_constants(scene, found.constants, asked.target.parent))
+        elif asked.to_stdout and asked.form != "json":
+            answer(with_constants(scene, found.constants))
+    if asked.sheet is not None:
+        write_before_and_after(found, Path(asked.sheet))
+    return found.exit_code
+
+
+def _write(target: Path, text: str) -> None:
+    from movimentum.output.files import whole_file
+
+    with whole_file(target) as part, part.open("w", encoding="utf-8", newline="") as stream:
+        stream.write(text)

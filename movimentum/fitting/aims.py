@@ -1,0 +1,115 @@
+"""What a fit is to bring about: the goals and requirements of a script, in terms of the constants that vary."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from movimentum.expressions import Expr, sub, substitute, symbol, walk
+from movimentum.scene.model import AnchorCoordinate, Purpose, Relation, ThingAngle, VariableComponent
+from movimentum.timeline.model import HeldClaim, Timeline
+from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied
+
+READABLE = AnchorCoordinate | ThingAngle | VariableComponent
+"""The payloads that can be read off many variants at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReducedExpr:
+    """``kind`` (a word of `syntax.words.REDUCTIONS`) of ``inner``, whose frames are those of its aim; at the ``time``,
+    an expression of the varied constants, for "at".
+    """
+
+    kind: str
+    inner: Expr
+    time: Expr | None
+    aim: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoweredAim:
+    """``sides``: what is left of each component when its right-hand side is taken away. In symbols of the scene, of the
+    varied constants, and `Reduced` with numbers of `LoweredAims.reductions`. ``lasting``: whether it has a value in
+    every frame (else one for the whole film).
+    """
+
+    held: HeldClaim
+    sides: tuple[Expr, ...]
+    lasting: bool
+
+    @property
+    def required(self) -> bool:
+        """A requirement, and not a goal."""
+        return self.held.claim.purpose is Purpose.REQUIREMENT
+
+    @property
+    def angular(self) -> bool:
+        """Whether it counts modulo a turn."""
+        claim = self.held.claim
+        return claim.relation is Relation.EQUAL and claim.left[0].op == "atan2d"
+
+    @property
+    def sign(self) -> float:
+        """0 for an equation; else the sign with which the side is what is too much."""
+        return {Relation.BELOW: 1.0, Relation.ABOVE: -1.0}.get(self.held.claim.relation, 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoweredAims:
+    """All aims of a script, in the order written, and the reductions in them."""
+
+    aims: tuple[LoweredAim, ...]
+    reductions: tuple[ReducedExpr, ...]
+    timeline: Timeline
+
+    @property
+    def payloads(self) -> tuple[Hashable, ...]:
+        """What has to be read off a motion."""
+        roots = [*(side for aim in self.aims for side in aim.sides), *(part.inner for part in self.reductions)]
+        found: dict[Hashable, None] = {}
+        for node in walk(*roots):
+            if node.op == "symbol" and not isinstance(node.payload, Varied | Reduced):
+                found[node.payload] = None
+        return tuple(found)
+
+
+def lower_aims(timeline: Timeline) -> LoweredAims:
+    """The aims of ``timeline``, which was read with traced constants."""
+    unfolding = OriginUnfolding()
+    reductions: list[ReducedExpr] = []
+    aims: list[LoweredAim] = []
+    for number, held in enumerate(timeline.aims):
+        sides: list[Expr] = []
+        for left, right in zip(held.claim.left, held.claim.right, strict=True):
+            outside = sub(_without(left, number, reductions, unfolding), _without(right, number, reductions, unfolding))
+            sides.append(unfolding.unfolded(outside))
+        lasting = any(
+            node.op == "clock" or (node.op == "symbol" and not isinstance(node.payload, Varied | Reduced))
+            for node in walk(*sides)
+        )
+        aims.append(LoweredAim(held, tuple(sides), lasting))
+    return LoweredAims(tuple(aims), tuple(reductions), timeline)
+
+
+def _without(root: Expr, aim: int, reductions: list[ReducedExpr], unfolding: OriginUnfolding) -> Expr:
+    """``root`` with a symbol for each reduction, which is added to ``reductions``."""
+    found = [node for node in walk(root) if node.op == "reduction"]
+    if not found:
+        return root
+    memo: dict[Expr, Expr] = {}
+    for node in found:
+        time = unfolding.unfolded(node.args[1]) if node.payload == "at" else None
+        assert isinstance(node.payload, str)
+        memo[node] = symbol(Reduced(len(reductions)))
+        reductions.append(ReducedExpr(node.payload, unfolding.unfolded(node.args[0]), time, aim))
+    return substitute(root, lambda node: None, memo)
+
+
+def frames_of(timeline: Timeline, held: HeldClaim) -> Sequence[int]:
+    """The frames in which an aim stands; where it stands between two frames only, the one before."""
+    found = [k for k in range(timeline.frame_count) if held.covers(timeline.frame_time(k))]
+    if found:
+        return found
+    before = int((Fraction(held.start) - timeline.start) * timeline.fps)
+    return [min(max(before, 0), timeline.frame_count - 1)]

@@ -1,0 +1,395 @@
+"""`fit`: the constants of a script that bring its goals nearest while its requirements hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.errors import ScriptError, usage_error
+from movimentum.fitting.aims import LoweredAims, lower_aims
+from movimentum.fitting.evaluation import TogetherEvaluator
+from movimentum.fitting.merit import Merit
+from movimentum.fitting.programming import Program
+from movimentum.fitting.search import ONE_BY_ONE, TOGETHER, Candidates, Search, SearchEffort
+from movimentum.fitting.sides import SideFormulas
+from movimentum.fitting.single import SingleEvaluator, SingleMotion
+from movimentum.fitting.undecided import Undecided, undecided
+from movimentum.scene.expansion.product import NamedConstant
+from movimentum.solver.basis.scene_size import scene_size
+from movimentum.source import SourceText
+from movimentum.syntax.suggest import nearest
+from movimentum.text import rational
+from movimentum.timeline.model import Timeline
+from movimentum.variants.measures import MeasureSet
+from movimentum.variants.single import Variants, structure_key
+from movimentum.variants.together.preparation import prepare
+from movimentum.variants.tracing import generic
+from movimentum.workflow.choices import Choices, Progress
+from movimentum.workflow.read import ScriptFiles
+from movimentum.workflow.stages import arranged, built, understand
+
+PIECES = 4
+ISLANDS = 2
+AGREEING, ALIKE = 3, 1e-4
+"""Parts of the search, for each unit of effort, that end at the same best when there is no need for more; and how far
+their costs are apart then.
+"""
+EXACT = 1e-9
+"""Of the scene's size: goals that are missed by less are met."""
+NEARLY_MET = 1e-4
+"""Of the scene's size: what a requirement may be off by before a candidate is refined."""
+BEST = 6
+"""Candidates that are refined in the end."""
+SPARE = 24
+"""Candidates that are tried where none of those is believed."""
+NEAREST = 2
+"""Candidates that are tried for the least that a requirement can be off."""
+LITTLE = 1.0 + 1e-4
+"""Times the least that a requirement must be off: so much it may be, if goals gain by it."""
+AGREE = 1e-6
+"""Of the scene's size: how well the two solvers agree on a variant that is believed."""
+DIGITS = 12
+"""To which constants are rounded, if that changes nothing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitJob:
+    """What is fitted: the constants ``names`` of a script within ``intervals`` (C, 2), ``own`` (C,) being the script's.
+    It can be sent to other processes, which come to the same, with what ``files`` know of others than the script.
+    """
+
+    source: SourceText
+    choices: Choices
+    names: tuple[str, ...]
+    intervals: FloatArray
+    own: FloatArray
+    seed: int = 0
+    files: ScriptFiles = field(default_factory=ScriptFiles)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitProblem:
+    """A job made ready: what evaluates its variants, and the ``search``. ``reason``: why they are solved one by one."""
+
+    job: FitJob
+    single: SingleEvaluator
+    search: Search
+    lowered: LoweredAims
+    reason: str | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """What came of a fit: the constants (C,) before and after, each with its motion; whether the requirements hold
+    (``met``), and ``others``: constants (K, C) that are as good (all goals met) or nearly. ``left``: what the aims
+    leave open; None where nothing moves.
+    """
+
+    problem: FitProblem
+    before: FloatArray
+    after: FloatArray
+    first: SingleMotion
+    last: SingleMotion
+    met: bool
+    tried: int
+    others: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    left: Undecided | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """0 where all requirements are met, else 3."""
+        return 0 if self.met else 3
+
+    @property
+    def constants(self) -> dict[str, float]:
+        """The constants that were found."""
+        return dict(zip(self.problem.job.names, self.after.tolist(), strict=True))
+
+
+def make_job(
+    source: SourceText, choices: Choices, intervals: Mapping[str, tuple[float, float]], seed: int = 0
+) -> FitJob:
+    """The job of fitting ``intervals`` (none: all constants that have a `.range` and are not set).
+
+    Raises `ScriptError` and `UsageError` for what cannot be fitted.
+    """
+    files = ScriptFiles()
+    scene = understand(source, choices, files=files)
+    known = {constant.name: constant for constant in scene.constants}
+    fixed = {name for name, _ in choices.settings}
+    chosen = dict(intervals)
+    if not chosen:
+        for constant in scene.constants:
+            if constant.least is not None and constant.most is not None and constant.name not in fixed:
+                chosen[constant.name] = constant.least, constant.most
+    if not chosen:
+        message = "no constant has a `.range`, so there is nothing to fit"
+        raise usage_error("fit/nothing", message, ".let L = 100 .range(60, 200);", "--vary L=60:200")
+    for name, (low, high) in chosen.items():
+        _check(name, low, high, known)
+    if not any(step.aims for step in scene.steps):
+        message = "the script has no goal, so there is nothing to fit it to"
+        raise usage_error("fit/no-goal", message, ".goal Rod.P = [100, 150];", ".require Rod.P.y > 20;")
+    own = np.array([float(known[name].value[0].value or 0.0) for name in chosen])
+    return FitJob(source, choices, tuple(chosen), np.array(list(chosen.values()), dtype=np.float64), own, seed, files)
+
+
+def read_intervals(vary: Sequence[str], constants: Sequence[NamedConstant]) -> dict[str, tuple[float, float]]:
+    """Intervals by name from texts such as ``L=60:200``, or ``L``, which takes that of its `.range`; `UsageError`."""
+    known = {constant.name: constant for constant in constants}
+    found: dict[str, tuple[float, float]] = {}
+    for text in vary:
+        name, sign, interval = (part.strip() for part in text.partition("="))
+        ends = [rational(part, exponents=True) for part in interval.split(":")]
+        own = known.get(name)
+        if not sign and own is not None and own.least is not None and own.most is not None:
+            found[name] = own.least, own.most
+        elif not sign and own is not None:
+            raise usage_error("usage/vary", f"`{name}` has no `.range`", f"--vary {name}=10:20")
+        elif not sign or len(ends) != 2 or None in ends:
+            if not sign and own is None:
+                _check(name, 0.0, 1.0, known)
+            raise usage_error("usage/vary", f"`{text}` is no interval", f"--vary {name or 'L'}=60:200")
+        else:
+            low, high = (float(end) for end in ends if end is not None)
+            found[name] = low, high
+    return found
+
+
+def _check(name: str, low: float, high: float, known: Mapping[str, NamedConstant]) -> None:
+    if name not in known:
+        guess = nearest(name, known)
+        helps = (f"did you mean `{guess}`?",) if guess else (f".let {name} = {low:g} .range({low:g}, {high:g});",)
+        raise usage_error("name/unknown", f"the script has no constant `{name}`", *helps)
+    if len(known[name].value) != 1:
+        message = f"`{name}` is a vector; only numbers are fitted"
+        raise usage_error("fit/constant", message, f".let {name} = [{name}x, {name}y]; and fit these two")
+    if not low < high:
+        raise usage_error("fit/constant", f"`{name}` has no interval from {low:g} to {high:g}", f"--vary {name}=10:20")
+
+
+def make_problem(job: FitJob) -> FitProblem:
+    """A job made ready. Raises `UsageError` where the times of the film depend on a constant."""
+    variants = Variants(job.source, job.choices, job.names, MeasureSet(), job.files)
+    intervals = {name: (low, high) for name, (low, high) in zip(job.names, job.intervals.tolist(), strict=True)}
+    values = {name: generic(*interval, k) for k, (name, interval) in enumerate(intervals.items())}
+    traced = _traced(variants, job, values, intervals)
+    lowered = lower_aims(traced)
+    formulas = SideFormulas(lowered, job.names)
+    single = SingleEvaluator(variants, formulas, job.intervals)
+    size = max(scene_size(traced.scene), 1e-300)
+    reason: str | None = None
+    evaluate: TogetherEvaluator | SingleEvaluator = single
+    try:
+        batch = prepare(variants, {}, intervals)
+        evaluate = TogetherEvaluator(batch, formulas, job.intervals)
+    except Exception as error:  # whatever it is, the single solver has the last word
+        reason = str(error).split("\n")[0]
+    effort: SearchEffort = ONE_BY_ONE if reason else TOGETHER
+    low, high = job.intervals[:, 0], job.intervals[:, 1]
+    own = np.clip((job.own - low) / (high - low), 0.0, 1.0)
+    merit = Merit.of(lowered, formulas.layout, size)
+    timing = evaluate if isinstance(evaluate, TogetherEvaluator) and evaluate.free_times.times else None
+    search = Search(evaluate, merit, low, high, size, own, job.seed, effort, timing)
+    if reason is None:
+        search.balance()
+    return FitProblem(job, single, search, lowered, reason)
+
+
+def _timeline(variants: Variants, choices: Choices) -> Timeline:
+    return arranged(built(variants.tree, variants.source, choices, files=variants.files), choices)
+
+
+def _traced(
+    variants: Variants, job: FitJob, values: Mapping[str, float], intervals: Mapping[str, tuple[float, float]]
+) -> Timeline:
+    """The timeline in which what depends on the constants can be told. Raises `UsageError` where some constant decides
+    how many things there are, or when steps begin.
+    """
+    own = dict(zip(job.names, job.own.tolist(), strict=True))
+    base = structure_key(_timeline(variants, variants.choices_of(own)))
+    for name in job.names:
+        try:
+            other = _timeline(variants, variants.choices_of({**own, name: generic(*intervals[name], 3)}))
+            key: Hashable = structure_key(other)
+        except ScriptError:
+            key = None
+        if key != base:
+            message = f"things, steps or times depend on `{name}`, so it cannot be fitted"
+            raise usage_error("fit/constant", message, f"--set {name}={own[name]:.10g}")
+    return _timeline(variants, variants.traced_choices(values))
+
+
+Task = tuple[str, int]
+"""A part of the search: "piece" or "island", and its number."""
+Work = Callable[[list[Task]], Iterator[Candidates]]
+"""Does parts of the search, and gives back what came of them in their order."""
+
+
+def done_here(problem: FitProblem) -> Work:
+    """Does them here, one after the other."""
+
+    def work(tasks: list[Task]) -> Iterator[Candidates]:
+        return (task_done(problem, task) for task in tasks)
+
+    return work
+
+
+def task_done(problem: FitProblem, task: Task) -> Candidates:
+    """What comes of one part of the search."""
+    kind, number = task
+    found = problem.search.piece(number) if kind == "piece" else problem.search.island(number)
+    return found.best(BEST * 4)
+
+
+def fit(
+    problem: FitProblem, progress: Progress, work: Work | None = None, *, every: bool = False, effort: int = 1
+) -> Fitted:
+    """Search, refine the best, and solve it by itself. ``every``: all solutions are wanted, so nothing ends early.
+    ``effort``: so many times the usual number of starts.
+    """
+    search, job = problem.search, problem.job
+    tasks: list[Task] = []
+    for part in range(effort):
+        tasks += [("piece", k) for k in range(PIECES * part, PIECES * (part + 1))]
+        if search.effort.generations:
+            tasks += [("island", k) for k in range(ISLANDS * part, ISLANDS * (part + 1))]
+    found = Candidates(np.zeros((0, len(job.names))), np.zeros(0), np.zeros(0))
+    bests: list[float] = []
+    for number, candidates in enumerate((work or done_here(problem))(tasks)):
+        found = found.and_others(candidates)
+        progress(number + 1, len(tasks))
+        bests.append(float(np.min(candidates.costs[_met(search, candidates)], initial=np.inf)))
+        if not every and (_exact(search, found).any() or _agree(bests, AGREEING * effort)):
+            break
+    if len(found) and not _met(search, found).any():
+        found = found.and_others(_as_required(search, found))
+    first = problem.single.motion(job.own)
+    best = found.best(4 * BEST if every else BEST)
+    exact = _exact(search, best)
+    if not every and exact.any():
+        best = best.take([int(k) for k in np.nonzero(exact)[0]])
+    enough = -1.0 if every else (EXACT * search.size) ** 2
+    refined = _refined(search, best, enough) if _met(search, best).any() else best
+    spare = found.best(SPARE)
+    if len(refined) and (refined.worst > 0.0).all():
+        refined, tried = _nearest(search, refined)
+        spare = tried.and_others(spare).best(SPARE)
+    return _chosen(problem, refined, spare, first, len(tasks))
+
+
+def _met(search: Search, found: Candidates) -> BoolArray:
+    """(M,) whether requirements are met, or nearly, so that refining will do it."""
+    return np.isfinite(found.costs) & (found.worst <= NEARLY_MET * search.size)
+
+
+def _exact(search: Search, found: Candidates) -> BoolArray:
+    """(M,) whether goals are met, and requirements or nearly."""
+    return _met(search, found) & (found.costs <= (EXACT * search.size) ** 2)
+
+
+def _agree(bests: Sequence[float], wanted: int) -> bool:
+    """Whether so many parts have come to the best cost of all."""
+    least = min(bests)
+    return bool(np.isfinite(least)) and sum(cost <= (1.0 + ALIKE) * least for cost in bests) >= wanted
+
+
+def _as_required(search: Search, found: Candidates) -> Candidates:
+    """Where the requirements are met best, whatever becomes of the goals; and from there, where the goals are."""
+    starts = found.take([int(k) for k in found.order()][: search.effort.starts])
+    met = search.descended(starts.points, goals=False)
+    return met.and_others(search.descended(met.best(search.effort.starts).points))
+
+
+def _refined(search: Search, best: Candidates, enough: float = -1.0) -> Candidates:
+    return search.refined(best, enough).and_others(best).best(len(best))
+
+
+def _nearest(search: Search, found: Candidates) -> tuple[Candidates, Candidates]:
+    """Where no requirement is off more than it must be; among such points, where the goals are missed least. And all
+    points that were tried: the nearest may be where the mechanism only just moves, and not move when solved by itself.
+    """
+    program = Program(search)
+    points = np.array([program.least_off(point) for point in found.best(NEAREST).points])
+    every = search.judged(points).and_others(found)
+    nearest = every.best(1)
+    least = float(nearest.worst[0])
+    if not least > 0.0:
+        return _refined(search, nearest), every
+    relaxed = replace(search, merit=search.merit.relaxed(least * LITTLE))
+    (start,) = relaxed.judged(every.points).best(1).points
+    return search.judged(Program(relaxed).nearest_goals(start)[None]), every
+
+
+def _chosen(problem: FitProblem, refined: Candidates, spare: Candidates, first: SingleMotion, tried: int) -> Fitted:
+    """The best candidate that the single solver finds as it was found; ``spare`` ones where there is none."""
+    job, search = problem.job, problem.search
+    width = search.high - search.low
+    for found in (refined, spare):
+        believed = _believed(problem, found)
+        if believed is None:
+            continue
+        k, point, constants, motion = believed
+        rest = [int(j) for j in found.order() if j != k and found.worst[j] == 0.0]
+        close = [j for j in rest if found.costs[j] <= 1.02 * found.costs[k] + (EXACT * search.size) ** 2]
+        left = undecided(search, np.clip((constants - search.low) / width, 0.0, 1.0))
+        if left.idle.any():
+            constants, motion = _as_before(problem, left, constants, motion)
+        others = search.low + left.apart(found.points[close], point) * width
+        return Fitted(problem, job.own, constants, first, motion, _holds(search, motion), tried, others, left)
+    return Fitted(problem, job.own, job.own, first, first, False, tried)
+
+
+def _believed(problem: FitProblem, found: Candidates) -> tuple[int, FloatArray, FloatArray, SingleMotion] | None:
+    """The best of ``found`` that the single solver finds as it was found, first of those that it finds to meet all
+    requirements: its number, its point in the box, its constants (C,) and their motion.
+    """
+    search = problem.search
+    fallback: tuple[int, FloatArray, FloatArray, SingleMotion] | None = None
+    for k in map(int, found.order()):
+        point = found.points[k]
+        if problem.reason is None and found.worst[k] == 0.0:
+            point = search.polished(point)
+        constants, motion = _rounded(problem, search.low + point * (search.high - search.low))
+        if motion is None:
+            continue
+        made = k, point, constants, motion
+        if _holds(search, motion):
+            return made
+        fallback = fallback or made
+    return fallback
+
+
+def _holds(search: Search, motion: SingleMotion) -> bool:
+    return bool(search.merit.worst(motion.sides[None])[0] == 0.0)
+
+
+def _as_before(
+    problem: FitProblem, left: Undecided, constants: FloatArray, motion: SingleMotion
+) -> tuple[FloatArray, SingleMotion]:
+    """With the constants that nothing depends on as the script has them, where that is in their intervals."""
+    job, search = problem.job, problem.search
+    inside = (job.own >= search.low) & (job.own <= search.high)
+    tried, moved = _rounded(problem, np.where(left.idle & inside, job.own, constants))
+    return (constants, motion) if moved is None else (tried, moved)
+
+
+def _rounded(problem: FitProblem, constants: FloatArray) -> tuple[FloatArray, SingleMotion | None]:
+    """Constants with few digits, if that changes nothing, and their motion by the single solver; None if it is another
+    than was found.
+    """
+    search = problem.search
+    together = search.evaluate(constants[None], slopes=False).sides[0]
+    short = np.array([float(f"{value:.{DIGITS}g}") for value in constants])
+    for tried in (short, constants):
+        motion = problem.single.motion(tried)
+        if not np.isfinite(motion.sides).all():
+            continue
+        met = search.merit.worst(motion.sides[None])[0] <= search.merit.worst(together[None])[0]
+        same = np.max(np.abs(motion.sides - together), initial=0.0) <= AGREE * search.size
+        if same and (met or tried is constants):
+            return tried, motion
+    return constants, None

@@ -1,0 +1,126 @@
+"""The merit of variants: how far goals are missed, and how far requirements are from being met."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.fitting.aims import LoweredAim, LoweredAims
+from movimentum.fitting.sides import Evaluation, SideLayout
+
+Evaluate = Callable[..., Evaluation]
+"""(V, C) constants, ``slopes`` or not -> `Evaluation`."""
+
+
+EQUAL_WITHIN = 1e-9
+"""Of the scene's size: what a required equation may be off by, as a claim."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Merit:
+    """How sides count. All arrays are (S,): ``goals`` and ``required`` tell which sides are which, ``equal`` those of
+    equations. ``allowed``: what a requirement may be off by; ``shift``: what is added to it so that rounding does not
+    undo an inequality that is met; ``scale``: see `SideLayout`.
+    """
+
+    goals: BoolArray
+    required: BoolArray
+    equal: BoolArray
+    allowed: FloatArray
+    shift: FloatArray
+    scale: FloatArray
+
+    @staticmethod
+    def of(lowered: LoweredAims, layout: SideLayout, size: float) -> Merit:
+        """For a scene of this ``size``."""
+        aims: list[LoweredAim] = [lowered.aims[int(a)] for a in layout.aim]
+        required = np.array([aim.required for aim in aims], dtype=np.bool_)
+        equal = np.array([aim.sign == 0.0 for aim in aims], dtype=np.bool_)
+        tiny = EQUAL_WITHIN * size
+        allowed = np.array([_allowed(aim, tiny) for aim in aims])
+        shift = np.where(required & ~equal, tiny - allowed, 0.0)
+        return Merit(~required, required, equal, allowed, shift, layout.scale)
+
+    def relaxed(self, amount: float) -> Merit:
+        """Where requirements may be off by ``amount`` more."""
+        allowed = self.allowed + np.where(self.required, amount, 0.0)
+        shift = self.shift - np.where(self.required & ~self.equal, amount, 0.0)
+        return Merit(self.goals, self.required, self.equal, allowed, shift, self.scale)
+
+    def missed(self, sides: FloatArray) -> FloatArray:
+        """(V, S) by how much each side is off: an inequality that holds is not."""
+        return np.where(self.equal, sides, np.maximum(sides, 0.0))
+
+    def cost(self, sides: FloatArray) -> FloatArray:
+        """(V,) the weighted sum of squares of what goals miss by."""
+        off = np.where(self.goals, self.missed(sides) * self.scale, 0.0)
+        return np.asarray(np.sum(off * off, axis=1), dtype=np.float64)
+
+    def excess(self, sides: FloatArray) -> FloatArray:
+        """(V, S) by how much requirements are off, beyond what is allowed."""
+        off = np.where(self.equal, np.abs(sides), sides)
+        return np.where(self.required, np.maximum(off - self.allowed, 0.0), 0.0)
+
+    def penalty(self, sides: FloatArray) -> FloatArray:
+        """(V,) the sum of squares of what requirements are off by, in units of `scale`."""
+        off = self.excess(sides) * self.scale
+        return np.asarray(np.sum(off * off, axis=1), dtype=np.float64)
+
+    def balanced(self, slopes: FloatArray) -> Merit:
+        """Where requirements change as much as goals do, so that neither is out of sight of the other: they may be
+        about seconds or angles, and goals about pixels. ``slopes`` (V, S, C): of some variants, by units of the box.
+        """
+        steep = np.sqrt(np.nanmedian(np.einsum("vsc,vsc->vs", slopes, slopes), axis=0)) * self.scale
+        goals, required = steep[self.goals], steep[self.required]
+        if not (np.any(goals > 0.0) and np.any(required > 0.0)):
+            return self
+        typical = np.sqrt(np.mean(goals**2)) / np.sqrt(np.mean(required[required > 0.0] ** 2))
+        return replace(self, scale=np.where(self.required, self.scale * np.clip(typical, 1.0, 1e6), self.scale))
+
+    def worst(self, sides: FloatArray) -> FloatArray:
+        """(V,) the largest `excess`; inf where there are no sides."""
+        found = np.max(self.excess(sides), axis=1, initial=0.0)
+        return np.where(np.isfinite(sides).all(axis=1), found, np.inf)
+
+
+def _allowed(aim: LoweredAim, tiny: float) -> float:
+    given = aim.held.claim.tolerance
+    if given is not None:
+        return float(given)
+    return tiny if aim.sign == 0.0 else 0.0
+
+
+@dataclass(slots=True, eq=False)
+class Lagrangian:
+    """The augmented Lagrangian of V fits (Nocedal & Wright, Numerical Optimization, 17.4) as a sum of squares: rows of
+    goals, and for each requirement sqrt(mu) (c + multiplier/mu), of inequalities only what is above 0.
+
+    ``multipliers`` (V, S), ``penalty`` mu; ``goals`` False: requirements only.
+    """
+
+    merit: Merit
+    multipliers: FloatArray
+    penalty: float
+    goals: bool = True
+
+    def rows(self, found: Evaluation, chosen: BoolArray | slice = slice(None)) -> tuple[FloatArray, FloatArray | None]:
+        """(V, S) the rows, and their slopes (V, S, C); nan where there are none."""
+        merit, sides = self.merit, found.sides
+        shifted = sides + np.where(merit.required, merit.shift + self.multipliers[chosen] / self.penalty, 0.0)
+        active = merit.equal | (shifted > 0.0)
+        weight = np.where(merit.required, np.sqrt(self.penalty * merit.scale**2), merit.scale if self.goals else 0.0)
+        rows = np.where(active, weight * shifted, np.where(np.isfinite(shifted), 0.0, np.nan))
+        if found.slopes is None:
+            return rows, None
+        return rows, np.where(active[..., None], weight[:, None] * found.slopes, 0.0)
+
+    def updated(self, sides: FloatArray, penalty: float) -> Lagrangian:
+        """With better multipliers, after what was found for the last ones."""
+        merit = self.merit
+        found = self.multipliers + self.penalty * (sides + merit.shift)
+        found = np.where(merit.required, np.where(merit.equal, found, np.maximum(found, 0.0)), 0.0)
+        found = np.where(np.isfinite(found), found, self.multipliers)
+        return Lagrangian(merit, found, penalty, self.goals)

@@ -1,0 +1,247 @@
+"""How a solved segment changes with the constants: exact, by the implicit function theorem.
+
+A block's equations F(x, y, k, t) = 0 in its unknowns x, given those y of earlier blocks and the constants k, hold for
+all variants, so their derivatives do: J x_k = -(F_k + F_y y_k) with J = F_x. Block after block in the plan's order. A
+last column does the same for time, J x_t = -(F_t + F_y y_t), for what is read at a time that varies itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.expressions import Expr
+from movimentum.fitting.dual import Dual, DualFunction, SlopesOf, dual_function, times, units
+from movimentum.planning.codegen.generate import Clocks
+from movimentum.planning.codegen.numeric import sincosd
+from movimentum.planning.lowering.unknowns import BodyUnknowns
+from movimentum.planning.plan import Plan
+from movimentum.scene.model import AnchorCoordinate, ThingAngle
+from movimentum.variants.together.pattern import Pattern, SegmentPattern, State
+from movimentum.variants.tracing import Varied
+
+SINGULAR = 1e-18
+"""A determinant (rows and columns of size one) below which a block's slopes are nan."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyDual:
+    """A thing's local origin, direction and turn (degrees)."""
+
+    x: Dual = field(default_factory=lambda: Dual(0.0))
+    y: Dual = field(default_factory=lambda: Dual(0.0))
+    c: Dual = field(default_factory=lambda: Dual(1.0))
+    s: Dual = field(default_factory=lambda: Dual(0.0))
+    angle: Dual = field(default_factory=lambda: Dual(0.0))
+
+    def world(self, x: Dual, y: Dual) -> tuple[Dual, Dual]:
+        """The world place of a local point."""
+        return self.x + (self.c * x - self.s * y), self.y + (self.s * x + self.c * y)
+
+    def at_end(self) -> BodyDual:
+        """As it is at the last instant."""
+        return BodyDual(*(_last(part) for part in (self.x, self.y, self.c, self.s, self.angle)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _BlockSlopes:
+    """The stated equations of a block, differentiated."""
+
+    unknowns: tuple[int, ...]
+    rows: int
+    function: DualFunction
+
+
+class SegmentSlopes:
+    """One segment of ``pattern``, differentiated as far as ``payloads`` depend on it; ``clocks`` begin with those of
+    `SegmentPattern.more_clocks`.
+    """
+
+    def __init__(self, pattern: Pattern, segment: SegmentPattern, payloads: Sequence[Hashable]) -> None:
+        self.pattern, self.segment = pattern, segment
+        self.clocks = Clocks(segment.more_clocks)
+        unknowns, names = segment.unknowns, pattern.names
+        self.place: dict[Hashable, int] = {n: n for n in range(unknowns)}
+        self.place |= {Varied(name): unknowns + k for k, name in enumerate(names)}
+        system = segment.plan.system
+        unfold = pattern.unfolding.unfolded
+        things = {p.thing for p in payloads if isinstance(p, AnchorCoordinate | ThingAngle)}
+        self.bodies = [body for body in segment.plan.bodies if body.thing in things]
+        needed = _needed(segment.plan, self.bodies, payloads)
+        self.blocks: list[_BlockSlopes] = []
+        for block in (block for block in segment.plan.blocks if block.number in needed):
+            rows = [unfold(system.equations[e].residual) for e in block.equations]
+            self.blocks.append(
+                _BlockSlopes(tuple(block.unknowns), len(rows), dual_function(rows, self.place, self.clocks))
+            )
+        self.frames = {
+            body.thing: dual_function([unfold(each) for each in _frame(segment, body.thing)], self.place, Clocks())
+            for body in self.bodies
+        }
+
+    def state_slopes(
+        self, state: State, clocks: Sequence[FloatArray], shape: tuple[int, int]
+    ) -> dict[Hashable, FloatArray | None]:
+        """The slopes (V, F, C + 1) of all unknowns of a solved ``state``; the last column is by time."""
+        slope_of = units(self.segment.unknowns, len(self.pattern.names))
+        columns = len(self.pattern.names) + 1
+        for block in self.blocks:
+            if not block.unknowns:
+                continue
+            place = {n: j for j, n in enumerate(block.unknowns)}
+            _, partials = block.function(state, clocks)
+            if all(read in place or slope_of.get(read) is None for read in block.function.reads):
+                slope_of.update(dict.fromkeys(block.unknowns))
+                continue
+            jacobian = np.zeros((*shape, block.rows, len(place)))
+            right = np.zeros((*shape, block.rows, columns))
+            for (i, j), partial in zip(block.function.slopes, partials, strict=True):
+                read = block.function.reads[j]
+                if isinstance(read, int) and read in place:
+                    jacobian[..., i, place[read]] = partial
+                else:
+                    change = times(partial, slope_of.get(read))
+                    if change is not None:
+                        right[..., i, :] -= change
+            found = _solved(jacobian, right)
+            for n, j in place.items():
+                slope_of[n] = found[..., j, :]
+        return slope_of
+
+    def poses(self, state: State, slope_of: SlopesOf | None, before: dict[int, BodyDual]) -> dict[int, BodyDual]:
+        """The pose of each thing that the segment's constraints mention (as `Places.solved` has it)."""
+        system = self.segment.plan.system
+        dx, dy = (Dual(part) for part in system.shift)
+
+        def of(n: int | None) -> Dual | None:
+            return None if n is None else Dual(state[n], None if slope_of is None else slope_of.get(n))
+
+        result: dict[int, BodyDual] = {}
+        for body in self.bodies:
+            old = before.get(body.thing, BodyDual())
+            rx, ry, ax, ay = self.frames[body.thing].duals(state, (), slope_of)
+            angle, c, s = of(body.angle), of(body.c), of(body.s)
+            if c is not None and s is not None:
+                if system.frame(body.thing).turned:
+                    c, s = c * ax + s * ay, s * ax - c * ay
+            elif angle is not None:
+                c, s = _direction(angle)
+            else:
+                c, s = old.c, old.s
+            own_x, own_y = of(body.x), of(body.y)
+            x = old.x + (old.c * rx - old.s * ry) if own_x is None else own_x + dx
+            y = old.y + (old.s * rx + old.c * ry) if own_y is None else own_y + dy
+            result[body.thing] = BodyDual(
+                x - (c * rx - s * ry), y - (s * rx + c * ry), c, s, old.angle if angle is None else angle
+            )
+        return result
+
+
+class AnchorSlopes:
+    """Anchors as drawn, with how they change with the constants."""
+
+    def __init__(self, pattern: Pattern, payloads: Sequence[Hashable]) -> None:
+        wanted = {(p.thing, p.anchor) for p in payloads if isinstance(p, AnchorCoordinate)}
+        self.anchors = sorted(wanted)
+        unfold = pattern.unfolding.unfolded
+        things = pattern.scene.things
+        places = [unfold(part) for thing, anchor in self.anchors for part in things[thing].anchors[anchor].coordinates]
+        self.function = dual_function(places, {Varied(name): k for k, name in enumerate(pattern.names)}, Clocks())
+        self.columns = len(pattern.names)
+
+    def duals(self, varied: Sequence[FloatArray], *, slopes: bool) -> dict[tuple[int, int], tuple[Dual, Dual]]:
+        """The local place of each anchor, for constants (V, 1) each."""
+        slope_of = units(0, self.columns) if slopes else None
+        found = self.function.duals(list(varied), (), slope_of)
+        return {anchor: (found[2 * k], found[2 * k + 1]) for k, anchor in enumerate(self.anchors)}
+
+
+def read_duals(
+    payloads: Sequence[Hashable],
+    segment: SegmentPattern,
+    state: State,
+    slope_of: SlopesOf | None,
+    poses: dict[int, BodyDual],
+    local: dict[tuple[int, int], tuple[Dual, Dual]],
+) -> list[Dual]:
+    """What is read off a solved segment; nan for a variable that it does not mention."""
+    number_of = segment.plan.system.number_of
+    worlds: dict[tuple[int, int], tuple[Dual, Dual]] = {}
+    found: list[Dual] = []
+    for payload in payloads:
+        match payload:
+            case AnchorCoordinate(thing, anchor, axis):
+                if (thing, anchor) not in worlds:
+                    worlds[thing, anchor] = poses.get(thing, BodyDual()).world(*local[thing, anchor])
+                found.append(worlds[thing, anchor][axis])
+            case ThingAngle(thing):
+                found.append(poses.get(thing, BodyDual()).angle)
+            case _:
+                n = number_of.get(payload)
+                found.append(
+                    Dual(np.nan) if n is None else Dual(state[n], None if slope_of is None else slope_of.get(n))
+                )
+    return found
+
+
+def _needed(plan: Plan, bodies: Sequence[BodyUnknowns], payloads: Sequence[Hashable]) -> set[int]:
+    """The numbers of the blocks that decide where ``bodies`` are, and the variables among ``payloads``."""
+    turning = {payload.thing for payload in payloads if isinstance(payload, ThingAngle)}
+    wanted = [plan.system.number_of[payload] for payload in payloads if payload in plan.system.number_of]
+    for body in bodies:
+        turns = body.angle if body.thing in turning or body.c is None or body.s is None else None
+        wanted += [n for n in (body.x, body.y, body.c, body.s, turns) if n is not None]
+    found: set[int] = set()
+    while wanted:
+        number = plan.owner.get(wanted.pop())
+        if number is not None and number not in found:
+            found.add(number)
+            block = plan.blocks[number]
+            wanted += [n for e in block.equations for n in plan.system.equations[e].unknowns] + list(block.inputs)
+    return found
+
+
+def _frame(segment: SegmentPattern, thing: int) -> tuple[Expr, ...]:
+    frame = segment.plan.system.frame(thing)
+    return *frame.stated_origin, *frame.stated_axis
+
+
+def _direction(angle: Dual) -> tuple[Dual, Dual]:
+    s, c = sincosd(np.asarray(angle.value))
+    factor = np.pi / 180.0
+    return Dual(c, times(-factor * s, angle.slope)), Dual(s, times(factor * c, angle.slope))
+
+
+def _last(part: Dual) -> Dual:
+    value = part.value
+    if np.ndim(value) and np.shape(value)[-1] > 1:
+        value = np.asarray(value)[..., -1:]
+    slope = part.slope
+    if slope is not None and slope.shape[-2] > 1:
+        slope = slope[..., -1:, :]
+    return Dual(value, slope)
+
+
+def _solved(jacobian: FloatArray, right: FloatArray) -> FloatArray:
+    """J x = b for many J (…, m, n), m >= n, and b (…, m, k); nan where J is singular."""
+    if jacobian.shape[-2:] == (1, 1):
+        return np.where(jacobian == 0.0, np.nan, right / jacobian)
+    lengths = np.sqrt(np.einsum("...ij,...ij->...i", jacobian, jacobian))
+    lengths = np.where((lengths > 0.0) & np.isfinite(lengths), lengths, 1.0)
+    matrix, wanted = jacobian / lengths[..., None], right / lengths[..., None]
+    columns = np.sqrt(np.einsum("...ij,...ij->...j", matrix, matrix))
+    columns = np.where((columns > 0.0) & np.isfinite(columns), columns, 1.0)
+    matrix = matrix / columns[..., None, :]
+    if matrix.shape[-1] != matrix.shape[-2]:
+        wanted = np.einsum("...ji,...jk->...ik", matrix, wanted)
+        matrix = np.einsum("...ji,...jk->...ik", matrix, matrix)
+    size = matrix.shape[-1]
+    good = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)), dtype=np.bool_)
+    matrix = np.where(good[..., None, None], matrix, np.eye(size))
+    good = good & (np.abs(np.linalg.det(matrix)) > SINGULAR)
+    matrix = np.where(good[..., None, None], matrix, np.eye(size))
+    found = np.linalg.solve(matrix, wanted) / columns[..., :, None]
+    return np.where(good[..., None, None], found, np.nan)

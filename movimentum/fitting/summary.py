@@ -1,0 +1,178 @@
+"""What a fit has found, in the units of the script: constants, goals, requirements."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.diagnostics import Diagnostic, Fix, Severity, replacement
+from movimentum.fitting.fit import Fitted
+from movimentum.fitting.single import SingleMotion
+from movimentum.scene.model import Claim, Relation
+from movimentum.text import counted, number, time_text
+from movimentum.variants.outcomes import VariantOutcome
+
+_ANGLE = re.compile(r"\.a(ngle)?\s*\(.*\)", re.DOTALL)
+AT_AN_END = 1e-6
+"""Of its interval: a constant that is nearer to an end stands there."""
+
+
+@dataclass(frozen=True, slots=True)
+class AimOutcome:
+    """How far a goal or a requirement (``told`` as the script says it, in ``line``) is off: the root of the mean square
+    over its frames (``rms``), and the most (``worst``) at ``time`` (None: it is about the whole film). Of an inequality
+    ``worst`` is what is too much: below 0 it holds, with that to spare. None where the variant does not move.
+    """
+
+    claim: Claim
+    told: str
+    line: int
+    rms: float | None
+    worst: float | None
+    time: float | None
+
+
+def aim_outcomes(fitted: Fitted, motion: SingleMotion) -> list[AimOutcome]:
+    """One for each aim, in the order written."""
+    problem = fitted.problem
+    merit, layout = problem.search.merit, problem.single.formulas.layout
+    all_missed: FloatArray = merit.missed(motion.sides[None])[0]
+    timeline, source = problem.lowered.timeline, problem.lowered.timeline.scene.source
+    found: list[AimOutcome] = []
+    for n, aim in enumerate(problem.lowered.aims):
+        claim = aim.held.claim
+        line = source.position(claim.span.start).line
+        text = " ".join(source.slice(claim.span).split()).removeprefix(f".{claim.purpose} ")
+        own = layout.aim == n
+        sides = motion.sides[own].reshape(len(aim.sides), -1)
+        if not np.isfinite(sides).all():
+            found.append(AimOutcome(claim, text, line, None, None, None))
+            continue
+        missed: FloatArray = all_missed[own].reshape(sides.shape)
+        off: FloatArray = np.sqrt(np.sum(np.square(missed), axis=0))
+        amount = off if aim.sign == 0.0 else sides[0]
+        place = int(np.argmax(amount))
+        frame = int(layout.frame[own][place])
+        time = float(timeline.frame_time(frame)) if frame >= 0 else None
+        rms = float(np.sqrt(np.mean(np.square(missed)) * len(aim.sides)))
+        found.append(AimOutcome(claim, text, line, rms, float(amount[place]), time))
+    return found
+
+
+def unmet(fitted: Fitted) -> Iterator[Diagnostic]:
+    """An error for each requirement that does not hold, with the nearest that does; or that nothing moves."""
+    problem = fitted.problem
+    last = fitted.last
+    if not np.isfinite(last.sides).all():
+        yield _nothing_moves(fitted)
+        return
+    source = problem.lowered.timeline.scene.source
+    merit, layout = problem.search.merit, problem.single.formulas.layout
+    excess = merit.excess(last.sides[None])[0]
+    for n, outcome in enumerate(aim_outcomes(fitted, last)):
+        own = layout.aim == n
+        if outcome.worst is None or not (excess[own] > 0.0).any():
+            continue
+        claim = outcome.claim
+        when = "" if outcome.time is None else f", at t = {time_text(outcome.time)}"
+        yield Diagnostic(
+            "fit/requirement",
+            Severity.ERROR,
+            f"no variant meets `{outcome.told}`: the nearest is off by {number(outcome.worst)}{when}",
+            claim.span,
+            notes=(f"the nearest: {constants_text(fitted)}",),
+        ).advised(
+            *_other_sense(claim, fitted.last.sides[own]),
+            _nearest(claim, outcome.worst, source.slice(claim.span)),
+            "or give constants wider ranges",
+        )
+
+
+def _other_sense(claim: Claim, sides: FloatArray) -> Iterator[str]:
+    """Advice where an angle that is to be large is below 0 all the time: it is counted in the other sense."""
+    angle, limit = claim.told[0], claim.right[0].value
+    below = limit is not None and bool((sides > max(limit, 0.0)).all())
+    if below and claim.relation is Relation.ABOVE and _ANGLE.fullmatch(angle):
+        yield f"an angle has a sign, and this one is negative: `.abs({angle}) > {claim.told[1]}`"
+
+
+def _nearest(claim: Claim, worst: float, text: str) -> Fix:
+    """The requirement that can be met instead."""
+    allowed = float(claim.tolerance or 0)
+    enough = _rounded_up(worst + (allowed if claim.relation is Relation.EQUAL else 0.0))
+    plain = text if claim.tolerance is None else text[: text.rindex(".within")].rstrip()
+    now = f"{plain} .within({enough})"
+    return replacement(f"this can be met: `{now};`", claim.span, now)
+
+
+def _rounded_up(value: float) -> str:
+    unit = 10.0 ** (np.floor(np.log10(max(value, 1e-300))) - 2)
+    return number(float(np.ceil(value / unit * (1.0 + 1e-9)) * unit), 3)
+
+
+def _nothing_moves(fitted: Fitted) -> Diagnostic:
+    first, job = fitted.first, fitted.problem.job
+    box = ", ".join(
+        f"{name} from {number(low)} to {number(high)}"
+        for name, (low, high) in zip(job.names, job.intervals.tolist(), strict=True)
+    )
+    own = {
+        VariantOutcome.BINDS: f"the script's own binds at t = {time_text(first.time)}",
+        VariantOutcome.JUMPS: f"the script's own jumps at t = {time_text(first.time)}",
+    }.get(first.outcome, "the script's own cannot be assembled")
+    return Diagnostic(
+        "fit/nothing-moves",
+        Severity.ERROR,
+        "no variant moves all the way, so no goal can be judged",
+        notes=(f"tried: {box}", own),
+        helps=("begin with constants with which the script moves: `movimentum check` says why it does not",),
+    )
+
+
+def notes(fitted: Fitted) -> Iterator[Diagnostic]:
+    """Notes on constants: those that stand at an end of their intervals, and those that are not decided."""
+    if fitted.left is None:
+        return
+    job = fitted.problem.job
+    idle = fitted.left.idle
+    for name, value, (low, high), unused in zip(
+        job.names, fitted.after.tolist(), job.intervals.tolist(), idle.tolist(), strict=True
+    ):
+        near = AT_AN_END * (high - low)
+        if unused:
+            message = f"no goal and no requirement depends on {name}: it is left as it was"
+            yield Diagnostic("fit/idle", Severity.NOTE, message, helps=(f"--set {name}={number(value)}",))
+        elif min(value - low, high - value) <= near:
+            wider = (_lower(low, high), high) if value - low <= near else (low, high + 0.5 * (high - low))
+            yield Diagnostic(
+                "fit/at-an-end",
+                Severity.NOTE,
+                f"{name} stands at the end of its range, {number(value)}: a wider one may do better",
+                helps=(f"--vary {name}={number(wider[0])}:{number(wider[1])}",),
+            )
+    if fitted.left.free and fitted.met:
+        free, every = fitted.left.free, counted(int(np.sum(~idle)), "constant")
+        message = f"the goals leave {free} of {every} free: many other solutions are as good"
+        advice = f"state {counted(free, 'more goal')}, or give a constant its value with `--set`"
+        yield Diagnostic("fit/undecided", Severity.NOTE, message, helps=(advice,))
+
+
+def _lower(low: float, high: float) -> float:
+    """A lower end of an interval; a length stays above 0."""
+    lower = low - 0.5 * (high - low)
+    return 0.5 * low if low > 0.0 >= lower else lower
+
+
+def constants_text(fitted: Fitted) -> str:
+    """``L = 100, R = 20``."""
+    return ", ".join(f"{name} = {number(value)}" for name, value in fitted.constants.items())
+
+
+def cost_of(fitted: Fitted, motion: SingleMotion) -> float | None:
+    """The weighted sum of squares of what goals miss by; None where the variant does not move."""
+    sides: FloatArray = motion.sides[None]
+    return float(fitted.problem.search.merit.cost(sides)[0]) if np.isfinite(sides).all() else None

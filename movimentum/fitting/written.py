@@ -1,0 +1,50 @@
+"""A script with other values for its constants, and all else as it was written."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from movimentum.errors import usage_error
+from movimentum.scene.model import Scene
+from movimentum.source import Edit, Span, edited
+from movimentum.syntax.parser import parse
+from movimentum.syntax.printer import float_text
+from movimentum.syntax.tree import Definition, Include, Text, all_items
+
+
+def with_constants(scene: Scene, values: Mapping[str, float], folder: Path | None = None) -> str:
+    """The script's text with ``values`` of its constants; layout and comments stay. ``folder``: where it is to stand;
+    the files that it names are named from there.
+
+    Raises `UsageError` for a constant of an included file.
+    """
+    source = scene.source.script
+    edits: list[Edit] = []
+    for constant in scene.constants:
+        if constant.name not in values:
+            continue
+        if constant.expression.end > len(source.text):
+            message = f"`{constant.name}` is a constant of an included file, which is not written"
+            raise usage_error("fit/constant", message, f"--set {constant.name}={values[constant.name]!r}")
+        text = float_text(values[constant.name])
+        bracketed = text.startswith("-") and source.text[constant.expression.end :].lstrip().startswith(".")
+        edits.append(Edit(constant.expression, f"({text})" if bracketed else text))
+    if folder is not None and source.path and not source.path.startswith("<"):
+        edits += _elsewhere(scene, Path(source.path).parent, folder)
+    return edited(source.text, edits)
+
+
+def _elsewhere(scene: Scene, home: Path, folder: Path) -> Iterator[Edit]:
+    """The names of files as they are from another folder."""
+    if home.resolve() == folder.resolve():
+        return
+    for item, _ in all_items(parse(scene.source.script).items):
+        path: Text | None = item.path if isinstance(item, Include) else None
+        if isinstance(item, Definition) and item.shape.word == "sprite" and isinstance(item.shape.arguments[0], Text):
+            path = item.shape.arguments[0]
+        if path is not None and not os.path.isabs(path.text):
+            relative = os.path.relpath(home.resolve() / path.text, folder.resolve()).replace(os.sep, "/")
+            text = "'" + relative.replace("'", "''") + "'"
+            yield Edit(path.span if path.span.end > path.span.start else Span(item.span.start, item.span.start), text)

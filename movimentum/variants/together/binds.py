@@ -1,0 +1,113 @@
+"""When dyads bind, for many variants at once: the instant at which a discriminant passes zero, to the last digit.
+
+Close to it everything goes as the square root of the time that is left. So the last part of the way is looked at in
+that measure, in which it is as even as any other: nothing else may come near to binding there. An inequality that
+chooses between the two solutions may come to equality exactly where they meet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.change_points import ROUNDING
+from movimentum.variants.together.loops import margins_at
+from movimentum.variants.together.pattern import SegmentPattern, directed, instants_of
+
+HALVINGS = 80
+LAST = 4
+"""Instants before a bind that are looked at more closely."""
+SHARES = np.linspace(1.0, 0.0, 33)
+"""Where: roots of shares of the time that is left."""
+FARTHEST_TURN = 0.2
+"""Change of a direction's cosine or sine between two instants, beyond which it is not followed closely enough."""
+CLEAR = 1e-6
+"""A margin below which two solutions are too near to one another for a sign to be certain."""
+NEAR_A_BIND = 1e-4
+"""Of the scene's size: an inequality that is nearer to equality where a variant binds may have been violated before,"""
+MET = 1e-5
+"""unless it comes to equality there: as near to it as that share of how it falls, which is 1e-12 in time."""
+EVEN = 0.2
+"""And it falls evenly: no part of the way by less than that share of another."""
+
+
+def bind_times(
+    pattern: SegmentPattern,
+    varied: Sequence[FloatArray],
+    signs: dict[int, FloatArray],
+    instants: Instants,
+    end: IntArray,
+    bound: BoolArray,
+    size: FloatArray,
+) -> tuple[FloatArray, BoolArray]:
+    """The offset at which each of the variants ``bound`` loses its solution: between the last instant that has one and
+    the first that has none, which is ``end`` (V,); and whether nothing else may have happened shortly before that.
+    """
+    places = end[bound]
+    good = instants.tau[np.maximum(places - 1, 0)].copy()
+    bad = instants.tau[places].copy()
+    some = [value[bound] for value in varied]
+    own = {number: sign[bound] for number, sign in signs.items()}
+    blocks = [item for item in pattern.blocks if not item.winds]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        if ((middle <= good) | (middle >= bad)).all():
+            break
+        state = pattern.state(some)
+        clocks = instants_of(pattern, middle[:, None]).clocks
+        holds = np.ones(len(middle), dtype=np.bool_)
+        for margin in margins_at(blocks, state, clocks, own):
+            holds &= np.broadcast_to(margin, (len(middle), 1))[:, 0] >= -ROUNDING
+        good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
+    first = instants.tau[np.maximum(places - LAST - 1, 0)]
+    return good, _nothing_else(pattern, some, own, first, good, size[bound])
+
+
+def _nothing_else(
+    pattern: SegmentPattern,
+    varied: Sequence[FloatArray],
+    signs: dict[int, FloatArray],
+    first: FloatArray,
+    last: FloatArray,
+    size: FloatArray,
+) -> BoolArray:
+    """(B,) whether nothing but one dyad binds from the offsets ``first`` to ``last`` (B,)."""
+    state = pattern.state(varied)
+    clocks = instants_of(pattern, last[:, None] - (last - first)[:, None] * SHARES**2).clocks
+    shape = len(first), len(SHARES)
+    blocks = [item for item in pattern.blocks if not item.winds]
+    margins = [np.broadcast_to(value, shape) for value in margins_at(blocks, state, clocks, signs)]
+    clear = np.ones(len(first), dtype=np.bool_)
+    meeting = np.zeros(len(first), dtype=np.int64)
+    for margin in margins:
+        meets = _falls(margin, SHARES**2, np.full(len(first), CLEAR))
+        meeting += meets
+        clear &= meets | _stays(margin, np.full(len(first), CLEAR))
+    clear &= meeting == 1
+    for _, c, s in directed(pattern):
+        for n in (c, s):
+            value = state[n]
+            if np.ndim(value) and np.shape(value)[-1] > 1:
+                clear &= (np.abs(np.diff(np.asarray(value), axis=-1)) <= FARTHEST_TURN).all(axis=1)
+    if pattern.selectors.count:
+        for value in pattern.selectors([np.nan if each is None else each for each in state], clocks):
+            slack = np.broadcast_to(value, shape) / size[:, None]
+            slope = slack[:, 0] / SHARES[0]
+            clear &= _stays(slack, np.full(len(first), NEAR_A_BIND)) | _falls(slack, SHARES, MET * slope)
+    return clear
+
+
+def _stays(values: FloatArray, least: FloatArray) -> BoolArray:
+    """(B,) whether values (B, U) stay away from zero by ``least`` (B,), and by more than they change in a step."""
+    change = np.max(np.abs(np.diff(values, axis=1)), axis=1)
+    return np.asarray(np.min(values, axis=1) > np.maximum(least, change))
+
+
+def _falls(values: FloatArray, shares: FloatArray, met: FloatArray) -> BoolArray:
+    """(B,) whether values (B, U) fall to zero with the ``shares`` (U,), within ``met`` (B,), and evenly."""
+    slopes = values[:, :-1] / shares[:-1]
+    even = np.min(slopes, axis=1) > EVEN * np.max(slopes, axis=1)
+    return np.asarray(even & (np.min(slopes, axis=1) > 0.0) & (np.abs(values[:, -1]) <= met))
