@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import pkgutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping
+from functools import cache
+from multiprocessing.context import BaseContext
 from pathlib import Path
+
+import movimentum as package
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -51,8 +58,24 @@ def command(*arguments: str | Path) -> list[str]:
 def environment(extra: Mapping[str, str] | None = None) -> dict[str, str]:
     """The environment, with the checkout importable from any folder, and without what would change the output."""
     kept = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "FORCE_COLOR", "COLUMNS")}
-    path = os.pathsep.join([str(ROOT), *filter(None, [kept.get("PYTHONPATH")])])
-    return {**kept, "PYTHONPATH": path, **(extra or {})}
+    kept["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [kept.get("PYTHONPATH")])])
+    if kept.pop("PYTHONDONTWRITEBYTECODE", None):
+        kept["PYTHONPYCACHEPREFIX"] = _bytecode().name
+    return {**kept, **(extra or {})}
+
+
+@cache
+def _bytecode() -> tempfile.TemporaryDirectory[str]:
+    """A folder for compiled modules where none may be written beside them: else each process compiles them all again,
+    which is half of what it does.
+    """
+    return tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+
+
+def tidy_up() -> None:
+    """Remove what calls have left; at the end of all tests, as a worker may be killed before it ends by itself."""
+    if _bytecode.cache_info().currsize:
+        _bytecode().cleanup()
 
 
 def movimentum(
@@ -61,19 +84,71 @@ def movimentum(
     env: Mapping[str, str] | None = None,
     timeout: float = 120,
     stdin: str | None = None,
+    fresh: bool = False,
 ) -> subprocess.CompletedProcess[str]:
-    """Run the command line to its end; it must never show a traceback, unless asked."""
-    done = subprocess.run(
-        command(*arguments),
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        cwd=cwd,
-        env=environment(env),
-        timeout=timeout,
-        input=stdin if stdin is not None else "",
-        check=False,
-    )
+    """Run the command line to its end; it must never show a traceback, unless asked.
+
+    The process is forked from one that has imported the modules already: most of a small command's time. ``fresh``
+    begins with Python itself, so that each process has its own order of sets and its own imports. So do calls with an
+    environment or an input of their own.
+    """
+    if fresh or env is not None or stdin is not None or not hasattr(os, "fork"):
+        done = subprocess.run(
+            command(*arguments),
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            cwd=cwd,
+            env=environment(env),
+            timeout=timeout,
+            input=stdin if stdin is not None else "",
+            check=False,
+        )
+    else:
+        done = _forked(list(map(str, arguments)), cwd or Path.cwd(), timeout)
     if "--debug" not in arguments:
         assert "Traceback" not in done.stderr + done.stdout, done.stderr
     return done
+
+
+@cache
+def _imported() -> BaseContext:
+    """A server of processes that have imported whatever the commands may need, but have run nothing."""
+    context = multiprocessing.get_context("forkserver")
+    left_out = ("movimentum.__main__", "movimentum.golden.plugin", "movimentum.studio")
+    found = (module.name for module in pkgutil.walk_packages(package.__path__, "movimentum."))
+    context.set_forkserver_preload([name for name in found if not name.startswith(left_out)])
+    return context
+
+
+def _forked(arguments: list[str], cwd: Path, timeout: float) -> subprocess.CompletedProcess[str]:
+    with tempfile.TemporaryDirectory() as room:
+        told = Path(room, "stdout"), Path(room, "stderr")
+        process = _imported().Process(target=_run, args=(arguments, cwd, environment(), *told))
+        process.start()
+        process.join(timeout)
+        if process.exitcode is None:
+            process.kill()
+            process.join()
+            raise subprocess.TimeoutExpired(command(*arguments), timeout)
+        code = process.exitcode
+        process.close()
+        out, err = (path.read_text(encoding="utf-8") for path in told)
+    return subprocess.CompletedProcess(command(*arguments), code, out, err)
+
+
+def _run(arguments: list[str], cwd: Path, env: dict[str, str], out: Path, err: Path) -> None:
+    """In the new process: everything is as if Python had just begun with ``python -m movimentum``."""
+    os.chdir(cwd)
+    os.environ.clear()
+    os.environ.update(env)
+    for wanted, path in enumerate((os.devnull, out, err)):
+        opened = os.open(path, os.O_WRONLY | os.O_CREAT if wanted else os.O_RDONLY)
+        os.dup2(opened, wanted)
+        os.close(opened)
+    sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115  # multiprocessing has put another in its place
+    sys.argv = ["movimentum", *arguments]
+
+    from movimentum.__main__ import main
+
+    main()

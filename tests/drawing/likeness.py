@@ -3,7 +3,8 @@
 Two renderers never give an edge the same grey. So a pixel is compared with the most similar one of the nine around the
 same place in the other picture, both ways: `ALIKE` is what the greys of an edge may still differ by. A thing that is
 missing, or that is more than a pixel from its place, is different from all nine. What is left are soft, small errors
-everywhere, which the mean difference of the pictures bounds.
+along the edges. Their sum is a share of what the picture has of edges, its total variation: moving everything by one
+pixel across its edges makes it one, and by a tenth of a pixel a tenth, however many edges the picture has.
 """
 
 from __future__ import annotations
@@ -17,16 +18,19 @@ from PIL import Image
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How far two pictures that show the same may be apart, in levels of 255."""
+    """How far two pictures that show the same may be apart."""
 
     worst: int
-    mean: float
+    """Of any pixel, in levels of 255."""
+    edges: float
+    """The mean distance of an edge from its place, in pixels."""
 
 
-ALIKE = Tolerance(80, 0.5)
-"""66 and 0.26 are the largest of the gallery: where thin lines end in a point, and many thin lines."""
-LETTERS = Tolerance(128, 2.0)
+ALIKE = Tolerance(80, 0.07)
+LETTERS = Tolerance(128, 0.12)
 """Pillow's letters are fitted to the pixels (hinted), outlines are not."""
+SMALL = Tolerance(128, 0.25)
+"""For a picture that is little else than letters, arrows and small sprites."""
 
 
 def levels(picture: Image.Image) -> NDArray[np.int64]:
@@ -34,10 +38,16 @@ def levels(picture: Image.Image) -> NDArray[np.int64]:
 
 
 def unlike(one: Image.Image, other: Image.Image) -> tuple[int, float]:
-    """(the largest difference of a pixel from all nine around its place in the other picture, mean difference)."""
+    """(the largest difference of a pixel from all nine around its place, in levels; of the edges, in pixels)."""
     a, b = levels(one), levels(other)
     assert a.shape == b.shape
-    return int(max(_away(a, b).max(), _away(b, a).max())), float(np.abs(a - b).mean())
+    edges = max(_variation(a), _variation(b), 1)
+    return int(max(_away(a, b).max(), _away(b, a).max())), float(np.abs(a - b).sum()) / edges
+
+
+def _variation(a: NDArray[np.int64]) -> int:
+    """The total variation: the sum of the steps between neighbours, along rows and columns, in levels."""
+    return int(np.abs(np.diff(a, axis=0)).sum() + np.abs(np.diff(a, axis=1)).sum())
 
 
 def _away(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
