@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Protocol
 
@@ -19,6 +19,11 @@ from movimentum.signals import raise_unanswered
 DEFAULT_MEGABYTES = 1000
 PERIOD_S = 0.03
 _STATM = "/proc/self/statm"
+LEAST_ROOM_MIB = 192
+"""Python, NumPy and Pillow with their libraries take up to 170 MiB of addresses. With fewer, a library that cannot be
+loaded, or finds no room for its tables, ends the process in its own way.
+"""
+NEARLY_FULL = 8 * 2**20
 WORKERS_EVERY = 8
 """Workers are measured once in this many measurements: the system collects their figures page by page."""
 
@@ -34,6 +39,14 @@ class OverBudget(MemoryError):
     def __init__(self, megabytes: int) -> None:
         self.megabytes = megabytes
         super().__init__(f"more than {megabytes:,} MB")
+
+
+class ShortOfRoom(MemoryError):
+    """The system lets the process have too few addresses to load the libraries (``ulimit -v``)."""
+
+    def __init__(self, megabytes: int) -> None:
+        self.megabytes = megabytes
+        super().__init__(f"only {megabytes:,} MiB")
 
 
 class Budget(Protocol):
@@ -84,6 +97,33 @@ def watched(budget: Budget) -> Generator[None, None, None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
+
+
+def require_room() -> None:
+    """Raise `ShortOfRoom` if this process may have fewer than `LEAST_ROOM_MIB` of addresses."""
+    room = _room()
+    if room is not None and room < LEAST_ROOM_MIB * 2**20:
+        raise ShortOfRoom(room // 2**20)
+
+
+def is_nearly_full() -> bool:
+    """Whether this process has nearly as many addresses as the system lets it have."""
+    room = _room()
+    if room is None:
+        return False
+    with suppress(OSError, ValueError, IndexError), open(_STATM, "rb") as stream:
+        return room - int(stream.read().split()[0]) * os.sysconf("SC_PAGE_SIZE") < NEARLY_FULL
+    return False
+
+
+def _room() -> int | None:
+    """The addresses that the system lets this process have; ``None`` without a limit."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    room, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return None if room == resource.RLIM_INFINITY else room
 
 
 def held() -> int:

@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Protocol, TextIO
 
-from movimentum.budget import DEFAULT_MEGABYTES, OverBudget
+from movimentum.budget import DEFAULT_MEGABYTES, LEAST_ROOM_MIB, OverBudget, ShortOfRoom, is_nearly_full
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.output.files import FULL, unwritable
@@ -327,7 +327,9 @@ def _is_out_of_memory(error: BaseException | None) -> bool:
     while error is not None:
         if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
             return True
-        if isinstance(error, ImportError) and re.search("map segment|allocate memory", str(error)):
+        if isinstance(error, ImportError) and (
+            re.search("map segment|allocate memory|object descriptor", str(error)) or is_nearly_full()
+        ):
             return True
         error = error.__cause__ or error.__context__
     return False
@@ -340,6 +342,14 @@ def _out_of_memory(error: Exception) -> Diagnostic:
             Severity.ERROR,
             f"this takes more memory than the limit of {error.megabytes:,} MB",
             helps=(f"`--max-memory {2 * error.megabytes}` allows more",),
+        )
+    if isinstance(error, ShortOfRoom):
+        return Diagnostic(
+            "limit/memory",
+            Severity.ERROR,
+            f"the system lets this process have only {error.megabytes} MiB of addresses; the libraries alone need "
+            f"{LEAST_ROOM_MIB}",
+            helps=("ulimit -v unlimited",),
         )
     return Diagnostic(
         "limit/memory",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import shutil
+import signal
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -16,6 +17,12 @@ from tests.command import tidy_up
 gc.set_threshold(200_000, 50, 100)  # as the command has it; see `pytest_collection_finish`
 BEGUN = time.monotonic()
 CHROMIUMS = ("chromium", "chromium-browser", "google-chrome")
+
+# A shell lets what it runs in the background ignore Ctrl-C, and `nohup` a closed terminal. The commands that are
+# tested would inherit that.
+for name in ("SIGINT", "SIGHUP", "SIGQUIT"):
+    if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) is signal.SIG_IGN:
+        signal.signal(getattr(signal, name), signal.default_int_handler if name == "SIGINT" else signal.SIG_DFL)
 
 
 @pytest.fixture(scope="session")

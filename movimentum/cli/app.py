@@ -153,3 +153,4 @@ def commands() -> None:
 
     A script states which points of which parts coincide; Movimentum finds the motion and draws it.
     """
+    budget.require_room()
