@@ -7,7 +7,16 @@ from dataclasses import replace
 from movimentum.expressions import Expr, walk
 from movimentum.scene.findings import Findings
 from movimentum.scene.values import Value
-from movimentum.syntax.expression_tree import Call, Name, postorder
+from movimentum.syntax.expression_tree import (
+    Call,
+    Clock,
+    Expression,
+    Name,
+    Negate,
+    Product,
+    Sum,
+    postorder,
+)
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import ClaimStatement, Purpose
 from movimentum.syntax.words import REDUCTIONS
@@ -20,15 +29,44 @@ def is_reduction(node: Call) -> bool:
 
 def at_one_time(statement: ClaimStatement) -> ClaimStatement:
     """``.goal P = [100, 150] .at(0.5);`` is about ``P.at(0.5)``: a place does not move, so its time is the goal's."""
-    right = statement.right
-    if statement.purpose is Purpose.CLAIM or not (isinstance(right, Call) and right.function == "at"):
+    if statement.purpose is Purpose.CLAIM or _reduces(statement.left):
         return statement
-    target, time = right.arguments
-    moves = any(isinstance(node, Name) for node in postorder(target))
-    if moves or any(isinstance(node, Call) and is_reduction(node) for node in postorder(statement.left)):
+    target, time = _without_time(statement.right)
+    moves = _moves(target, Name, Clock)
+    if time is None or (moves and _reduces(target)):
         return statement
-    left = Call("at", (statement.left, time), span=statement.left.span)
-    return replace(statement, left=left, right=target)
+    right = Call("at", (target, time), span=statement.right.span) if moves else target
+    return replace(statement, left=Call("at", (statement.left, time), span=statement.left.span), right=right)
+
+
+def _without_time(side: Expression) -> tuple[Expression, Expression | None]:
+    """``side`` without an ``.at(T)`` at its very end, and the time T, where that stands behind something that does not
+    move by itself: ``-270 .at(1)``, ``P.x + 20 .at(1)``. None as the time where there is none.
+    """
+    last: Expression
+    match side:
+        case Call("at", (inner, time)) if not _moves(inner, Name):
+            return inner, time
+        case Negate(last):
+            inner, time = _without_time(last)
+            return replace(side, operand=inner), time
+        case Sum((*before, last)) | Product((*before, last)):
+            inner, time = _without_time(last)
+            return replace(side, operands=(*before, inner)), time
+        case _:
+            return side, None
+
+
+def _moves(expression: Expression, *kinds: type) -> bool:
+    """Whether there are nodes of these ``kinds``, but for what is reduced to one value."""
+    nodes = list(postorder(expression))
+    reductions = (node for node in nodes if isinstance(node, Call) and is_reduction(node))
+    inside = {id(inner) for node in reductions for inner in postorder(node)}
+    return any(isinstance(node, kinds) and id(node) not in inside for node in nodes)
+
+
+def _reduces(expression: Expression) -> bool:
+    return any(isinstance(node, Call) and is_reduction(node) for node in postorder(expression))
 
 
 def reduced(node: Call, arguments: list[Value], findings: Findings, *, allowed: bool) -> Value:

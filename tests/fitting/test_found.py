@@ -236,6 +236,25 @@ def test_one_length_is_the_closed_form(aims, length):
     )
 
 
+@pytest.mark.parametrize(
+    "aim",
+    [
+        "-Arm.P.y = -50 .at(1)",
+        "Arm.P.y = 5^2*2 .at(1)",
+        "Arm.P = down - [0, 30] .at(1)",
+        "Arm.P.y = Arm.P.x + 50 .at(1)",
+        "Arm.P.y = 50*.t .at(1)",
+        "Arm.P = [50 - 50*.T, 50] .at(1)",
+        "Arm.P.y = Arm.P.x.at(0) - 10 .at(.asin(10/40)/90)",
+        "Arm.P.y >= 50 .at(1)",
+    ],
+)
+def test_the_time_at_the_end_of_a_goal_is_that_of_both_sides(aim):
+    found = mv.loads(".let down = [0, 80];" + ARM.format(f".goal {aim}; .goal Arm.P.x.at(0) = 0 .weight(1e-9);")).fit()
+    assert found.goals[0].worst == pytest.approx(0.0, abs=1e-6)
+    assert found.constants["R"] == pytest.approx(10 / (1 - 0.25) if "asin" in aim else 50.0, rel=1e-6)
+
+
 def test_what_cannot_be_met_is_told_with_the_nearest():
     found = mv.loads(ARM.format(".require Arm.P.y < 20; .require Arm.P.x + Arm.P.y > 50;")).fit()
     assert not found.met
