@@ -40,7 +40,7 @@ def check(
 
     Raises `UsageError` if there is no script to read.
     """
-    begun = time.monotonic()
+    begun = time.thread_time()
     source = SourceText("<stdin>" if path == "-" else path, "")
     frames: int | None = None
     duration: float | None = None
@@ -55,9 +55,9 @@ def check(
     except UsageError:
         raise
     except MovimentumError as error:
-        found = with_fixes(error.diagnostics, source, choices, took=time.monotonic() - begun)
+        found = with_fixes(error.diagnostics, source, choices, took=time.thread_time() - begun)
         return CheckReport(found, (), frames, duration, error.exit_code), source
-    took, fault = time.monotonic() - begun, solution.fault
+    took, fault = time.thread_time() - begun, solution.fault
     found = with_fixes(limited(solution.diagnostics), source, choices, took=took, known=known)
     if fault == 0:
         from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics

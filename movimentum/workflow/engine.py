@@ -222,7 +222,7 @@ class Revision:
         from movimentum.solver.basis.memory import remembering
         from movimentum.workflow.fixes import with_fixes
 
-        begun = time.monotonic()
+        begun = time.thread_time()
         known = self.engine.known
         try:
             motion = self.motion
@@ -230,7 +230,7 @@ class Revision:
                 found = (*self.scene.diagnostics, *examine(motion, advice=Advice.FULL).diagnostics)
         except MovimentumError as error:
             found = error.diagnostics
-        took = time.monotonic() - begun
+        took = time.thread_time() - begun
         return with_fixes(limited(found), self.source, self.engine.choices, took=took, seconds=seconds, known=known)
 
     def glimpse(self, time: Fraction) -> Poses | None:

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from movimentum.solver.reuse import Known
 
 SECONDS = 2.0
-"""The limit for all trials of one script. Where solving it took longer than that, nothing is tried."""
+"""The limit for all trials of one script, in the thread's processor time: what else the machine does has no influence.
+Where solving the script took longer than that, nothing is tried.
+"""
 SHARE, OVERTIME = 0.3, 0.5
 """Of the time that is left: what one trial may take at first. And of the whole: how long after its end a trial that was
 begun in time is given up.
@@ -66,11 +68,11 @@ def with_fixes(
     """The diagnostics of a script with those of their fixes that work, and without the helps that are contradicted.
 
     ``found`` are all diagnostics that `check` makes of ``source`` with these ``choices``, for which it ``took`` so many
-    seconds. What is ``known`` of it from there is not solved again.
+    seconds of the thread's processor time. What is ``known`` of it from there is not solved again.
     """
     if not any(item.fixes for item in found):
         return tuple(found)
-    trials = _Trials(tuple(found), source, choices, seconds, time.monotonic() + seconds, known, expected=took)
+    trials = _Trials(tuple(found), source, choices, seconds, time.thread_time() + seconds, known, expected=took)
     verdicts: dict[tuple[int, int], Verdict] = {}
     tried = [(rank, place) for place, item in enumerate(found) for rank in range(len(item.fixes))]
     late: list[tuple[int, int]] = []
@@ -110,7 +112,7 @@ class _Trials:
     cut_short: bool = False
 
     def verdict(self, item: Diagnostic, fix: Fix, *, in_a_share: bool = True) -> Verdict:
-        begun = time.monotonic()
+        begun = time.thread_time()
         self.cut_short = False
         if not fix.edits or begun + self.expected > self.deadline or self.left <= 0:
             return Verdict.UNKNOWN
@@ -120,7 +122,7 @@ class _Trials:
         if in_a_share:
             last = begun + max(SHARE * (self.deadline - begun), self.expected)
         try:
-            with limited(self.left) as left, cancellable(lambda: time.monotonic() > last):
+            with limited(self.left) as left, cancellable(lambda: time.thread_time() > last):
                 found = diagnosed(after, self.choices, self.known, in_full=self._has_another_trouble(item))
         except (GivenUp, ArithmeticError, ValueError):
             return Verdict.UNKNOWN
@@ -134,7 +136,7 @@ class _Trials:
             return Verdict.FAILS if _before_solving(item) else Verdict.CONTRADICTED
         verdict = self._compared(item, fix, found, after)
         if verdict is Verdict.WORKS:
-            self.expected = max(self.expected, time.monotonic() - begun)
+            self.expected = max(self.expected, time.thread_time() - begun)
         return verdict
 
     def _has_another_trouble(self, item: Diagnostic) -> bool:

@@ -323,7 +323,7 @@ def test_what_cannot_be_tried_in_time_is_text_only() -> None:
 def test_a_trial_without_end_leaves_time_for_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """By a clock that goes on by a millisecond whenever somebody looks at it."""
     now = count()
-    monkeypatch.setattr(fixes.time, "monotonic", lambda: 0.001 * next(now))
+    monkeypatch.setattr(fixes.time, "thread_time", lambda: 0.001 * next(now))
     source = SourceText("x.mov", "@0 x = 3y; y = 2z; z = 1;")
     found = diagnosed(source, Choices())
     assert len(found) == 2
