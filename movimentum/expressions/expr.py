@@ -44,10 +44,11 @@ class Expr:
 
     ``origin`` of a const is the operation that it was folded from, whose value is known to any number of digits while
     the const's is rounded; it does not belong to the identity of the node (equality, pickles). ``timed``: there is a
-    clock or an integral in it.
+    clock or an integral in it. ``value``: the number of a ``const``, otherwise None. ``symbols_below`` is kept by
+    `walk.symbols`, once asked for.
     """
 
-    __slots__ = ("_hash", "args", "depth", "op", "origin", "payload", "timed")
+    __slots__ = ("_hash", "args", "depth", "op", "origin", "payload", "symbols_below", "timed", "value")
 
     op: str
     args: tuple[Expr, ...]
@@ -55,6 +56,8 @@ class Expr:
     depth: int
     origin: Expr | None
     timed: bool
+    value: float | None
+    symbols_below: frozenset[Hashable] | None
 
     def __init__(
         self, op: str, args: tuple[Expr, ...] = (), payload: Hashable = None, origin: Expr | None = None
@@ -72,6 +75,8 @@ class Expr:
                 timed = True
         self.depth = depth + 1
         self.timed = timed
+        self.value = payload if op == "const" and isinstance(payload, float) else None
+        self.symbols_below = None
         self._hash = hash((op, args, payload))
 
     def __hash__(self) -> int:
@@ -95,11 +100,6 @@ class Expr:
 
     def __reduce__(self) -> tuple[object, ...]:
         return Expr, (self.op, self.args, self.payload)
-
-    @property
-    def value(self) -> float | None:
-        """The number of a ``const``, otherwise None."""
-        return self.payload if self.op == "const" and isinstance(self.payload, float) else None
 
     @property
     def exponent(self) -> float:

@@ -38,20 +38,30 @@ def walk(*roots: Expr, seen: set[Expr] | None = None) -> Iterator[Expr]:
                 yield node
 
 
-def symbols(*roots: Expr) -> set[Hashable]:
+def symbols(*roots: Expr) -> frozenset[Hashable]:
     """The payloads of all symbols below ``roots``."""
-    found: set[Hashable] = set()
-    seen: set[int] = set()
-    stack = list(roots)
-    while stack:
-        node = stack.pop()
-        if node.args:
-            if id(node) not in seen:
-                seen.add(id(node))
-                stack.extend(node.args)
-        elif node.op == "symbol":
-            found.add(node.payload)
-    return found
+    if len(roots) == 1:
+        return _symbols_below(roots[0])
+    return frozenset[Hashable]().union(*map(_symbols_below, roots))
+
+
+def _symbols_below(root: Expr) -> frozenset[Hashable]:
+    if root.symbols_below is None:
+        found: set[Hashable] = set()
+        seen: set[int] = set()
+        stack = [root]
+        while stack:
+            node = stack.pop()
+            if node.symbols_below is not None:
+                found |= node.symbols_below
+            elif node.args:
+                if id(node) not in seen:
+                    seen.add(id(node))
+                    stack.extend(node.args)
+            elif node.op == "symbol":
+                found.add(node.payload)
+        root.symbols_below = frozenset(found)
+    return root.symbols_below
 
 
 def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:

@@ -90,15 +90,14 @@ def _position(
 
 def _from_below(root: Expression) -> Iterator[Expression]:
     """All nodes, children before parents; what is inside a vector is read by itself."""
-    stack: list[tuple[Expression, bool]] = [(root, False)]
+    backwards: list[Expression] = []
+    stack = [root]
     while stack:
-        node, ready = stack.pop()
-        below = () if ready or isinstance(node, Vector) else children(node)
-        if below:
-            stack.append((node, True))
-            stack.extend((child, False) for child in reversed(below))
-        else:
-            yield node
+        node = stack.pop()
+        backwards.append(node)
+        if not isinstance(node, Vector):
+            stack.extend(children(node))
+    return reversed(backwards)
 
 
 def _known(

@@ -12,6 +12,7 @@ from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.resolve import Meanings
+from movimentum.scene.values import number
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import (
     Blank,
@@ -129,6 +130,10 @@ def constant_expression(root: Expression | Text, what: str, findings: Findings) 
     if isinstance(root, Text):
         findings.error("kind/mismatch", f"{what} must be a number, not a text", root.span)
         return None
+    errors = findings.errors
+    if isinstance(root, Number | Constant):  # nearly all are
+        plain = number(root, findings)
+        return plain if findings.errors == errors else None
     nodes = list(postorder(root))
     for node in nodes:
         place = _first_variable_part(node)
@@ -146,7 +151,6 @@ def constant_expression(root: Expression | Text, what: str, findings: Findings) 
                 ),
             )
             return None
-    errors = findings.errors
     inference = Inference(findings)
     meanings: Meanings = {}
     inference.expression(nodes, meanings)

@@ -163,12 +163,11 @@ class Inference:
     # --- one node ---
 
     def _cell(self, node: Expression, meanings: Meanings) -> Cell:
-        scalar = Cell(Kind.SCALAR, node.span)
         if isinstance(meanings.get(id(node)), KnownPlace):
             return Cell(Kind.VECTOR, node.span)
         match node:
             case Number() | Clock() | Constant():
-                return scalar
+                return Cell(Kind.SCALAR, node.span)
             case Name():
                 meaning = meanings[id(node)]
                 assert isinstance(meaning, VariableUse)
@@ -183,7 +182,7 @@ class Inference:
                     return self._cells[id(node.operand)]
                 if isinstance(meaning, ComponentUse):
                     self.require(node.operand, Kind.VECTOR, f"only a vector has `.{node.name}`")
-                return Cell(Kind.VECTOR, node.span) if isinstance(meaning, AnchorRef) else scalar
+                return Cell(Kind.VECTOR if isinstance(meaning, AnchorRef) else Kind.SCALAR, node.span)
             case Rotate():
                 self.require(node.operand, Kind.VECTOR, "only a vector can be rotated")
                 self.require(node.angle, Kind.SCALAR, "the angle of a rotation must be a scalar")
@@ -193,7 +192,7 @@ class Inference:
             case Power():
                 self.require(node.base, Kind.SCALAR, "only a scalar can be raised to a power")
                 self.require(node.exponent, Kind.SCALAR, "an exponent must be a scalar")
-                return scalar
+                return Cell(Kind.SCALAR, node.span)
             case Sum():
                 first, *rest = node.operands
                 for operator, operand in zip(node.operators, rest, strict=True):
@@ -206,7 +205,7 @@ class Inference:
             case Range():
                 for part in (node.subject, *node.values, *node.bounds):
                     self.require(part, Kind.SCALAR, "a range must consist of scalars")
-                return scalar
+                return Cell(Kind.SCALAR, node.span)
             case Piecewise():
                 for part in (*node.lefts, *node.rights):
                     self.require(part, Kind.SCALAR, "only scalars can be compared")

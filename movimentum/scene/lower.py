@@ -29,7 +29,6 @@ from movimentum.expressions import (
     neg,
     power,
     progress,
-    ratio,
     sub,
     symbol,
 )
@@ -50,13 +49,14 @@ from movimentum.scene.resolve import (
     AngleUse,
     ComponentUse,
     KnownPlace,
+    Meaning,
     Meanings,
     PassedOn,
     PropertyUse,
     Swallowed,
     VariableUse,
 )
-from movimentum.scene.values import Value, from_line, length_of, piecewise, ranged, transition
+from movimentum.scene.values import Value, from_line, length_of, number, piecewise, ranged, transition
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import (
     Blank,
@@ -143,41 +143,39 @@ def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> 
 
 def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | None:
     meaning = meanings.get(id(node))
-    if isinstance(meaning, VariableUse):
-        if context.inference.kind(node) is Kind.VECTOR:
-            return symbol(VariableComponent(meaning.name, 0)), symbol(VariableComponent(meaning.name, 1))
-        return (symbol(VariableComponent(meaning.name, None)),)
-    if isinstance(meaning, AnchorRef):
-        return (
-            symbol(AnchorCoordinate(meaning.thing, meaning.anchor, 0)),
-            symbol(AnchorCoordinate(meaning.thing, meaning.anchor, 1)),
-        )
-    if isinstance(meaning, AngleUse):
-        return (symbol(ThingAngle(meaning.thing)),)
-    if isinstance(meaning, GearPair):
-        return (symbol(meaning),)
-    if isinstance(meaning, PropertyUse):
-        return (symbol(ThingProperty(meaning.thing, meaning.name)),)
-    if isinstance(meaning, KnownPlace):
-        return meaning.value
+    if meaning is not None:
+        return _meant(node, meaning, context)
     match node:
-        case Number():
-            value = float(node.value)
-            if not math.isfinite(value):
-                context.findings.error("kind/not-finite", "this number is too large", node.span)
-                value = 1.0
-            return (const(value),)
-        case Constant():
-            if isinstance(node.computed, Expr):
-                return (node.computed,)
-            return (ratio(node.value) if isinstance(node.value, Fraction) else const(node.value),)
+        case Number() | Constant():
+            return (number(node, context.findings),)
         case Blank():
-            number = next(context.blanks)
+            count = next(context.blanks)
             if context.inference.kind(node) is Kind.VECTOR:
-                return symbol(Anonymous(number, 0, node.span)), symbol(Anonymous(number, 1, node.span))
-            return (symbol(Anonymous(number, None, node.span)),)
+                return symbol(Anonymous(count, 0, node.span)), symbol(Anonymous(count, 1, node.span))
+            return (symbol(Anonymous(count, None, node.span)),)
         case Clock():
             return (_clock(node.name, context),)
+        case _:
+            return None
+
+
+def _meant(node: Expression, meaning: Meaning, context: Context) -> Value | None:
+    """What a node stands for; None where it is an operation all the same."""
+    match meaning:
+        case VariableUse(name):
+            if context.inference.kind(node) is Kind.VECTOR:
+                return symbol(VariableComponent(name, 0)), symbol(VariableComponent(name, 1))
+            return (symbol(VariableComponent(name, None)),)
+        case AnchorRef(thing, anchor):
+            return symbol(AnchorCoordinate(thing, anchor, 0)), symbol(AnchorCoordinate(thing, anchor, 1))
+        case AngleUse(thing):
+            return (symbol(ThingAngle(thing)),)
+        case GearPair():
+            return (symbol(meaning),)
+        case PropertyUse(thing, name):
+            return (symbol(ThingProperty(thing, name)),)
+        case KnownPlace():
+            return meaning.value
         case _:
             return None
 

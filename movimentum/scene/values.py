@@ -1,14 +1,30 @@
-"""Values of what says motion in short: choices by comparison and by range, transitions, places relative to a line."""
+"""Values of numbers, and of what says motion in short: choices, ranges, transitions, places relative to a line."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from fractions import Fraction
 
-from movimentum.expressions import ONE, Expr, add, call, div, mul, power, sub
-from movimentum.syntax.expression_tree import Comparison, Piecewise, Range
+from movimentum.expressions import ONE, Expr, add, call, const, div, mul, power, ratio, sub
+from movimentum.scene.findings import Findings
+from movimentum.syntax.expression_tree import Comparison, Constant, Number, Piecewise, Range
 
 Value = tuple[Expr, ...]
 """One component for a scalar, two for a vector."""
+
+
+def number(node: Number | Constant, findings: Findings) -> Expr:
+    """The value of a number or a constant; 1 after an error (``kind/not-finite``)."""
+    if isinstance(node, Constant):
+        if isinstance(node.computed, Expr):
+            return node.computed
+        return ratio(node.value) if isinstance(node.value, Fraction) else const(node.value)
+    value = float(node.value)
+    if math.isfinite(value):
+        return const(value)
+    findings.error("kind/not-finite", "this number is too large", node.span)
+    return ONE
 
 
 def length_of(vector: Value) -> Expr:

@@ -73,8 +73,8 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
     """The moment number ``index`` of ``state``."""
 
     def pick(value: Values) -> float:
-        array = np.ravel(value)
-        return float(array[index] if len(array) > 1 else array[0])
+        values = np.asarray(value)
+        return float(values.item(index if values.size > 1 else 0))
 
     things = list(base.things)
     for t, p in placements(plan, state, base):

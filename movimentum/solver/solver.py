@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from movimentum.arrays import first_of
 from movimentum.planning.plan import Plan
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.effort import is_limited
@@ -252,7 +253,7 @@ def _beyond_inequality(
         for _ in range(40):  # just far enough for the violation to be seen
             instants = piece.instants(np.array([resume]))
             state, _ = piece.evaluate(instants)
-            value = float(np.ravel(plan.selectors[selector](state, instants.clocks)[0])[0])
+            value = first_of(plan.selectors[selector](state, instants.clocks)[0])
             if value < -2.0 * SELECTOR_TOLERANCE * plan.size or resume >= length:
                 break
             resume = min(time + 2.0 * (resume - time), length)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from movimentum.arrays import first_of
 from movimentum.scene.model import VariableComponent
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
@@ -26,7 +27,7 @@ def first_value(stretches: Sequence[SegmentMotion], name: str, is_vector: bool) 
         with np.errstate(all="ignore"):
             state, _ = piece.evaluate(piece.instants(np.array([piece.begin])))
         numbers = [stretch.plan.system.number_of[VariableComponent(name, axis)] for axis in axes]
-        values = tuple(float(np.ravel(state[n])[0]) for n in numbers)
+        values = tuple(first_of(state[n]) for n in numbers)
         if np.isfinite(values).all():
             return values
     return (0.0,) * len(axes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -47,10 +47,30 @@ Match = Callable[[str, int], "re.Match[str] | None"]
 
 @dataclass(frozen=True, slots=True)
 class _Lexer:
-    """The possible terminals of one state: literal texts (the longest first) and patterns, with their names."""
+    """The possible terminals of one state: literal texts (the longest first) and patterns, with their names.
+
+    ``beginning``: the literals that begin with a character, found when that character first comes up.
+    """
 
     literals: tuple[tuple[str, str], ...]
     patterns: tuple[tuple[str, Match], ...]
+    beginning: dict[str, tuple[tuple[str, str], ...]] = field(default_factory=dict[str, tuple[tuple[str, str], ...]])
+
+    def token(self, text: str, place: int) -> Token | None:
+        """What stands at offset ``place``."""
+        first = text[place]
+        literals = self.beginning.get(first)
+        if literals is None:
+            literals = tuple(item for item in self.literals if item[1][0] == first)
+            self.beginning[first] = literals
+        for name, literal in literals:
+            if text.startswith(literal, place):
+                return _new_token(literal, name, place)
+        for name, match in self.patterns:
+            found = match(text, place)
+            if found:
+                return _new_token(found[0], name, place)
+        return None
 
 
 def run(text: str, start: int, builder: object, deepest: int = 10**9) -> Any:
@@ -60,25 +80,28 @@ def run(text: str, start: int, builder: object, deepest: int = 10**9) -> Any:
     Raises Unexpected, TooDeep if the stack would have more than ``deepest`` entries, and whatever the builder raises.
     Time is linear in the text.
     """
-    tables, lexers, skip, methods = _prepared(type(builder))
-    rules, table, accept = tables.rules, tables.states, tables.accept
+    tables, lexers, skip, rules = _prepared(type(builder))
+    table, accept = tables.states, tables.accept
     states, values = [0], list[Any]()
-    place, size = start, len(text)
+    place, end = start, len(text)
     while True:
         found = skip(text, place)
         place = found.end() if found else place
-        token = _token(text, place, lexers[states[-1]]) if place < size else None
-        if token is None and place < size:
+        token = lexers[states[-1]].token(text, place) if place < end else None
+        if token is None and place < end:
             raise Unexpected(place, False, _accepted(tables, states))
         name = END if token is None else token.type
         while (action := table[states[-1]].get(name)) is not None and action < 0:
-            rule = rules[-1 - action]
-            parts: list[Any] = []
-            if rule.size:
-                parts = values[-rule.size :]
-                del values[-rule.size :], states[-rule.size :]
-            states.append(table[states[-1]][rule.symbol])
-            values.append(_made(parts, rule.transparent, methods[-1 - action], builder))
+            symbol, size, transparent, method = rules[-1 - action]
+            if size == 1 and transparent and type(values[-1]) is not _Spliced:  # most are: the value has another name
+                states[-1] = table[states[-2]][symbol]
+            else:
+                parts: list[Any] = []
+                if size:
+                    parts = values[-size:]
+                    del values[-size:], states[-size:]
+                states.append(table[states[-1]][symbol])
+                values.append(_made(parts, transparent, method, builder))
             if token is None and states[-1] == accept:
                 return values[-1]
         if action is None:
@@ -95,7 +118,7 @@ class _Spliced(list[Any]):
     """Parts that belong to the rule around."""
 
 
-def _made(parts: list[Any], transparent: bool, method: Callable[[Any, list[Any]], Any] | None, builder: object) -> Any:
+def _made(parts: list[Any], transparent: bool, method: Method | None, builder: object) -> Any:
     if transparent and len(parts) == 1 and not isinstance(parts[0], _Spliced):
         return parts[0]
     if parts and isinstance(parts[0], _Spliced):  # the usual case of a repetition: go on with its list
@@ -109,17 +132,6 @@ def _made(parts: list[Any], transparent: bool, method: Callable[[Any, list[Any]]
         else:
             whole.append(part)
     return whole if method is None else method(builder, whole)
-
-
-def _token(text: str, place: int, lexer: _Lexer) -> Token | None:
-    for name, literal in lexer.literals:
-        if text.startswith(literal, place):
-            return _new_token(literal, name, place)
-    for name, match in lexer.patterns:
-        found = match(text, place)
-        if found:
-            return _new_token(found[0], name, place)
-    return None
 
 
 def _new_token(text: str, name: str, place: int) -> Token:
@@ -151,7 +163,9 @@ def _would_go_on(tables: Tables, stack: list[int], name: str) -> bool:
     return False
 
 
-Prepared = tuple[Tables, tuple[_Lexer, ...], Match, tuple[Callable[[Any, list[Any]], Any] | None, ...]]
+Prepared = tuple[Tables, tuple[_Lexer, ...], Match, tuple[tuple[str, int, bool, "Method | None"], ...]]
+"""Tables, a lexer for each state, the pattern of what is skipped; of each rule symbol, size, transparent, method."""
+Method = Callable[[Any, list[Any]], Any]
 
 
 @cache
@@ -177,5 +191,8 @@ def _prepared(builder: type) -> Prepared:
         return known[names]
 
     skip = re.compile("(?:" + "|".join(tables.skipped) + ")*").match
-    methods = tuple(getattr(builder, rule.method) if rule.method else None for rule in tables.rules)
-    return tables, tuple(lexer(actions) for actions in tables.states), skip, methods
+    rules = tuple(
+        (rule.symbol, rule.size, rule.transparent, getattr(builder, rule.method) if rule.method else None)
+        for rule in tables.rules
+    )
+    return tables, tuple(lexer(actions) for actions in tables.states), skip, rules

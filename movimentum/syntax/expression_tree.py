@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import StrEnum
 from fractions import Fraction
+from typing import Any
 
 from movimentum.source import Span
 
@@ -215,54 +216,56 @@ Expression = (
 """Any expression."""
 
 
+_BELOW: dict[type, Callable[[Any], tuple[Expression, ...]]] = {
+    Vector: lambda node: node.components,
+    Member: lambda node: (node.operand,),
+    Negate: lambda node: (node.operand,),
+    Rotate: lambda node: (node.operand, node.angle),
+    Index: lambda node: (node.operand, node.index),
+    Transition: lambda node: (node.start, node.end),
+    Piecewise: lambda node: (*node.lefts, *node.rights, *node.values),
+    Call: lambda node: node.arguments,
+    Power: lambda node: (node.base, node.exponent),
+    Sum: lambda node: node.operands,
+    Product: lambda node: node.operands,
+    Range: lambda node: (node.subject, *node.values, *node.bounds),
+}
+"""A table, because nothing is asked more often while a script is read."""
+
+
 def children(node: Expression) -> tuple[Expression, ...]:
     """The expressions directly below ``node``, from left to right."""
-    match node:
-        case Vector():
-            return node.components
-        case Member() | Negate():
-            return (node.operand,)
-        case Rotate():
-            return (node.operand, node.angle)
-        case Index():
-            return (node.operand, node.index)
-        case Transition():
-            return (node.start, node.end)
-        case Piecewise():
-            return (*node.lefts, *node.rights, *node.values)
-        case Call():
-            return node.arguments
-        case Power():
-            return (node.base, node.exponent)
-        case Sum() | Product():
-            return node.operands
-        case Range():
-            return (node.subject, *node.values, *node.bounds)
-        case _:
-            return ()
+    below = _BELOW.get(type(node))
+    return () if below is None else below(node)
 
 
 def rebuilt(node: Expression, below: Sequence[Expression], span: Span) -> Expression:
     """``node`` with other children, in the order of `children`, and another place."""
     match node:
+        case Number():
+            return Number(node.value, span=span)
+        case Constant():
+            return Constant(node.value, node.computed, span=span)
+        case Name():
+            return Name(node.name, span=span)
+        case Sum() | Product():
+            return type(node)(tuple(below), node.operators, span=span)
         case Vector():
             return Vector(tuple(below), span=span)
         case Member():
-            return replace(node, operand=below[0], span=span)
+            return Member(below[0], node.name, span=span, name_span=node.name_span)
+        case Call():
+            return Call(node.function, tuple(below), span=span)
+        case Negate():
+            return Negate(below[0], span=span)
         case Index():
             return Index(below[0], below[1], span=span)
         case Rotate():
             return Rotate(below[0], below[1], span=span)
         case Transition():
             return Transition(below[0], below[1], span=span)
-        case Call():
-            return Call(node.function, tuple(below), span=span)
-        case Negate():
-            return Negate(below[0], span=span)
         case Power():
             return Power(below[0], below[1], span=span)
-        case Sum() | Product():
-            return replace(node, operands=tuple(below), span=span)
         case Range():
             middle = 1 + len(node.values)
             return Range(below[0], tuple(below[1:middle]), tuple(below[middle:]), span=span)
@@ -276,12 +279,12 @@ def rebuilt(node: Expression, below: Sequence[Expression], span: Span) -> Expres
 
 def postorder(root: Expression) -> Iterator[Expression]:
     """``root`` and all below it, children (from left to right) before their parents, without recursion."""
-    stack: list[tuple[Expression, bool]] = [(root, False)]
+    backwards: list[Expression] = []
+    stack = [root]
     while stack:
-        node, ready = stack.pop()
-        below = () if ready else children(node)
-        if below:
-            stack.append((node, True))
-            stack.extend((child, False) for child in reversed(below))
-        else:
-            yield node
+        node = stack.pop()
+        backwards.append(node)
+        below = _BELOW.get(type(node))
+        if below is not None:
+            stack.extend(below(node))
+    return reversed(backwards)

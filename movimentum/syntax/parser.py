@@ -203,7 +203,8 @@ def _check_depth(script: ScriptTree, max_nesting: int) -> None:
             raise ScriptError([_too_deep(item.span, max_nesting)])
         for root in expressions_of(item):
             depth: dict[int, int] = {}
-            for node in postorder(root):
+            nodes = list(postorder(root))
+            for node in nodes if len(nodes) > max_nesting else ():  # else it cannot be
                 deep = 1 + max((depth[id(child)] for child in children(node)), default=0)
                 depth[id(node)] = deep
                 if deep > max_nesting:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
@@ -107,7 +107,7 @@ def _apart(demands: Demands, constraint: int, u: FloatArray) -> float:
     clocks = Clocks(plan.clocks)
     function = compiled([e.original or e.residual for e in equations], clocks)
     state: State = [np.array([value]) for value in u * demands.scale]
-    values = [float(np.ravel(value)[0]) for value in function(state, demands.clocks)]
+    values = [first_of(value) for value in function(state, demands.clocks)]
     return float(np.hypot.reduce([demands.modulo_turn(row, v) for row, v in zip(rows, values, strict=True)]))
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.blocks.wishes import with_wishes
 from movimentum.planning.codegen.generate import Clocks, Compiled
@@ -46,7 +46,7 @@ class HeldBlock:
         read = {*reads, *piece.plan.read_by(block)}
         with np.errstate(all="ignore"):
             state, _ = piece.evaluate(self.instants, piece.finders(read))
-        self.state = {n: float(np.ravel(state[n])[0]) for n in read if state[n] is not None}
+        self.state = {n: first_of(state[n]) for n in read if state[n] is not None}
         self.x = np.array([self.state[n] for n in block.core])
         self._full: dict[int, State] = {}
         self._scale = scale_of(piece.plan, block.core)
@@ -78,7 +78,7 @@ class HeldBlock:
         if self.errors is None:
             return float(np.linalg.norm(self._problem(np.zeros(1)).wishes(x[None, :])[0]))
         state, clocks = self.placed(x)
-        values = [float(np.ravel(error(state, clocks)[0])[0]) for error in self.errors]
+        values = [first_of(error(state, clocks)[0]) for error in self.errors]
         return float(np.sqrt(np.sum(np.square(values))))
 
     def approach(self, x: FloatArray) -> float:

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from movimentum.analysis.freedom.rank import RANK_TOLERANCE, at_one, rank_at, values_of
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
@@ -202,7 +202,7 @@ def _moved(
     vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
     frame = system.frame(thing)
     pose = (0.0, 0.0, *frame.of_thing(1.0, 0.0))
-    x, y, c, s = (pose[i] if n is None or one[n] is None else float(np.ravel(one[n])[0]) for i, n in enumerate(numbers))
+    x, y, c, s = (pose[i] if n is None or one[n] is None else first_of(one[n]) for i, n in enumerate(numbers))
     turn = c * vs - s * vc
     anchors: list[tuple[float, float]] = []
     for anchor in system.scene.things[thing].anchors:
@@ -264,7 +264,7 @@ def _values_for(plan: Plan, one: State, variables: Sequence[str]) -> tuple[str, 
     for unknown in plan.system.unknowns if variables else ():
         if unknown.name in variables:
             now = one[unknown.number]
-            value = 0.0 if now is None else float(np.ravel(now)[0])
+            value = 0.0 if now is None else first_of(now)
             numbers = ("0", number(value), *(number(sign * scale) for scale in (1.0, plan.size) for sign in (1, -1)))
             texts += [f"{unknown.name} = {text};" for text in numbers]
     return tuple(dict.fromkeys(texts))

@@ -9,7 +9,7 @@ from hashlib import blake2b
 import numpy as np
 
 from movimentum.analysis.freedom.sparse_rank import SparseRank
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.memory import remembered
@@ -34,13 +34,13 @@ def at_one(state: State, unknowns: Iterable[int] | None = None) -> State:
     one: State = [None] * len(state)
     for n in range(len(state)) if unknowns is None else unknowns:
         if state[n] is not None:
-            one[n] = np.array([float(np.ravel(state[n])[0])])
+            one[n] = np.array([first_of(state[n])])
     return one
 
 
 def values_of(block: Block, state: State) -> FloatArray:
     """The core values (n,) of a block at the first instant of a state."""
-    return np.array([float(np.ravel(value)[0]) for n in block.core if (value := state[n]) is not None])
+    return np.array([first_of(value) for n in block.core if (value := state[n]) is not None])
 
 
 def rank_at(

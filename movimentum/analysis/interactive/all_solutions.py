@@ -8,6 +8,7 @@ import numpy as np
 
 from movimentum.analysis.diagnose.equal_solutions import loose_variables, shown_unknowns, solutions_of
 from movimentum.analysis.diagnose.inequalities import described, followed_at, selecting_inequalities, selecting_wish
+from movimentum.arrays import first_of
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot, as_drawn
 from movimentum.solver.block.closed_form import State
@@ -46,7 +47,7 @@ def alternatives(stretch: SegmentMotion, piece: Piece, tau: float) -> list[Alter
     scene = plan.system.scene
     with np.errstate(all="ignore"):
         now, _ = piece.evaluate(piece.instants(np.array([tau])))
-        totals = {n: float(np.ravel(now[n])[0]) for block in plan.blocks for n in block.unknowns if now[n] is not None}
+        totals = {n: first_of(now[n]) for block in plan.blocks for n in block.unknowns if now[n] is not None}
         found = select(plan, stretch.segment.start, tau, AHEAD, as_drawn(scene), totals)
     result: list[Alternatives] = []
     for part in found.parts:
@@ -83,5 +84,5 @@ def _with(now: State, part: Part, index: int) -> State:
 
 
 def _apart(size: float, a: object, b: object) -> float:
-    one, other = float(np.ravel(np.asarray(a, dtype=float))[0]), float(np.ravel(np.asarray(b, dtype=float))[0])
+    one, other = first_of(np.asarray(a, dtype=float)), first_of(np.asarray(b, dtype=float))
     return abs(one - other) / max(1.0, size, abs(one))

@@ -11,7 +11,7 @@ import numpy as np
 
 from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
 from movimentum.analysis.interactive.placing import Placing
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.planning.blocks.wishes import in_what_moves
@@ -112,7 +112,7 @@ class Grip:
             return self._held.off(self.x)
         instants = self.piece.instants(np.array([self.tau]))
         state, _ = self.piece.evaluate(instants)
-        values = [float(np.ravel(function(state, instants.clocks)[0])[0]) for function in self._functions]
+        values = [first_of(function(state, instants.clocks)[0]) for function in self._functions]
         return float(np.linalg.norm(np.subtract(values, self._target)))
 
     def move(self, target: Sequence[float], steps: int = STEPS_A_MOVE) -> int:

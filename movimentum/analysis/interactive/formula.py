@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from movimentum.arrays import first_of
 from movimentum.expressions import Expr, symbols, walk
 from movimentum.planning.blocks.kinds import Integral, Ode, Winding
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
@@ -79,7 +80,7 @@ def formula(stretch: SegmentMotion, tau: float, expression: Expr, *, tidy: bool 
         if isinstance(track, SignTrack):
             import numpy as np
 
-            signs[block.number] = float(np.ravel(track.sign(np.array([tau])))[0])
+            signs[block.number] = first_of(track.sign(np.array([tau])))
     import sympy
 
     t = sympy.Symbol("t", real=True)

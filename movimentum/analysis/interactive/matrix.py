@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from movimentum.analysis.freedom.rank import at_one, rank_at
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.build import dense_block
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.equations import Equation, Form, System
@@ -125,7 +125,7 @@ def _matrix(
     # free: for its rows, whatever their number; it is looked at, and not solved
     block = dense_block(system, Group(unknowns, equations), clocks)
     values = at_offsets(clocks.starts, system.segment.start, np.array([tau])).clocks
-    x = np.array([0.0 if (value := one[n]) is None else float(np.ravel(value)[0]) for n in unknowns])
+    x = np.array([0.0 if (value := one[n]) is None else first_of(value) for n in unknowns])
     scale = scale_of(stretch.plan, unknowns)
     jacobian, rank, null = rank_at(block, list(one), values, x, scale)
     singular = np.zeros(0)

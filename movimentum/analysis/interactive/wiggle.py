@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from movimentum.analysis.freedom.motions import FreeMotion, free_directions
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
@@ -40,7 +40,7 @@ def wiggles(stretch: SegmentMotion, piece: Piece, tau: float) -> Iterator[tuple[
         for block in map(simultaneous, plan.blocks):
             if not isinstance(block, Free):
                 continue
-            x0 = np.array([float(np.ravel(start[n])[0]) for n in block.core])
+            x0 = np.array([first_of(start[n]) for n in block.core])
             for motion, velocity in free_directions(plan, block, start, instants.clocks, x0):
                 largest = float(np.max(np.abs(velocity) / scale_of(plan, block.core)))
                 swing = AMPLITUDE / largest * np.sin(np.linspace(0.0, 2.0 * np.pi, FRAMES))

@@ -233,7 +233,7 @@ class SystemBuilder:
         original: Expr | None = None,
     ) -> None:
         """``residual`` is zero; ``form`` is its polynomial, if it is one."""
-        if form is not None and poly.occurring(form) != symbols(residual):
+        if form is not None and frozenset(poly.occurring(form)) != symbols(residual):
             original, residual = original or residual, poly.to_expression(form)  # something cancelled
         unknowns = poly.occurring(form) if form is not None else symbol_numbers(residual)
         self.equations.append(

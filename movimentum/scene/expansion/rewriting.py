@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from movimentum.diagnostics import Label, replacement
 from movimentum.scene.expansion.scopes import (
@@ -68,7 +68,7 @@ class Rewriter:
             made: Made | None
             match node:
                 case Name():
-                    made = replace(node, span=span) if node.name in keep else self._name(node.name, scope, span)
+                    made = Name(node.name, span=span) if node.name in keep else self._name(node.name, scope, span)
                 case Member():
                     made = self._member(node, below[0], scope, span)
                 case Index():
@@ -119,7 +119,7 @@ class Rewriter:
         if isinstance(value, Text):
             self.findings.error("kind/mismatch", f"`{entry.name}` is a text, not a value", span)
             return None
-        parts = tuple(replace(part, span=span) for part in value)
+        parts = tuple(Constant(part.value, part.computed, span=span) for part in value)
         return parts[0] if len(parts) == 1 else Vector(parts, span=span)
 
     # --- what follows a name
@@ -133,9 +133,9 @@ class Rewriter:
         if isinstance(operand, Vector) and node.name in ("x", "y"):
             part = operand.components["xy".index(node.name)]
             if isinstance(part, Constant):  # of a vector constant
-                return replace(part, span=span)
+                return Constant(part.value, part.computed, span=span)
         if not isinstance(operand, CopyEntry):
-            return replace(node, operand=operand, span=span, name_span=name_span)
+            return Member(operand, node.name, span=span, name_span=name_span)
         inner = operand.scope
         entry = inner.entries.get(node.name)
         if entry is not None:

@@ -98,6 +98,8 @@ class Scope:
 
     def place(self, span: Span) -> Span:
         """A span of the file, where this scope has it."""
+        if not self.shift:
+            return span
         return Span(span.start + self.shift, span.end + self.shift)
 
     def constant(self, name: str) -> ConstantEntry | None:

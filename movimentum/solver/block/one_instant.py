@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.newton import LAST_STEP, SOLVED, STEP_TOLERANCE
@@ -26,8 +26,8 @@ class OneInstant:
     def __init__(self, problem: BlockProblem) -> None:
         block = problem.block
         self._block: Newton = block
-        self._inputs = {n: float(np.ravel(value)[0]) for n, value in problem.inputs.items()}
-        self._clocks = [float(np.ravel(clock)[0]) for clock in problem.clocks]
+        self._inputs = {n: first_of(value) for n, value in problem.inputs.items()}
+        self._clocks = [first_of(clock) for clock in problem.clocks]
         self._scale = problem.scale
         self._places = tuple(np.array(block.entries, dtype=np.intp).reshape(-1, 2).T)
 

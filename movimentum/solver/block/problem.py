@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.structure.linear_rows import SparseRows
 from movimentum.solver.block.closed_form import State
@@ -44,7 +44,7 @@ class BlockProblem:
         """The first of the instants, ``copies`` times."""
 
         def repeated(value: FloatArray) -> FloatArray:
-            return np.full(copies, float(np.ravel(value)[0]))
+            return np.full(copies, first_of(value))
 
         inputs = {n: repeated(value) for n, value in self.inputs.items()}
         return replace(self, inputs=inputs, clocks=tuple(map(repeated, self.clocks)))

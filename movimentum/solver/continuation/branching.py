@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.scaling import scaled
 
@@ -52,5 +52,5 @@ def _moved(local: Local, tau: float, x: FloatArray, scale: FloatArray, way: Floa
     values: list[FloatArray] = []
     for time, core in ((tau, x), (tau + step, x + way)):
         there = local.probe(np.array([time])).completed(core[None])
-        values.append(np.array([float(np.ravel(there[n])[0]) for n in local.block.unknowns]))
+        values.append(np.array([first_of(there[n]) for n in local.block.unknowns]))
     return float(np.sum(((values[1] - values[0]) / sizes) ** 2))

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Ode
 from movimentum.solver.block.local import SMALLEST_STEP, Probe
 from movimentum.solver.block.newton import newton
@@ -46,7 +46,7 @@ def flow(
         problem = problem.given(inputs)
         outcome = newton(problem, latest[None], iterations=12)
         latest = outcome.x[0]
-        slopes = np.array([float(np.ravel(v)[0]) for v in block.integrands(problem.values(outcome.x), problem.clocks)])
+        slopes = np.array([first_of(v) for v in block.integrands(problem.values(outcome.x), problem.clocks)])
         return outcome.x[0], slopes if outcome.converged[0] else np.full(len(slopes), np.nan)
 
     def rate_of(tau: float, here: FloatArray, states: FloatArray, slope: FloatArray) -> FloatArray:

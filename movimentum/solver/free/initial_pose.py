@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
@@ -79,7 +79,7 @@ def turns_of(plan: Plan, problem: BlockProblem, things: set[int], carry: Carry) 
     slopes = {} if block.linear is None else dict(zip(block.linear.targets, block.linear.slopes, strict=True))
     if block.linear is not None:
         still = problem.completed(np.zeros((1, len(block.core))))
-        offsets = {n: float(np.ravel(still[n])[0]) for n in block.linear.targets}
+        offsets = {n: first_of(still[n]) for n in block.linear.targets}
 
     def coordinate(n: int) -> _Coordinate | None:
         if n in places:

@@ -136,6 +136,6 @@ def evaluate(path: Path, block: Block, track: Track, state: State, instants: Ins
     fill_explicit(block, state, instants.clocks)
     for n in block.unknowns:
         finite = np.isfinite(state[n])
-        if not np.all(finite):
+        if not finite.all():
             failed = ~np.broadcast_to(finite, len(instants)) if failed is None else failed | ~finite
     return None if failed is None else np.broadcast_to(failed, len(instants))

@@ -21,7 +21,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import ZERO
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering import polynomial as poly
@@ -100,7 +100,7 @@ class AllSolutions:
         assert self.degrees is not None
         self.asked += 1
         values = {n: complex(np.ravel(value)[0]) for n, value in problem.inputs.items()}
-        clocks = [float(np.ravel(clock)[0]) for clock in problem.clocks]
+        clocks = [first_of(clock) for clock in problem.clocks]
         with np.errstate(all="ignore"):
             if self.asked > 1 and (self.family is None or self.family.clocks != clocks):
                 self.family = self._family(values, clocks)

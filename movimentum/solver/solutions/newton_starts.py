@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
@@ -77,7 +77,7 @@ def _completed(plan: Plan, problem: BlockProblem, carry: Carry, x: FloatArray) -
 
     def explicit(core: FloatArray) -> FloatArray:
         there = problem.completed(core[None])
-        return np.array([float(np.ravel(there[n])[0]) for n, _ in known])
+        return np.array([first_of(there[n]) for n, _ in known])
 
     now = explicit(x)
     unit = np.eye(len(x))[loose]
@@ -315,7 +315,7 @@ def _sides(plan: Plan, one: BlockProblem) -> Sides:
 
     def satisfied(x: FloatArray) -> bool:
         there = one.completed(x[None])
-        return all(float(np.ravel(value(there, one.clocks)[0])[0]) >= least for value in own)
+        return all(first_of(value(there, one.clocks)[0]) >= least for value in own)
 
     return satisfied
 
@@ -325,7 +325,7 @@ def _pull(plan: Plan, block: Free, one: BlockProblem, carry: Carry, origin: Floa
     if not block.metric.coupled:
         return np.zeros(len(origin))
     there = one.completed(origin[None])
-    now = np.array([float(np.ravel(there[n])[0]) for n in block.metric.coupled])
+    now = np.array([first_of(there[n]) for n in block.metric.coupled])
     before = np.array([carry.now.value(plan.system, n) or 0.0 for n in block.metric.coupled])
     return block.metric.pull(now - before)
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, first_of
 from movimentum.cancellation import look
 from movimentum.expressions import Expr, call, sub, symbol
 from movimentum.planning.blocks.build import dense_block
@@ -145,7 +145,7 @@ class Demands:
         self.effort.spend(0.3 * COMPILED * len(others))
         function = code_of([row.residual for row in others], self.plan.clocks)
         state: State = [np.array([value]) for value in self.first * self.scale]
-        values = [float(np.ravel(value)[0]) for value in function(state, self.clocks)]
+        values = [first_of(value) for value in function(state, self.clocks)]
         return all(
             value >= 0.0 if row.side else abs(value) <= 1e-9 * self.plan.size
             for row, value in zip(others, values, strict=True)
@@ -185,7 +185,7 @@ def demands_of(plan: Plan, tau: float, carry: Carry, effort: Effort) -> Demands:
         given = compiled(constants, clocks)
         instants = at_offsets(clocks.starts, system.segment.start, np.array([tau])).clocks
         with np.errstate(all="ignore"):
-            numbers = [float(np.ravel(v)[0]) for v in given([None] * count, instants)]
+            numbers = [first_of(v) for v in given([None] * count, instants)]
     matrix, right = np.zeros((len(linear), count)), np.zeros(len(linear))
     places = [(i, m) for i, row in enumerate(linear) for m in row.polynomial or ()]
     for (i, monomial), value in zip(places, numbers, strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State
@@ -97,7 +97,7 @@ class Judgements:
         for i in self.wishes_after.get(number, ()):
             for place in self.errors_of.get(i, ()):
                 value = self.plan.wishes[place](self.state, self.clocks)[0]
-                total += squared(float(np.ravel(value)[0]) / self.plan.size)
+                total += squared(first_of(value) / self.plan.size)
         return total
 
     def _check_value(self, i: int) -> float:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
 from movimentum.planning.plan import Plan
@@ -236,7 +236,7 @@ class _Fit:
         self.bodies = [body for body in bodies if not used.isdisjoint(_numbers(body))]
         self.rows = rows
         self.known = state
-        self.first = tuple(float(np.ravel(clock)[0]) for clock in clocks)
+        self.first = tuple(first_of(clock) for clock in clocks)
         values = {n: carry.now.value(plan.system, n) or 0.0 for body in bodies for n in _numbers(body)}
         self.drawn = values
         points = [(values[body.x], values[body.y]) for body in bodies if body.x is not None and body.y is not None]
@@ -325,7 +325,7 @@ class _Fit:
 
     def _state(self, lies: FloatArray, ways: FloatArray | None) -> State:
         count = len(lies)
-        state: State = [None if v is None else np.full(count, float(np.ravel(v)[0])) for v in self.known]
+        state: State = [None if v is None else np.full(count, first_of(v)) for v in self.known]
         mx, my = self.middle
         for i, body in enumerate(self.bodies):
             lie = lies if ways is None else lies + ways[i]

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic, Winding
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.effort import GivenUp, limited
@@ -64,7 +64,7 @@ class Branch:
         cores: dict[int, FloatArray] = {}
         for block, track in zip(piece.plan.blocks, piece.tracks, strict=True):
             if isinstance(track, NodeTrack):
-                cores[block.number] = np.array([float(np.ravel(state[n])[0]) for n in block.core])
+                cores[block.number] = np.array([first_of(state[n]) for n in block.core])
         return Branch(piece, tau, cores)
 
     def at(self, tau: float) -> list[Choice] | None:
@@ -82,7 +82,7 @@ class Branch:
                     return None
                 choices.append(choice)
             for selector in plan.selectors:
-                value = float(np.ravel(selector(state, instants.clocks)[0])[0])
+                value = first_of(selector(state, instants.clocks)[0])
                 if not value >= -SELECTOR_TOLERANCE * plan.size:
                     return None
         return choices
@@ -100,7 +100,7 @@ class Branch:
             failed = evaluate(piece, block, track, state, instants)
             if failed is not None and failed.any():
                 return None
-            return Choice(values=tuple(float(np.ravel(state[n])[0]) for n in block.core))
+            return Choice(values=tuple(first_of(state[n]) for n in block.core))
         if isinstance(track, NodeTrack) and isinstance(block, Newton):
             scale = track_scale(piece.plan, block)
             problem = BlockProblem.of(block, state, instants.clocks, scale)
@@ -112,7 +112,7 @@ class Branch:
             closed_form.fill_explicit(block, state, instants.clocks)
             return Choice(values=tuple(map(float, outcome.x[0])))
         if isinstance(track, SignTrack) and isinstance(block, Quadratic):
-            sign = float(np.ravel(track.sign(instants.tau))[0])
+            sign = first_of(track.sign(instants.tau))
             margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(sign)
             if not np.ravel(margin)[0] >= -ROUNDING:
                 return None
@@ -122,7 +122,7 @@ class Branch:
             choice = Choice(sign=sign)
         else:
             evaluate(piece, block, track, state, instants)
-            value = float(np.ravel(state[block.unknowns[0]])[0])
+            value = first_of(state[block.unknowns[0]])
             special = isinstance(block, Winding | Integral)
             choice = Choice(values=(value,)) if special else Choice()
         if not isinstance(block, Newton | Ode) and not all(np.isfinite(state[n]).all() for n in block.unknowns):

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from movimentum.arrays import first_of
 from movimentum.planning.blocks.kinds import Block, Newton, Ode, Quadratic
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
@@ -349,8 +350,7 @@ class _Search:
                 continue
             hidden = {n for number in unknown for n in self.plan.blocks[number].unknowns}
             values = tuple(
-                None if value is None or n in hidden else float(np.ravel(value)[0])
-                for n, value in enumerate(self.state)
+                None if value is None or n in hidden else first_of(value) for n, value in enumerate(self.state)
             )
             self.turned_down.append(TurnedDown(rejection, values))
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Assign, Linear, Newton, Quadratic, Winding
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.timeline.model import Timeline
@@ -155,7 +155,7 @@ def _same(mine: Any, other: Any, what: str) -> None:
     if len(mine) != len(other):
         raise NotTogether(f"{what} depends on it")
     for a, b in zip(mine, other, strict=True):
-        x, y = float(np.ravel(a)[0]), float(np.ravel(b)[0])
+        x, y = first_of(a), first_of(b)
         both = np.isfinite(x), np.isfinite(y)
         if both != (True, True) and not any(both):
             continue
