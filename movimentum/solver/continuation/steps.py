@@ -33,6 +33,8 @@ RESTING = 1e-10
 """Of the unknowns' scale: what is not looked at."""
 WELL = 0.6
 """The strain that a step aims at."""
+WELL_AWAY = 1e-7
+"""Smallest singular value, of the largest: nearer to a singular pose a block alone does not tell where a path goes."""
 SHORT = 1e-3
 """Of a step: over how much of it an acceleration is measured."""
 
@@ -57,9 +59,11 @@ class Standing:
 
 
 def attempt(
-    local: Local, here: Standing, length: float, scale: FloatArray, limits: StepLimits = CERTAIN
+    local: Local, here: Standing, length: float, scale: FloatArray, side: float, limits: StepLimits = CERTAIN
 ) -> Standing | None:
-    """The point of the path that is ``length`` later (earlier where negative); None where that is too long a step."""
+    """The point of the path that is ``length`` later (earlier where negative); None where that is too long a step, or
+    where the Jacobian has another orientation there than ``side`` (0: none is known): a singular point is on the way.
+    """
     tau = here.tau + length
     predicted = here.x + length * here.v + 0.5 * length * length * here.bend
     x, converged = local.corrected(tau, predicted)
@@ -72,6 +76,8 @@ def attempt(
         v = (x - here.x) / length * 2.0 - here.v
     missed = _part(x - here.x - 0.5 * length * (here.v + v), moved, limits.mismatch, scale, limits)
     if not missed <= 1.0:
+        return None
+    if side * local.orientation(tau, x, scale) < 0.0:
         return None
     return Standing(tau, x, v, (v - here.v) / length, float(max(corrected, missed)))
 
@@ -90,7 +96,7 @@ def in_agreement(tau: FloatArray, x: FloatArray, v: FloatArray, bend: FloatArray
         return np.asarray((corrected <= 1.0) & (missed <= 1.0), dtype=np.bool_)
 
 
-def bend_at_rest(local: Local, here: Standing, length: float, scale: FloatArray) -> FloatArray | None:
+def initial_bend(local: Local, here: Standing, length: float, scale: FloatArray) -> FloatArray | None:
     """The acceleration (n,) at the beginning of a path, over a small part of a step of ``length``.
 
     What begins to move from rest, as every drive that eases in, has no velocity to predict anything from.

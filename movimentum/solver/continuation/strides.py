@@ -17,7 +17,7 @@ from movimentum.solver.block.local import ITERATIONS, SINGULAR, Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
-from movimentum.solver.continuation.steps import Standing, StepLimits, attempt, in_agreement
+from movimentum.solver.continuation.steps import WELL_AWAY, Standing, StepLimits, attempt, in_agreement
 from movimentum.solver.continuation.tracks import node_track
 
 LONGEST = 8
@@ -30,8 +30,6 @@ LIKELY = StepLimits(0.5, 0.5, 0.2)
 """For a stride: what it comes to is looked at afterwards, closely."""
 CONTRACTION = 0.5
 """Of Newton's method with the Jacobian of one end of an interval, at its other end."""
-WELL_AWAY = 1e-7
-"""Smallest singular value, of the largest: nearer to a singular pose paths go by single steps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,8 +83,8 @@ def _ends(
     length = 1
     while ends[-1] + 1 < len(nodes):
         target = min(ends[-1] + length, len(nodes) - 1)
-        step = attempt(local, here, float(nodes[target]) - here.tau, scale, LIKELY)
-        if step is None or side * local.orientation(step.tau, step.x, scale) < 0.0:
+        step = attempt(local, here, float(nodes[target]) - here.tau, scale, side, LIKELY)
+        if step is None:
             if target == ends[-1] + 1:
                 break
             length = (target - ends[-1]) // 2

@@ -16,7 +16,7 @@ from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
 from movimentum.solver.continuation.branching import branch_rate
 from movimentum.solver.continuation.folds import path_end
-from movimentum.solver.continuation.steps import Standing, attempt, bend_at_rest
+from movimentum.solver.continuation.steps import WELL_AWAY, Standing, attempt, initial_bend
 from movimentum.solver.continuation.strides import WINDOW, strides
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
 
@@ -50,10 +50,10 @@ def trace(
     total = high - low
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), low, high, sizes)
     v, smallest = local.rate(low, x, scale)
-    if smallest < 1e-7:
+    if smallest < WELL_AWAY:
         v = branch_rate(local, low, x, scale, v) if rate is None else rate
     walk = _Walk(local, scale, nodes, Standing(low, x, v, np.zeros_like(x)))
-    if smallest < 1e-7:
+    if smallest < WELL_AWAY:
         walk.depart()
     else:
         walk.begin()
@@ -85,7 +85,7 @@ class _Walk:
 
     def begin(self) -> None:
         """Measure the acceleration with which the path begins."""
-        bend = bend_at_rest(self.local, self.here, self.length, self.scale)
+        bend = initial_bend(self.local, self.here, self.length, self.scale)
         if bend is not None:
             self.here = replace(self.here, bend=bend)
 
@@ -123,9 +123,7 @@ class _Walk:
         """One step, as far as ``target`` at most; False where the path comes to its end."""
         while True:
             length = min(self.length, target - self.here.tau)
-            landing = attempt(self.local, self.here, length, self.scale)
-            if landing is not None and self.side * self._orientation(landing) < 0.0:
-                landing = None  # a singular point on the way, or another path
+            landing = attempt(self.local, self.here, length, self.scale, self.side)
             if landing is not None:
                 break
             if length <= SMALLEST_STEP * self.total:
@@ -223,9 +221,7 @@ def _leads_back(local: Local, landing: Standing, tau: float, total: float, scale
         if here.tau - tau <= hole:
             return True
         length = min(length, here.tau - tau - 0.5 * hole)
-        step = attempt(local, here, -length, scale)
-        if step is not None and side * local.orientation(step.tau, step.x, scale) < 0.0:
-            step = None
+        step = attempt(local, here, -length, scale, side)
         if step is None:
             length *= 0.5
             if length <= SMALLEST_STEP * total:
