@@ -36,6 +36,8 @@ INFINITE = 1e5
 """Size (in units of the unknowns' own) beyond which a path is taken to end at infinity."""
 REAL = 1e-7
 STEPS = 400
+NEAR, AIM = 1e-2, 1e-4
+"""Of a path's size: how far the predictor may be off, and how far it well may."""
 
 
 Inputs = Mapping[int, Any]
@@ -268,12 +270,14 @@ def _track(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, boo
 def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, NDArray[np.bool_], NDArray[np.bool_]]:
     """Follow all paths from t = 0 to 1, each with its own step (``first`` to begin with): where they end (paths, n),
     which ends are finite (paths,), and which paths could not be followed to an end (paths,).
+
+    A step counts if Newton's method first moves its end by less than `NEAR`, and ever less from there. The next one is
+    as long as makes that first move `AIM`: of a predictor of fourth order it goes with the step's fifth power.
     """
     x = problem.starts()
     count = len(x)
     t = np.zeros(count)
     h = np.full(count, first)
-    easy = np.zeros(count, dtype=np.int64)
     alive = np.ones(count, dtype=np.bool_)
     for _ in range(STEPS):
         active = np.nonzero(alive & (t < 1.0))[0]
@@ -282,24 +286,23 @@ def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, N
         here, now, step = x[active], t[active], np.minimum(h[active], 1.0 - t[active])
         guess = here + step[:, None] * _tangent(problem, here, now, step, active)
         good = np.ones(len(active), dtype=np.bool_)
+        off = np.zeros(len(active))
         last = np.full(len(active), np.inf)
         for round_ in range(3):
             value, jacobian, _ = problem.at(guess, now + step, active)
             move = _solve(jacobian, value)
             guess = guess - move
             size = np.max(np.abs(move), axis=1) / (1.0 + np.max(np.abs(guess), axis=1))
-            good &= np.isfinite(size) & ((size < 0.3 * last) | (size < 1e-12)) & ((round_ > 0) | (size < 1e-2))
+            if round_ == 0:
+                off = size
+                good &= size < NEAR
+            good &= np.isfinite(size) & ((size < 0.3 * last) | (size < 1e-12))
             last = size
         good &= last < 1e-8
         done = active[good]
         x[done], t[done] = guess[good], (now + step)[good]
-        easy[done] += 1
-        grow = done[easy[done] >= 2]
-        h[grow] *= 2.0
-        easy[grow] = 0
-        failed = active[~good]
-        h[failed] *= 0.5
-        easy[failed] = 0
+        h[done] = step[good] * np.clip((AIM / np.maximum(off[good], 1e-300)) ** 0.2, 0.5, 4.0)
+        h[active[~good]] = 0.5 * step[~good]
         # a path that grows without bound, or whose steps shrink to nothing while it is large, ends at infinity
         large = np.max(np.abs(x), axis=1)
         alive &= ~((large > INFINITE) | ((h < 1e-9) & (large > 50.0)))
@@ -313,8 +316,13 @@ def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, N
 def _tangent(
     problem: PathProblem, x: ComplexArray, t: FloatArray, step: FloatArray, paths: NDArray[np.intp]
 ) -> ComplexArray:
-    """The mean slope over a step by Heun's method."""
-    _, jacobian, by_t = problem.at(x, t, paths)
-    first = -_solve(jacobian, by_t)
-    _, jacobian, by_t = problem.at(x + step[:, None] * first, t + step, paths)
-    return 0.5 * (first - _solve(jacobian, by_t))
+    """The mean slope over a step by the classical method of Runge and Kutta."""
+
+    def slope(way: ComplexArray | float, part: float) -> ComplexArray:
+        _, jacobian, by_t = problem.at(x + part * step[:, None] * way, t + part * step, paths)
+        return -_solve(jacobian, by_t)
+
+    first = slope(0.0, 0.0)
+    second = slope(first, 0.5)
+    third = slope(second, 0.5)
+    return (first + 2.0 * (second + third) + slope(third, 1.0)) / 6.0
