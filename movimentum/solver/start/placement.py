@@ -32,6 +32,8 @@ STEP = 1e-4
 BEGINS = 12
 """Directions from which the turn of a part is looked for."""
 ROUNDS = 12
+TOGETHER = 32
+"""Inequalities in one function: a new one leaves the functions before its own as they were."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,7 +253,7 @@ class _Fit:
             for selector in plan.system.selectors
             if (read := symbol_numbers(selector.value)) & own and all(n in own or state[n] is not None for n in read)
         ]
-        self.sides = code_of(sides, plan.clocks) if sides else None
+        self.sides = [code_of(sides[i : i + TOGETHER], plan.clocks) for i in range(0, len(sides), TOGETHER)]
         self.natural = self._natural()
 
     def _natural(self) -> FloatArray:
@@ -315,8 +317,9 @@ class _Fit:
     def _allowed(self, lies: FloatArray) -> NDArray[np.bool_]:
         """(F,) whether the inequalities hold, and the sides of angles and lengths."""
         allowed = np.ones(len(lies), dtype=np.bool_)
-        if self.sides is not None:
-            for value in self.sides(self._state(lies, None), self._clocks(len(lies))):
+        state, clocks = self._state(lies, None), self._clocks(len(lies))
+        for some in self.sides:
+            for value in some(state, clocks):
                 allowed &= np.broadcast_to(value, len(lies)) >= -FITS * self.plan.size
         return allowed
 
