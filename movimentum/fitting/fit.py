@@ -18,6 +18,7 @@ from movimentum.fitting.sides import SideFormulas
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
 from movimentum.fitting.undecided import Undecided, undecided
 from movimentum.scene.expansion.product import NamedConstant
+from movimentum.scene.model import Claim
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.source import SourceText
 from movimentum.syntax.suggest import nearest
@@ -130,7 +131,7 @@ def make_job(
         raise usage_error("fit/nothing", message, ".let L = 100 .range(60, 200);", "--vary L=60:200")
     for name, (low, high) in chosen.items():
         _check(name, low, high, known)
-    if not any(step.aims for step in scene.steps):
+    if not any(isinstance(aim, Claim) for step in scene.steps for aim in step.aims):
         message = "the script has no goal, so there is nothing to fit it to"
         raise usage_error("fit/no-goal", message, ".goal Rod.P = [100, 150];", ".require Rod.P.y > 20;")
     own = np.array([float(known[name].value[0].value or 0.0) for name in chosen])

@@ -9,6 +9,7 @@ from movimentum.diagnostics import Diagnostic, Fix, Label, Severity, insertion, 
 from movimentum.source import Edit, Span
 from movimentum.syntax.automaton import Unexpected
 from movimentum.syntax.building_blocks import WORDS, copied, meant, other_word
+from movimentum.syntax.claiming import claim_meant
 from movimentum.syntax.older import SIGNS, called, sign_fixes, written
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS
@@ -308,7 +309,11 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
     previous_match = re.search(r"\.?[A-Za-z0-9_.]+$|<=|>=|.$", text[max(0, before - 60) : before])
     previous = previous_match[0] if previous_match else ""
     begin, here = before - len(previous), Span(place, place + len(found))
-    other = meant(text, before, place, found, accepted) or written(text, before, place, found)
+    other = (
+        meant(text, before, place, found, accepted)
+        or claim_meant(text, before, place, found)
+        or written(text, before, place, found)
+    )
     if other is not None:
         return (other,)
     if "BAR" in accepted and (copy := copied(text, place, here.end)) is not None:

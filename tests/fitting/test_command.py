@@ -224,3 +224,10 @@ def test_the_constant_that_cannot_be_fitted_is_named(tmp_path, capsys, line, end
     said = capsys.readouterr().err
     assert f"depend on `{name}`, so it cannot be fitted" in said
     assert f"--set {name}=" in said
+
+
+def test_what_only_ends_goals_is_none(tmp_path, capsys):
+    path = tmp_path / "a.mov"
+    path.write_text(".let R = 4 .range(1, 9); Arm : .bar O=[0,0] P=[R,0]; @0 Arm.O = [0,0]; .goal Arm.P = _; @1")
+    assert run_command_line(["fit", str(path)]) == 2
+    assert "fit/no-goal" in capsys.readouterr().err
