@@ -38,8 +38,9 @@ class Reduction(StrEnum):
     MARGIN = "margin"
 
 
-_COMPARED = re.compile(r"`=`, `<`, `>` or `~`( or an operator)?")
+_COMPARED = re.compile(r"`=`, `<`, `>` or `~`(?:, `:`)?( or an operator)?")
 """What the parser expects behind a statement's left-hand side, for which measures have no use."""
+_SIGN = re.compile(r"[<>]=?|=|~")
 _MARGIN = re.compile(r"\.margin\s*\(([^()]*)\)", re.ASCII)
 
 
@@ -139,8 +140,13 @@ def _split(text: str, parts: dict[ReducedPart, int]) -> str:
     try:
         statement = parsed_statement(f"{plain} = 0;", plain)
     except ScriptError as error:
-        message = _COMPARED.sub("an operator", error.diagnostics[0].message)
-        raise wrong(text, message, example()) from None
+        if (sign := _SIGN.search(re.sub(r"\{[^{}]*\}", lambda found: " " * len(found[0]), plain))) is not None:
+            value = text[: sign.start()].strip() if plain == text else ""
+            raise wrong(
+                text, f"`{sign[0]}` compares, and a measure is a value", f"--measure '{value}'" if value else example()
+            ) from None
+        item = error.diagnostics[0]
+        raise wrong(text, _COMPARED.sub("an operator", item.message), *(item.helps or (example(),))) from None
     if statement is None:
         raise wrong(text, "it is no expression", example())
     calls = [node for node in postorder(statement.left) if isinstance(node, Call) and is_reduction(node)]
