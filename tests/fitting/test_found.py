@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import pytest
 import movimentum as mv
 from movimentum.errors import UsageError
 
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 FOUR_BAR = """
 Crank : .bar O = [0, 0] A = [R, 0];
 Rod : .bar A = [0, 0] B = [L, 0] P = [px, py];
@@ -86,6 +89,42 @@ def test_a_coupler_curve_gives_its_lengths_back(seed):
 @pytest.mark.parametrize("seed", range(2, 14))
 def test_coupler_curves_give_their_lengths_back(seed):
     recovered(seed)
+
+
+GALLERY = {
+    "hoecken": ("Coupler.P", ("[{50},0]", "[0,{125}]", "[0,{250}]")),
+    "watt": ("Coupler.P", ("[{120},0]", "[0,{50}]")),
+    "klann": ("Leg.F", ("[{1.366}, 1.366]", "[{1.009}, 0.574]", "[{0.232}, 0.866]", "[{0.866}, 1.500]")),
+    "jansen": (
+        "ghi.W",
+        ("*{39.3}", "*{39.4}", "*{50},", "*{61.9}", "*{15}", "*{41.5}", "*{40.1}", "*{36.7}", "*{49}", "[{38}, 7.8]"),
+    ),
+}
+"""A point of a mechanism of the gallery, and where its script has the lengths (in braces) that are to be found."""
+
+
+@pytest.mark.parametrize("name", GALLERY)
+def test_mechanisms_of_the_gallery_are_found_from_their_own_curves(name):
+    point, places = GALLERY[name]
+    text = (SCRIPTS / f"{name}.mov").read_text()
+    motion = mv.load(SCRIPTS / f"{name}.mov").solve()
+    generator = np.random.default_rng(4)
+    true = dict[str, float]()
+    lets = ""
+    for place in places:
+        constant, written = f"fitted{len(true)}", place[place.index("{") + 1 : place.index("}")]
+        true[constant] = float(written)
+        assert place.replace("{", "").replace("}", "") in text
+        text = text.replace(place.replace("{", "").replace("}", ""), place.replace(f"{{{written}}}", constant))
+        start = true[constant] * generator.uniform(0.92, 1.08)
+        lets += f".let {constant} = {start!r} .range({0.75 * true[constant]!r}, {1.25 * true[constant]!r});\n"
+    goals = ""
+    for t in (np.arange(24) + 0.3) / 12.0:
+        x, y = motion.at(t)[point].tolist()
+        goals += f" .goal {point} = [{x!r}, {y!r}] .at({float(t)!r});\n"
+    first, after = re.match(r"(?s)(.*?^@0.*?)(^@.*)", text, re.MULTILINE).groups()
+    found = mv.loads(f"{lets}{first}{goals}{after}").fit()
+    assert found.constants == pytest.approx(true, rel=1e-8)
 
 
 ELLIPSE = (
