@@ -11,6 +11,7 @@ import numpy as np
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure
 from movimentum.scene.model import Scene
+from movimentum.solver.basis.memory import remembering
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.path.double_roots import with_redundant_rows
@@ -149,7 +150,8 @@ def _planned(
 ) -> tuple[Structure, Plan]:
     """A segment's structure and plan, with what moves beside ``carry`` although it looks determined as one block."""
     structure = known.structure(key, scene, segment)
-    mobile = deceptive(structure, carry, size)
+    with remembering(known.memory):
+        mobile = deceptive(structure, carry, size)
     structure = structure.with_merged(mobile) if mobile else structure
     return structure, known.plan(key, structure, size)
 

@@ -7,7 +7,7 @@ numbers, where the pose to begin from satisfies it, before anything is compiled 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from movimentum.planning.lowering.equations import Form, System
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.planner import Structure
 from movimentum.planning.structure.decompose import Group
+from movimentum.solver.basis.memory import remembered
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.start.placement import pinned, rigid_motion
@@ -31,6 +32,7 @@ def deceptive(structure: Structure, carry: Carry, size: float) -> frozenset[int]
     structure says that it cannot.
     """
     system = structure.system
+    values = _Values(system, carry)
     found: set[int] = set()
     with np.errstate(all="ignore"):
         pins, _ = pinned(system, carry, range(len(system.scene.things)), size)
@@ -39,13 +41,25 @@ def deceptive(structure: Structure, carry: Carry, size: float) -> frozenset[int]
     for group in structure.decomposition.groups:
         inputs = {n for e in group.equations for n in system.equations[e].unknowns}
         with np.errstate(all="ignore"):
-            if inputs & apart or not all(_holds(system, e, carry, moved) for e in group.equations):
+            if inputs & apart or not all(_holds(system, e, values, moved) for e in group.equations):
                 apart |= set(group.unknowns)
             elif _may_deceive(system, group):
-                rows = _PolynomialRows.of(system, group, carry, size)
-                if rows is not None and rows.is_mobile():
+                rows = _PolynomialRows.of(system, group, values, size)
+                if rows is not None and remembered(rows.key, rows.is_mobile):
                     found.add(group.unknowns[0])
     return frozenset(found)
+
+
+class _Values(dict[int, float | None]):
+    """The values of a system's unknowns in the pose carried over, each found when it is first asked for."""
+
+    def __init__(self, system: System, carry: Carry) -> None:
+        super().__init__()
+        self.system, self.carry = system, carry
+
+    def __missing__(self, unknown: int) -> float | None:
+        self[unknown] = value = self.carry.now.value(self.system, unknown)
+        return value
 
 
 def _may_deceive(system: System, group: Group) -> bool:
@@ -53,7 +67,7 @@ def _may_deceive(system: System, group: Group) -> bool:
     return square and any(_bodies(system, e) > 1 for e in group.equations)
 
 
-def _holds(system: System, equation: int, carry: Carry, moved: bool) -> bool:
+def _holds(system: System, equation: int, values: _Values, moved: bool) -> bool:
     """Whether an equation holds in the pose to begin from, as far as that can be told; what is about one body holds
     where all is moved as one.
     """
@@ -64,7 +78,7 @@ def _holds(system: System, equation: int, carry: Carry, moved: bool) -> bool:
     for monomial, coefficient in form.items():
         term = coefficient.value
         for n in monomial:
-            value = carry.now.value(system, n)
+            value = values[n]
             term = None if term is None or value is None else term * value
         if term is None:
             return True
@@ -96,9 +110,8 @@ class _PolynomialRows:
         self.factors = np.array([[*term, *[self.count] * (degree - len(term))] for term in terms], dtype=np.intp)
 
     @classmethod
-    def of(cls, system: System, group: Group, carry: Carry, size: float) -> _PolynomialRows | None:
+    def of(cls, system: System, group: Group, values: _Values, size: float) -> _PolynomialRows | None:
         """The rows beside a pose; None where they are no such polynomials."""
-        values = {n: carry.now.value(system, n) for e in group.equations for n in system.equations[e].unknowns}
         place = {n: i for i, n in enumerate(group.unknowns)}
         row: list[int] = []
         constants: list[float] = []
@@ -119,9 +132,14 @@ class _PolynomialRows:
                 row.append(i)
                 constants.append(factor)
                 terms.append([place[n] for n in monomial if n in place])
-        start = np.array([values.get(n) or 0.0 for n in group.unknowns])
+        start = np.array([values[n] or 0.0 for n in group.unknowns])
         scale = [1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else size for n in group.unknowns]
         return cls(start, np.array(scale), row, constants, terms)
+
+    def key(self) -> Hashable:
+        """Everything that its mobility depends on."""
+        arrays = (self.start, self.scale, self.row, self.constants, self.factors)
+        return "mobile", self.factors.shape, *(array.tobytes() for array in arrays)
 
     def values(self, x: FloatArray) -> FloatArray:
         """The residuals (m,)."""
