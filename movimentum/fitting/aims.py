@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -72,6 +73,12 @@ class LoweredAims:
             if node.op == "symbol" and not isinstance(node.payload, Varied | Reduced):
                 found[node.payload] = None
         return tuple(found)
+
+    @property
+    def equations(self) -> float:
+        """How many scalar equations they state; infinite if one of them is stated in every frame."""
+        stated = [aim for aim in self.aims if aim.held.claim.relation is Relation.EQUAL]
+        return math.inf if any(aim.lasting for aim in stated) else sum(len(aim.sides) for aim in stated)
 
 
 def lower_aims(timeline: Timeline) -> LoweredAims:

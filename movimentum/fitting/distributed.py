@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from movimentum.fitting.fit import FitJob, FitProblem, Task, Work, make_problem, task_done
-from movimentum.fitting.search import Candidates
+from movimentum.fitting.fit import FitJob, FitProblem, Work, make_problem, task_done
+from movimentum.fitting.search import Candidates, Task
 from movimentum.workflow.clusters import done_by, unpacked
 
 

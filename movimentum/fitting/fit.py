@@ -13,7 +13,7 @@ from movimentum.fitting.aims import LoweredAims, lower_aims
 from movimentum.fitting.evaluation import TogetherEvaluator
 from movimentum.fitting.merit import Merit
 from movimentum.fitting.programming import Program
-from movimentum.fitting.search import ONE_BY_ONE, TOGETHER, Candidates, Search, SearchEffort
+from movimentum.fitting.search import ONE_BY_ONE, TOGETHER, Candidates, Search, SearchEffort, Task, tasks_of
 from movimentum.fitting.sides import SideFormulas
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
 from movimentum.fitting.undecided import Undecided, undecided
@@ -32,14 +32,16 @@ from movimentum.workflow.choices import Choices, Progress
 from movimentum.workflow.read import ScriptFiles
 from movimentum.workflow.stages import arranged, built, understand
 
-PIECES = 4
-ISLANDS = 2
 AGREEING, ALIKE = 3, 1e-4
 """Parts of the search, for each unit of effort, that end at the same best when there is no need for more; and how far
 their costs are apart then.
 """
 EXACT = 1e-9
 """Of the scene's size: goals that are missed by less are met."""
+HOPEFUL, LONGER = 1e-3, 3
+"""Of the scene's size: if goals that may all be met are missed by less, the search goes on, so many times as long at
+most.
+"""
 NEARLY_MET = 1e-4
 """Of the scene's size: what a requirement may be off by before a candidate is refined."""
 BEST = 6
@@ -224,8 +226,6 @@ def _traced(
     return _timeline(variants, variants.traced_choices(values))
 
 
-Task = tuple[str, int]
-"""A part of the search: "piece" or "island", and its number."""
 Work = Callable[[list[Task]], Iterator[Candidates]]
 """Does parts of the search, and gives back what came of them in their order."""
 
@@ -253,18 +253,18 @@ def fit(
     ``effort``: so many times the usual number of starts.
     """
     search, job = problem.search, problem.job
-    tasks: list[Task] = []
-    for part in range(effort):
-        tasks += [("piece", k) for k in range(PIECES * part, PIECES * (part + 1))]
-        if search.effort.generations:
-            tasks += [("island", k) for k in range(ISLANDS * part, ISLANDS * (part + 1))]
+    usual = len(tasks_of(search.effort, effort))
+    solvable = bool(search.effort.generations) and problem.lowered.equations <= len(job.names)
+    tasks = tasks_of(search.effort, LONGER * effort if solvable else effort)
     found = Candidates(np.zeros((0, len(job.names))), np.zeros(0), np.zeros(0))
     bests: list[float] = []
     for number, candidates in enumerate((work or done_here(problem))(tasks)):
         found = found.and_others(candidates)
-        progress(number + 1, len(tasks))
+        progress(number + 1, usual if number < usual else len(tasks))
         bests.append(float(np.min(candidates.costs[_met(search, candidates)], initial=np.inf)))
         if not every and (_exact(search, found).any() or _agree(bests, AGREEING * effort)):
+            break
+        if number + 1 == usual and (every or min(bests) > (HOPEFUL * search.size) ** 2):
             break
     if len(found) and not _met(search, found).any():
         found = found.and_others(_as_required(search, found))

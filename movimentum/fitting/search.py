@@ -67,6 +67,20 @@ class SearchEffort:
 
 TOGETHER = SearchEffort(512, 192, ((4, 64), (12, 24)), 30, 60, 96, 1e-12)
 ONE_BY_ONE = SearchEffort(16, 2, (), 6, 0, 0, 1e-8)
+PIECES, ISLANDS = 4, 2
+
+Task = tuple[str, int]
+"""A part of the search: "piece" or "island", and its number."""
+
+
+def tasks_of(effort: SearchEffort, times: int) -> list[Task]:
+    """The parts of a search, so many ``times`` as many as usual."""
+    tasks: list[Task] = []
+    for part in range(times):
+        tasks += [("piece", k) for k in range(PIECES * part, PIECES * (part + 1))]
+        if effort.generations:
+            tasks += [("island", k) for k in range(ISLANDS * part, ISLANDS * (part + 1))]
+    return tasks
 
 
 @dataclass(frozen=True, slots=True, eq=False)
