@@ -24,6 +24,7 @@ LEAST_ROOM_MIB = 192
 loaded, or finds no room for its tables, ends the process in its own way.
 """
 NEARLY_FULL = 8 * 2**20
+"""Bytes of addresses: where fewer are left, what could not be imported did not find room."""
 WORKERS_EVERY = 8
 """Workers are measured once in this many measurements: the system collects their figures page by page."""
 
