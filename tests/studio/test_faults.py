@@ -192,7 +192,7 @@ def test_pages_that_were_closed_leave_nothing_behind(tmp_path: Path) -> None:
 
 
 def test_edits_leave_no_objects_behind(tmp_path: Path) -> None:
-    """Counted, not timed: after each thirty edits there are as many objects as before."""
+    """Counted, not timed: after each thirty quick edits there are as many objects as before."""
     shown, done = threading.Event(), threading.Event()
     said: list[int] = []
 
@@ -208,13 +208,14 @@ def test_edits_leave_no_objects_behind(tmp_path: Path) -> None:
     try:
         rev = 0
         for _ in range(3):
-            for text in texts(30):
+            for number, text in enumerate((*texts(30), *texts(7))):
                 rev += 1
                 shown.clear()
                 done.clear()
                 desk.typed(TextTyped(rev, text, 0.0))
                 assert shown.wait(20)
-            assert done.wait(20)  # nobody works while objects are counted
+                # what is kept of the last texts depends on how far each of them came: these come to their end
+                assert number < 29 or done.wait(20)
             gc.collect()
             counts.append(len(gc.get_objects()))
     finally:
