@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from movimentum.cli.options import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
+from movimentum.cli.options import DASK, EXIT_CODES, FORMAT, FPS, LIMITS, SCRIPT, SPEECH, with_choices
 from movimentum.cli.work import output_file
 from movimentum.console import Console, answer, answer_json
 from movimentum.errors import MovimentumError
@@ -50,14 +50,7 @@ Examples:
 )
 @click.option("--all", "every", is_flag=True, help="Look for all solutions, and tell those that are as good.")
 @click.option("--sheet", metavar="PNG", help="A picture of the script before and after, side by side.")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="Output for people or for programs.",
-)
+@FORMAT
 @DASK
 @FPS
 @LIMITS

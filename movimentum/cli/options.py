@@ -89,6 +89,14 @@ SCRIPT = click.argument("script", metavar="SCRIPT")
 FPS = click.option(
     "--fps", type=RationalType(positive=True), metavar="F", help="Frames per time unit, instead of the script's."
 )
+FORMAT = click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="Output for people, or for programs.",
+)
 FRAMES = click.option(
     "--frames",
     type=FrameRangeType(),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, STRICT, with_choices
+from movimentum.cli.options import EXIT_CODES, FORMAT, FPS, LIMITS, SCRIPT, SPEECH, STRICT, with_choices
 from movimentum.cli.work import carried_out, output_file
 from movimentum.console import Console, answer, answer_json
 from movimentum.workflow.choices import Choices, Outcome
@@ -28,14 +28,7 @@ Examples:
 )
 @SCRIPT
 @click.option("-o", "--output", metavar="PLOT", help="A plot of the results: a .png or .svg file.")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="Output for people, or for programs.",
-)
+@FORMAT
 @FPS
 @click.option(
     "--digits",

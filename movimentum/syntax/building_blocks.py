@@ -6,7 +6,7 @@ import re
 
 from movimentum.diagnostics import Fix, insertion, replacement
 from movimentum.source import Edit, Span
-from movimentum.syntax.suggest import nearest
+from movimentum.syntax.suggest import dotted, nearest
 from movimentum.syntax.words import SHAPES
 
 WORDS = ("config", "let", "part", "for", "include", "claim", "goal", "require", "loop")
@@ -36,7 +36,7 @@ def meant(text: str, before: int, place: int, found: str, accepted: frozenset[st
     line = text[max(0, before - 200) : before]
     if (bare := _BARE.search(line)) is not None and (found[0].isalpha() or found[0] == "'"):
         start = before - len(line) + bare.start()
-        return insertion(f"write `.{bare[1]}`: the language's own words begin with a dot", start, ".")
+        return dotted(bare[1], start)
     if (head := _HEAD.search(line)) is not None:
         return _in_head(head[1], text, before, here, found, accepted)
     if "STRING" in accepted and line.endswith(".include") and (file := _FILE.match(text, place)) is not None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 
-from movimentum.diagnostics import Fix, insertion, replacement
+from movimentum.diagnostics import Fix, replacement
 from movimentum.source import Edit, Span
+from movimentum.syntax.suggest import dotted
 
 _STATEMENT = re.compile(r"\.(claim|goal|require)\b([^;@]*)\Z")
 _ARGUMENTS = re.compile(r"\s*\([^();]*\)")
@@ -25,7 +26,7 @@ def claim_meant(text: str, before: int, place: int, found: str) -> str | Fix | N
     word, here = statement[1], Span(place, place + len(found))
     arguments = _ARGUMENTS.match(text, here.end)
     if found in _WORDS and arguments is not None:
-        return insertion(f"write `.{found}(…)`: the language's own words begin with a dot", place, ".")
+        return dotted(f"{found}(…)", place)
     if found == ".at" and arguments is not None and (extent := _EXTENT.search(line)) is not None:
         start = before - len(line) + extent.start()
         moved = f"{text[place : arguments.end()]} {extent[0].strip()}"

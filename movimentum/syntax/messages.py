@@ -11,7 +11,7 @@ from movimentum.syntax.automaton import Unexpected
 from movimentum.syntax.building_blocks import WORDS, copied, meant, other_word
 from movimentum.syntax.claiming import claim_meant
 from movimentum.syntax.older import SIGNS, called, sign_fixes, written
-from movimentum.syntax.suggest import nearest
+from movimentum.syntax.suggest import dotted, nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS
 
 _VALUE = {"NUMBER", "NAME", "BLANK", "CLOCK", "FUNCTION", "LSQB", "LPAR", "LBRACE", "MINUS"}
@@ -336,9 +336,9 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
         if guess := nearest(word, ["r", "rotate"]):
             return (replacement(f"did you mean `.{guess}`?", Span(before - len(word), before), guess),)
     if found == "(" and previous in {*FUNCTIONS, *SYNONYMS}:
-        return (insertion(f"write `.{previous}(…)`: the language's own words begin with a dot", begin, "."),)
+        return (dotted(f"{previous}(…)", begin),)
     if "BAR" in accepted and found in SHAPES:
-        return (insertion(f"write `.{found}`: the language's own words begin with a dot", place, "."),)
+        return (dotted(found, place),)
     if "BAR" in accepted:
         return (_SHAPES_HELP,)
     if found == "=" and previous in ("=", "!"):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 
-from movimentum.diagnostics import Fix, insertion, replacement
+from movimentum.diagnostics import Fix, replacement
 from movimentum.source import Edit, Span
+from movimentum.syntax.suggest import dotted
 
 SIGNS = {
     "\u00b0": ("angles are in degrees: leave out the `°`",),
@@ -90,7 +91,7 @@ def written(text: str, before: int, place: int, found: str) -> str | Fix | None:
     if found == "(" and name is not None:
         begin = before - len(name[0])
         if name[0] == "config":
-            return insertion("write `.config(…)`: the language's own words begin with a dot", begin, ".")
+            return dotted("config(…)", begin)
         if name[0] == ".rot" and (angle := _arguments(text, place)) is not None and len(angle[0]) == 1:
             return replacement(f"write `.rotate({angle[0][0]})`", Span(begin, before), ".rotate")
         return called(text, begin, place, name[1])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from movimentum.diagnostics import Fix, insertion
+
 _LONGEST = 100
 """Longer names are hardly misspelled (and comparing them takes time)."""
 
@@ -43,3 +45,8 @@ def nearest(name: str, candidates: Iterable[str]) -> str | None:
 def _beyond(first: str, second: str) -> int:
     """How many letters ``first`` has that ``second`` has not: at least so many steps are between the two."""
     return sum(max(first.count(letter) - second.count(letter), 0) for letter in set(first))
+
+
+def dotted(word: str, place: int) -> Fix:
+    """A dot at ``place``, in front of one of the language's own words (as it is to be shown)."""
+    return insertion(f"write `.{word}`: the language's own words begin with a dot", place, ".")
