@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -15,3 +16,27 @@ BoolArray = NDArray[np.bool_]
 def first_of(value: Any) -> float:
     """The first number of an array of any shape; a number itself."""
     return float(value) if isinstance(value, float) else float(np.asarray(value).item(0))
+
+
+def solutions(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """(..., n) solutions of square systems (..., n, n); nan where one is singular or not finite."""
+    try:
+        found = np.linalg.solve(matrices, right[..., None])[..., 0]
+    except np.linalg.LinAlgError:  # which says nothing of the others
+        size = right.shape[-1]
+        flat, rows = matrices.reshape(-1, size, size), right.reshape(-1, size)
+        found = np.full(rows.shape, np.nan)
+        for i in range(len(flat)):
+            with suppress(np.linalg.LinAlgError):
+                found[i] = np.linalg.solve(flat[i], rows[i])
+        found = found.reshape(right.shape)
+    return np.asarray(found, dtype=np.float64)
+
+
+def least_squares(matrix: FloatArray, right: FloatArray, rank_tolerance: float | None = None) -> FloatArray:
+    """The shortest of the least-squares solutions (n,) or (n, k) of (m, n) rows; nan where it cannot be computed."""
+    try:
+        found = np.linalg.lstsq(matrix, right, rcond=rank_tolerance)[0]
+    except np.linalg.LinAlgError:  # of what is not finite, or nearly so
+        found = np.full((matrix.shape[1], *right.shape[1:]), np.nan)
+    return np.asarray(found, dtype=np.float64)

@@ -65,6 +65,8 @@ class Console:
         self._busy: tuple[str, float] | None = None
         self._bar: _Bar | None = None
         self._told = 0
+        self.left = "nothing was written"
+        """What is left where Ctrl-C ends the command."""
 
     @property
     def stream(self) -> TextIO | None:
@@ -213,15 +215,30 @@ class _Bar:
 
 
 def answer(text: str) -> None:
-    """Write the requested text on standard output, safe for a terminal (see `terminal`)."""
-    if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
-        _encoded(sys.stdout, text)
+    """Write the requested text on standard output, safe for a terminal (see `terminal`). It is no error if nobody reads
+    it: the exit code is the answer then.
+    """
+    _told(lambda stream: _encoded(stream, text))
 
 
 def answer_json(text: str) -> None:
     """Write JSON and a line end on standard output; its meaning does not depend on the encoding of the stream."""
+    _told(lambda stream: stream.write(visible_json(text, stream.encoding) + "\n"))
+
+
+def _told(write: Callable[[TextIO], object]) -> None:
+    """Call ``write`` with standard output, which may be missing, or closed by its reader (``| head``)."""
+    try:
+        if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
+            write(sys.stdout)
+    except BrokenPipeError:
+        _drop_stdout()
+
+
+def _drop_stdout() -> None:
+    """Nothing more is written to standard output: Python would complain again when it closes it."""
     if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
-        sys.stdout.write(visible_json(text, sys.stdout.encoding) + "\n")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _encoded(stream: TextIO, text: str) -> None:
@@ -259,7 +276,7 @@ def guarded(work: Callable[[], int], console: Console) -> int:
         try:
             return _exit_code(work, console, interruption)
         except KeyboardInterrupt:
-            console.write("\ninterrupted; nothing was written\n")
+            console.write(f"\ninterrupted; {console.left}\n")
             return INTERRUPTED
         except Terminated as ending:
             return ending.code
@@ -272,13 +289,10 @@ def guarded(work: Callable[[], int], console: Console) -> int:
 def _exit_code(work: Callable[[], int], console: Console, interruption: Interruption) -> int:
     try:
         code = work()
-        if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
-            sys.stdout.flush()
+        _told(lambda stream: stream.flush())
         return code
-    except (BrokenPipeError, ReaderGone):
-        # Not an error. Python would complain again when it closes stdout, so that is pointed elsewhere.
-        if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (BrokenPipeError, ReaderGone):  # a stream that nobody reads to its end is no error
+        _drop_stdout()
         return DONE
     except MovimentumError as error:
         console.trace(error)

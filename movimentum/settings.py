@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Literal
 
 
 class Accuracy(StrEnum):
@@ -20,6 +21,10 @@ class Accuracy(StrEnum):
     EXACT = "exact"
 
 
+AccuracyWord = Literal["draft", "standard", "high", "exact"]
+"""`Accuracy` as a text."""
+
+
 class FailurePolicy(StrEnum):
     """Where the scene has no solution: write nothing, hold the last good pose, or leave those frames out.
 
@@ -31,6 +36,10 @@ class FailurePolicy(StrEnum):
     STOP = "stop"
     HOLD = "hold"
     SKIP = "skip"
+
+
+FailureWord = Literal["stop", "hold", "skip"]
+"""`FailurePolicy` as a text."""
 
 
 class Advice(StrEnum):

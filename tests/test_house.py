@@ -19,7 +19,6 @@ LONGEST_FUNCTION = 60
 
 LONG_FUNCTIONS = {
     "movimentum.solver.continuation.free_motion:drift": "a step control whose branches all read and change one state",
-    "movimentum.solver.continuation.ode:flow": "one step of the method, from its stages to its error, is read in a row",
 }
 """Functions that may be longer, ``module:name``, and why they read better in one piece."""
 

@@ -11,11 +11,12 @@ import numpy as np
 
 from movimentum.analysis.diagnose.ambiguity import ambiguities
 from movimentum.analysis.diagnose.claims import claim_diagnostics
+from movimentum.analysis.diagnose.differential import uncertain
 from movimentum.analysis.diagnose.film_loops import film_loops
 from movimentum.analysis.diagnose.forgotten import forgotten
 from movimentum.analysis.diagnose.jumps import jumps
-from movimentum.analysis.diagnose.meshing import misplaced_gears
-from movimentum.analysis.diagnose.off_canvas import leaving
+from movimentum.analysis.diagnose.meshing import fitted_teeth, misplaced_gears
+from movimentum.analysis.diagnose.off_canvas import Visible, leaving
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.analysis.diagnose.undefined_arrows import undefined_arrows
@@ -28,7 +29,7 @@ from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.planning.blocks.kinds import Free
 from movimentum.settings import Advice
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
-from movimentum.solver.continuation.tracks import NodeTrack
+from movimentum.solver.continuation.tracks import FlowTrack, NodeTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.source import Span
@@ -75,17 +76,19 @@ class _Reports(Sequence[StepReport]):
         return len(self._stretches)
 
 
-def examine(motion: PathMotion, *, every_frame: bool = True, advice: Advice = Advice.TRIED) -> Examination:
+def examine(
+    motion: PathMotion, *, every_frame: bool = True, advice: Advice = Advice.TRIED, visible: Visible | None = None
+) -> Examination:
     """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds, and what the script
-    claims; without ``every_frame`` these two are left out.
+    claims; without ``every_frame`` these two are left out. ``visible`` measures what may leave the canvas.
     """
     with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
-        found = _examined(motion, every_frame, advice)
+        found = _examined(motion, every_frame, advice, visible)
     source = motion.timeline.scene.source
     return replace(found, diagnostics=tuple(real(item, source) for item in found.diagnostics))
 
 
-def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examination:
+def _examined(motion: PathMotion, every_frame: bool, advice: Advice, visible: Visible | None) -> Examination:
     found: list[Diagnostic] = []
     every: list[list[BlockRank]] = []
     fault = 0
@@ -117,10 +120,11 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice) -> Examinat
     found.extend(_idle_selectors(motion))
     found.extend(forgotten(motion))
     found.extend(valueless(motion))
-    found.extend(leaving(motion))
+    found.extend(leaving(motion, visible))
     found.extend(undefined_arrows(motion))
     misplaced = list(misplaced_gears(motion))
     found.extend(misplaced)
+    found.extend(fitted_teeth(motion))
     if fault == 0:
         found.extend(film_loops(motion))
     fault = fault or (1 if misplaced else 0)
@@ -163,12 +167,17 @@ def _unresolved(stretch: SegmentMotion) -> Iterator[Diagnostic]:
 
 
 def _inaccurate(motion: PathMotion, stretch: SegmentMotion) -> Iterator[Diagnostic]:
-    """Free motion that was integrated with less accuracy than usual, because otherwise it would not have ended."""
+    """Free motion that was integrated with less accuracy than usual, because otherwise it would not have ended, and
+    differential equations that magnify rounding.
+    """
     for piece in stretch.pieces:
         if isinstance(piece, Unsolved):
             continue
         for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
             usual = LARGE_TOLERANCE if isinstance(block, Free) and block.sparse is not None else TOLERANCE
+            if isinstance(track, FlowTrack):
+                yield from uncertain(stretch, block, track)
+                track = track.core
             if not isinstance(track, NodeTrack) or track.tolerance <= usual:
                 continue
             scene = stretch.plan.system.scene
@@ -299,7 +308,8 @@ def _unsolved_frame(motion: PathMotion, missing: Shortfall) -> Diagnostic:
         note = "a division by zero, the root of a negative number, an overflow, or equations too nearly singular"
     else:
         span = next((c.span for c in stretch.segment.active if c.number == missing.constraint), None)
-        message = f"this is off by {number(missing.amount)} at t = {time} (frame {missing.frame}),"
+        off = f"is off by {number(missing.amount)}" if np.isfinite(missing.amount) else "has no value"
+        message = f"this {off} at t = {time} (frame {missing.frame}),"
         message += " which the solver could not repair"
         note = "the equations are too nearly singular there, or contradict each other from there on"
     return Diagnostic(

@@ -71,13 +71,26 @@ def _times(motion: PathMotion) -> list[Fraction]:
     return [timeline.frame_time(frame) for frame in range(0, timeline.frame_count, stride)]
 
 
-def frame_rate_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
-    """Solve the scene at another frame rate and compare at both rates' frame times."""
+def at_other_rate(motion: PathMotion) -> PathMotion:
+    """The same scene solved at another frame rate."""
     timeline = motion.timeline
-    other = solve(arrange(timeline.scene, fps=timeline.fps * OTHER_RATE, max_frames=10**9))
+    return solve(arrange(timeline.scene, fps=timeline.fps * OTHER_RATE, max_frames=10**9))
+
+
+def frame_rate_diagnostics(
+    motion: PathMotion, other: PathMotion, told: Sequence[Diagnostic], other_told: Sequence[Diagnostic]
+) -> Iterator[Diagnostic]:
+    """Compare a motion with that at another frame rate: what is ``told`` about them, and where things are at both
+    rates' frame times.
+    """
     times = sorted({*_times(motion), *_times(other)})
-    rates = [number(float(rate), 6) for rate in (other.timeline.fps, timeline.fps)]
+    rates = [number(float(rate), 6) for rate in (other.timeline.fps, motion.timeline.fps)]
     how = f"at {rates[0]} frames per time unit instead of {rates[1]}"
+    here, there = (next((d for d in some if d.severity is Severity.ERROR), None) for some in (told, other_told))
+    if (None if here is None else here.code) != (None if there is None else there.code):
+        what = "nothing is wrong" if there is None else f"there is an error: {there.message}"
+        yield Diagnostic("check/fps-invariance", Severity.ERROR, f"{how} {what}", None if there is None else there.span)
+        return
     yield _told("check/fps-invariance", how, _apart(motion, other, times))
 
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from movimentum.api.calls import called, in_python, spoken
 from movimentum.api.output import Written
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import usage_error
 
 if TYPE_CHECKING:
-    from movimentum.fitting.fit import Fitted
+    from movimentum.fitting.fit import FitJob, Fitted
     from movimentum.fitting.summary import AimOutcome
     from movimentum.scene.model import Purpose, Scene
     from movimentum.workflow.choices import Choices
@@ -94,7 +95,7 @@ class Fit:
         """What there is to say: requirements that no variant meets, constants at the end of their ranges."""
         from movimentum.fitting.summary import notes, unmet
 
-        return (*unmet(self._found), *notes(self._found))
+        return in_python((*unmet(self._found), *notes(self._found)))
 
     @cached_property
     def text(self) -> str:
@@ -103,8 +104,10 @@ class Fit:
         """
         from movimentum.fitting.written import with_constants
 
-        return with_constants(self._scene, self.constants)
+        with spoken():
+            return with_constants(self._scene, self.constants)
 
+    @called
     def save(self, path: str | os.PathLike[str]) -> Written:
         """Write `text` to a file, with its pictures named from there; never over what the script reads
         (`UsageError`).
@@ -124,6 +127,12 @@ class Fit:
         from movimentum.fitting.summary import aim_outcomes
 
         return tuple(each for each in aim_outcomes(self._found, self._found.last) if each.claim.purpose == purpose)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        found = self._found
+        made_again = ("problem", "first", "last")
+        rest = {each.name: getattr(found, each.name) for each in fields(found) if each.name not in made_again}
+        return _again, (self.title, found.problem.job, rest)
 
     def __repr__(self) -> str:
         from movimentum.fitting.summary import constants_text
@@ -154,6 +163,17 @@ def fitted(
 
         work = done_there(job, client)
     return Fit(title, scene, fit(problem, lambda _done, _total: None, work, every=every, effort=effort))
+
+
+def _again(title: str, job: FitJob, rest: Mapping[str, Any]) -> Fit:
+    """A fit in another process: what was found, and all else made again, for compiled code does not travel."""
+    from movimentum.fitting.fit import Fitted, make_problem
+    from movimentum.workflow.stages import understand
+
+    problem = make_problem(job)
+    first, last = (problem.single.motion(rest[name]) for name in ("before", "after"))
+    scene = understand(job.source, job.choices, files=job.files)
+    return Fit(title, scene, Fitted(problem=problem, first=first, last=last, **rest))
 
 
 def _interval(name: str, value: Any, scene: Scene) -> Interval:

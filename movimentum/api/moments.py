@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.api.calls import called
 from movimentum.api.names import Names, Readout
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import usage_error
 from movimentum.solver.motion import AnyMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import counted
+from movimentum.workflow.stages import Solution
 
 
 def values_of(reading: Readout, chunks: Iterable[Poses]) -> FloatArray:
@@ -43,6 +45,20 @@ def rates_of(
     return table.T.copy() if reading.is_vector else table[0]
 
 
+class Moving(Protocol):
+    """What moments are moments of; see `movimentum.Motion`."""
+
+    @property
+    def solution(self) -> Solution:
+        """What was solved."""
+        ...
+
+    @property
+    def names(self) -> Names:
+        """What can be asked of it."""
+        ...
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Moments:
     """A motion at one time or at T times, in the order they were asked for (`Motion.at` makes it).
@@ -55,8 +71,7 @@ class Moments:
     Moments(<string>: 1 time)
     """
 
-    motion: AnyMotion
-    names: Names
+    motion: Moving
     exact: tuple[Fraction, ...]
     single: bool
 
@@ -66,7 +81,7 @@ class Moments:
 
     @cached_property
     def _poses(self) -> Poses:
-        return self.motion.poses_at([self.exact[i] for i in self._order])
+        return self.motion.solution.motion.poses_at([self.exact[i] for i in self._order])
 
     @property
     def times(self) -> FloatArray:
@@ -78,21 +93,24 @@ class Moments:
         """(T,) whether the scene has a solution there (a single time: ())."""
         return self._given(self._poses.solved)
 
+    @called
     def __getitem__(self, name: str) -> FloatArray:
         """(T,) or (T, 2); without T for a single time. Otherwise as `Motion`."""
-        return self._given(values_of(self.names.reading(name), (self._poses,)))
+        return self._given(values_of(self.motion.names.reading(name), (self._poses,)))
 
+    @called
     def velocity(self, name: str) -> FloatArray:
         """As `Motion.velocity`, at these times."""
         return self._rates(name, 1)
 
+    @called
     def acceleration(self, name: str) -> FloatArray:
         """As `Motion.acceleration`, at these times."""
         return self._rates(name, 2)
 
     def _rates(self, name: str, order: int) -> FloatArray:
-        reading, ascending = self.names.reading(name), [self.exact[i] for i in self._order]
-        return self._given(rates_of(self.motion, reading, order, ascending, self._poses.solved))
+        reading, ascending = self.motion.names.reading(name), [self.exact[i] for i in self._order]
+        return self._given(rates_of(self.motion.solution.motion, reading, order, ascending, self._poses.solved))
 
     def _given(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values in the order of the times asked for."""
@@ -100,8 +118,18 @@ class Moments:
         result[self._order] = values
         return result[0] if self.single else result
 
+    def __iter__(self) -> Iterator[str]:
+        """As `Motion`."""
+        return self.motion.names.all()
+
+    def __contains__(self, name: object) -> bool:
+        return self.motion.names.has(name)
+
     def __len__(self) -> int:
         return len(self.exact)
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return Moments, (self.motion, self.exact, self.single)
+
     def __repr__(self) -> str:
-        return f"Moments({self.names.title}: {counted(len(self), 'time')})"
+        return f"Moments({self.motion.names.title}: {counted(len(self), 'time')})"

@@ -3,66 +3,43 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, cast
 
 import numpy as np
 
+from movimentum.api.calls import called, in_python
 from movimentum.api.moments import Moments, rates_of, values_of
 from movimentum.api.names import Names
-from movimentum.api.options import Limits, Number, exact, frame_choice, one_of, positive, words
+from movimentum.api.options import (
+    Frames,
+    Number,
+    QualityWord,
+    ShowWord,
+    exact,
+    frame_choice,
+    one_of,
+    positive,
+    several,
+    whole,
+    words,
+)
+from movimentum.api.origin import Origin
 from movimentum.api.output import Written, data_frame, silent
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import told_in, usage_error
-from movimentum.settings import Accuracy, FailurePolicy
+from movimentum.settings import Accuracy, AccuracyWord, Advice, FailurePolicy, FailureWord
 from movimentum.solver.poses import Poses
-from movimentum.source import SourceText
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import Timeline
 from movimentum.workflow.choices import Choices, Picture
 from movimentum.workflow.frames import PoseChunks
-from movimentum.workflow.stages import Solution, afterwards
-
-
-class Origin(Protocol):
-    """The script that a motion is of; see `movimentum.Script`."""
-
-    @property
-    def source(self) -> SourceText:
-        """Its text."""
-        ...
-
-    @property
-    def limits(self) -> Limits:
-        """What it may cost."""
-        ...
-
-    @property
-    def name(self) -> str:
-        """What it is called in short."""
-        ...
-
-    @property
-    def names(self) -> Names:
-        """What can be asked of its motions."""
-        ...
-
-    def solve(
-        self,
-        accuracy: Accuracy | str = Accuracy.STANDARD,
-        *,
-        digits: int | None = None,
-        fps: Number | None = None,
-        on_failure: FailurePolicy | str = FailurePolicy.STOP,
-        strict: bool = False,
-    ) -> Motion:
-        """Its motion, with other choices."""
-        ...
+from movimentum.workflow.stages import Solution, afterwards, arranged, examined
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,6 +83,40 @@ class Motion:
         """How exactly it was solved."""
         return Accuracy(self.choices.accuracy)
 
+    @property
+    def names(self) -> Names:
+        """What can be asked of it."""
+        return self.script.names
+
+    @property
+    def things(self) -> tuple[str, ...]:
+        """The names of its things, in the order of definition."""
+        return self.script.things
+
+    @property
+    def constants(self) -> dict[str, float | tuple[float, float]]:
+        """The script's constants by name, with the values that it was solved with; a vector is a pair."""
+        return self.script.constants
+
+    def keys(self) -> list[str]:
+        """The name of every anchor, angle and variable: what `Motion` can be asked for, apart from parts of these
+        ("Rod.B.x") and expressions. A loop over a motion gives the same, and ``in`` also knows parts and expressions.
+
+        >>> import movimentum as mv
+        >>> arm = mv.loads("Arm : .bar O=[0,0] P=[9,0]; @0 Arm.O=[0,0]; Arm.angle=90*.t; @1").solve()
+        >>> arm.keys(), "Arm.P.x" in arm, "Arm.Q" in arm
+        (['Arm.O', 'Arm.P', 'Arm.angle'], True, False)
+        >>> {name: arm[name].shape for name in arm}
+        {'Arm.O': (26, 2), 'Arm.P': (26, 2), 'Arm.angle': (26,)}
+        """
+        return list(self.names.all())
+
+    def __iter__(self) -> Iterator[str]:
+        return self.names.all()
+
+    def __contains__(self, name: object) -> bool:
+        return self.names.has(name)
+
     @cached_property
     def _chunks(self) -> Iterable[Poses]:
         skip = self.choices.on_failure == FailurePolicy.SKIP
@@ -141,10 +152,11 @@ class Motion:
         have turned out to be so far.
         """
         found, notes = afterwards(self.solution, Choices())
-        return (*found, *(note for note in notes if note not in found))
+        return in_python((*found, *(note for note in notes if note not in found)))
 
     # --- values
 
+    @called
     def __getitem__(self, name: str) -> FloatArray:
         """(F,) or, for a vector, (F, 2): an anchor ("Rod.B"), a coordinate ("Rod.B.x"), an angle ("Rod.angle"), an
         opacity or a colour ("Rod.red"), a variable ("x"), or any expression that a claim could be about ("(A.P -
@@ -153,8 +165,9 @@ class Motion:
         nan where a variable has no value, as no statement in force mentions it. `UnknownNameError` (a KeyError) for a
         name that there is not, `ScriptError` for what is no expression.
         """
-        return values_of(self.script.names.reading(name), self._chunks)
+        return values_of(self.names.reading(name), self._chunks)
 
+    @called
     def velocity(self, name: str) -> FloatArray:
         """(F,) or (F, 2): the time derivative of what `Motion` gives for ``name``, per time unit, in the world's frame.
 
@@ -172,6 +185,7 @@ class Motion:
         """
         return self._rates(name, 1)
 
+    @called
     def acceleration(self, name: str) -> FloatArray:
         """(F,) or (F, 2): the second time derivative, as `velocity` is the first.
 
@@ -188,8 +202,9 @@ class Motion:
     def _rates(self, name: str, order: int) -> FloatArray:
         frames, _, solved = self._moments
         exactly = [self.timeline.frame_time(int(frame)) for frame in frames]
-        return rates_of(self.solution.motion, self.script.names.reading(name), order, exactly, solved)
+        return rates_of(self.solution.motion, self.names.reading(name), order, exactly, solved)
 
+    @called
     def at(self, time: Number | Iterable[Number]) -> Moments:
         """The motion at a time, or at several, between frames too.
 
@@ -200,9 +215,9 @@ class Motion:
         >>> motion.at(0.25)["Rod.B"].shape, motion.at([0, "1/3", 1])["Rod.B"].shape
         ((2,), (3, 2))
         """
-        if isinstance(time, str) or not isinstance(time, Iterable):
-            return Moments(self.solution.motion, self.script.names, (self._exact(time),), single=True)
-        return Moments(self.solution.motion, self.script.names, tuple(self._exact(item) for item in time), single=False)
+        if several(time):
+            return Moments(self, tuple(self._exact(item) for item in time), single=False)
+        return Moments(self, (self._exact(cast("Number", time)),), single=True)
 
     def _exact(self, time: Number) -> Fraction:
         """A time; a float that a step's time was rounded to means the step's."""
@@ -215,15 +230,21 @@ class Motion:
         steps = (*(segment.start for segment in timeline.segments), timeline.end)
         return next((step for step in steps if float(step) == float(found)), found)
 
+    @called
     def poses(self, first: int = 0, stop: int | None = None) -> Poses:
         """The poses of frames ``first`` … ``stop - 1``, as the stages know them (`movimentum.stages.Poses`): arrays for
-        all things at once. ``stop`` None: to the end.
+        all things at once. ``stop`` None: to the end. `UsageError` (``usage/frames``) for frames that there are not.
 
         >>> import movimentum as mv
         >>> mv.load("scripts/trammel.mov").solve().poses(0, 3).angle.shape  # things, frames
         (5, 3)
         """
-        return self.solution.motion.poses(first, self.timeline.frame_count if stop is None else stop)
+        count = self.timeline.frame_count
+        stop = count if stop is None else stop
+        if not 0 <= first <= stop <= count:
+            message = f"`poses`: there are no frames {first} to {stop}: there are {count}, and the first is frame 0"
+            raise usage_error("usage/frames", message, f"motion.poses(0, {count})")
+        return self.solution.motion.poses(first, stop)
 
     # --- tables
 
@@ -237,12 +258,13 @@ class Motion:
         >>> try:
         ...     mv.load("scripts/trammel.mov").solve().to_dataframe()["Rod.A.x"].size
         ... except ImportError:  # pandas is no dependency
-        ...     51
-        51
+        ...     50
+        50
         """
         return data_frame(self.solution.motion, self._chunks, self.frames)
 
-    def save(self, path: str | os.PathLike[str], *, frames: slice | range | int | str | None = None) -> Written:
+    @called
+    def save(self, path: str | os.PathLike[str], *, frames: Frames | None = None) -> Written:
         """Write the table of `movimentum solve` to ``path``: a ``.csv``, ``.json`` or ``.npz`` file, a row a frame.
 
         With ``accuracy="exact"`` numbers in CSV and JSON have all their digits. Raises `UsageError` for another kind of
@@ -262,27 +284,28 @@ class Motion:
         source = self.script.source
         with told_in(source):
             outcome = tabulate(source, target, self.choices, frame_choice(frames), silent, self.solution)
-        return Written(target, outcome.frames, outcome.diagnostics)
+        return Written(target, outcome.frames, in_python(outcome.diagnostics))
 
     # --- pictures
 
+    @called
     def render(
         self,
         path: str | os.PathLike[str],
         *,
         fps: Number | None = None,
-        frames: slice | range | int | str | None = None,
+        frames: Frames | None = None,
         at: Number | None = None,
         scale: float = 1.0,
         trace: str | Iterable[str] = (),
-        show: str | Iterable[str] = (),
+        show: ShowWord | str | Iterable[ShowWord] = (),
         background: str | None = None,
-        accuracy: Accuracy | str | None = None,
-        quality: str = "standard",
+        accuracy: Accuracy | AccuracyWord | None = None,
+        quality: QualityWord = "standard",
         loop: int = 0,
         transparent: bool = False,
         strict: bool | None = None,
-        on_failure: FailurePolicy | str | None = None,
+        on_failure: FailurePolicy | FailureWord | None = None,
         workers: int | None = None,
         open: bool = False,  # noqa: A002 - named as the option
         max_pixels: int | None = None,
@@ -314,14 +337,14 @@ class Motion:
             frames=frame_choice(frames),
             at=None if at is None else motion._exact(at),
             scale=positive(scale, "scale"),
-            traces=words(trace),
-            show=frozenset(str(one_of(Show, word, "word for `show`")) for word in words(show)),
+            traces=words(trace, "trace"),
+            show=frozenset(str(one_of(Show, word, "word for `show`")) for word in words(show, "show")),
             background=background,
             quality=str(one_of(Quality, quality, "quality")),
-            loop=loop,
+            loop=whole(loop, "`loop`", 0, 65535),
             transparent=transparent,
-            workers=workers,
-            max_pixels=self.script.limits.pixels if max_pixels is None else max_pixels,
+            workers=None if workers is None else whole(workers, "`workers`", 1, 256),
+            max_pixels=self.script.limits.pixels if max_pixels is None else whole(max_pixels, "`max_pixels`", 1),
         )
         return motion._drawn(Path(os.fspath(path)), picture, show_it=open)
 
@@ -335,14 +358,14 @@ class Motion:
             import click
 
             click.launch(str(target))
-        return Written(target, outcome.frames, outcome.diagnostics)
+        return Written(target, outcome.frames, in_python(outcome.diagnostics))
 
     def _solved_with(
         self,
         fps: Number | None,
-        accuracy: Accuracy | str | None,
+        accuracy: Accuracy | AccuracyWord | None,
         strict: bool | None,
-        on_failure: FailurePolicy | str | None,
+        on_failure: FailurePolicy | FailureWord | None,
     ) -> Motion:
         """Itself, or with other choices."""
         if fps is None and accuracy is None and strict is None and on_failure is None:
@@ -355,8 +378,17 @@ class Motion:
             on_failure=self.choices.on_failure if on_failure is None else on_failure,
         )
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return _again, (self.script, self.choices, self.solution.diagnostics)
+
     def __repr__(self) -> str:
         timeline = self.timeline
         things = counted(len(timeline.scene.things), "thing")
         times = " to ".join(time_text(float(time)) for time in (timeline.start, timeline.end))
         return f"Motion({self.script.name}: {counted(len(self), 'frame')}, {things}, {times})"
+
+
+def _again(script: Origin, choices: Choices, diagnostics: tuple[Diagnostic, ...]) -> Motion:
+    """A motion in another process: solved again, to the same bits, for compiled code does not travel."""
+    solution = examined(arranged(script.scene, choices), choices, advice=Advice.PLAIN)
+    return Motion(script, replace(solution, diagnostics=diagnostics), choices)

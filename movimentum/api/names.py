@@ -56,6 +56,13 @@ class Names:
             found = self.known[text] = Readout(name, expressions, reader(self.scene, expressions))
         return found
 
+    def has(self, name: object) -> bool:
+        """Whether ``name`` is a name or an expression that has values."""
+        try:
+            return isinstance(name, str) and bool(self.reading(name).expressions)
+        except ScriptError:
+            return False
+
     def _named(self, name: str) -> tuple[Expr, ...] | None:
         """The expressions of a plain name; None for anything else."""
         if _DOTTED.fullmatch(name) is None:

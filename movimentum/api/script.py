@@ -4,35 +4,37 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from movimentum.api.calls import called, in_python, spoken
 from movimentum.api.motion import Motion
 from movimentum.api.names import Names
-from movimentum.api.options import Limits, Number, frame_rate, one_of
+from movimentum.api.options import Limits, Measured, Number, cluster_client, frame_rate, one_of, several, whole
 from movimentum.diagnostics import Diagnostic, limited
 from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, told_in, usage_error
 from movimentum.scene.model import Scene
-from movimentum.settings import Accuracy, FailurePolicy
+from movimentum.settings import Accuracy, AccuracyWord, FailurePolicy, FailureWord
 from movimentum.source import SourceText
 from movimentum.syntax.printer import float_text
 from movimentum.text import counted
 from movimentum.timeline.model import Timeline
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.read import read
+from movimentum.workflow.read import ScriptFiles, read
 from movimentum.workflow.stages import Solution, arranged, examined, understand
 
 if TYPE_CHECKING:
     from movimentum.api.fits import Fit
-    from movimentum.api.sweeps import Measured, Sweep
+    from movimentum.api.sweeps import Sweep
     from movimentum.expressions import Expr
     from movimentum.scene.expansion.product import NamedConstant
 
 
+@called
 def load(path: str | os.PathLike[str], limits: Limits | None = None, /, **constants: object) -> Script:
     """The script in the file ``path`` (``"-"`` is standard input); its pictures are found from its folder.
 
@@ -50,6 +52,7 @@ def load(path: str | os.PathLike[str], limits: Limits | None = None, /, **consta
     return _script(read(os.fspath(path)), limits, constants)
 
 
+@called
 def loads(text: str, limits: Limits | None = None, /, name: str = "<string>", **constants: object) -> Script:
     """The script ``text``; otherwise as `load`.
 
@@ -75,14 +78,20 @@ def _script(source: SourceText, limits: Limits | None, constants: Mapping[str, o
     limits = limits or Limits()
     settings = tuple((name, _constant(name, value)) for name, value in constants.items())
     with told_in(source):
-        return Script(source, understand(source, _choices(limits, settings), limits.pixels), limits)
+        return _understood(source, settings, limits, ScriptFiles())
+
+
+def _understood(
+    source: SourceText, settings: tuple[tuple[str, str | Expr], ...], limits: Limits, files: ScriptFiles
+) -> Script:
+    return Script(source, understand(source, _choices(limits, settings), limits.pixels, files), limits, files)
 
 
 def _constant(name: str, value: object) -> str:
     """The value of a keyword as a constant expression: a number, a pair of numbers, or such an expression already."""
     if isinstance(value, str):
         return value
-    given: list[object] = list(value) if isinstance(value, Iterable) else [value]  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+    given: list[object] = list(value) if several(value) else [value]  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
     texts = [_number(part) for part in given]
     good = [text for text in texts if text is not None]
     if not good or len(good) < len(texts) or len(texts) > 2:
@@ -128,6 +137,7 @@ class Script:
     source: SourceText
     scene: Scene
     limits: Limits
+    _files: ScriptFiles = field(default_factory=ScriptFiles)
 
     @property
     def text(self) -> str:
@@ -147,8 +157,27 @@ class Script:
     @cached_property
     def timeline(self) -> Timeline:
         """The scene in time: segments, and exact frame times. `ScriptError` for more frames than the limit."""
-        with told_in(self.source):
+        with spoken(), told_in(self.source):
             return arranged(self.scene, _choices(self.limits))
+
+    @property
+    def things(self) -> tuple[str, ...]:
+        """The names of its things, in the order of definition."""
+        return tuple(thing.name for thing in self.scene.things)
+
+    @property
+    def constants(self) -> dict[str, float | tuple[float, float]]:
+        """Its constants by name, with their values; a vector is a pair.
+
+        >>> import movimentum as mv
+        >>> mv.loads(".let R = 30; .let at = [10, R]; @0 x = R;", R=40).constants
+        {'R': 40.0, 'at': (10.0, 40.0)}
+        """
+        found: dict[str, float | tuple[float, float]] = {}
+        for constant in self.scene.constants:
+            x, *rest = (float(part.value) for part in constant.value)
+            found[constant.name] = (x, rest[0]) if rest else x
+        return found
 
     @property
     def names(self) -> Names:
@@ -175,17 +204,18 @@ class Script:
         [('constraint/free-motion', 'warning')]
         """
         try:
-            return limited(self._examined(_choices(self.limits)).diagnostics)
+            return in_python(limited(self._examined(_choices(self.limits)).diagnostics))
         except MovimentumError as error:
-            return limited(error.diagnostics)
+            return in_python(limited(error.diagnostics))
 
+    @called
     def solve(
         self,
-        accuracy: Accuracy | str = Accuracy.STANDARD,
+        accuracy: Accuracy | AccuracyWord = Accuracy.STANDARD,
         *,
         digits: int | None = None,
         fps: Number | None = None,
-        on_failure: FailurePolicy | str = FailurePolicy.STOP,
+        on_failure: FailurePolicy | FailureWord = FailurePolicy.STOP,
         strict: bool = False,
     ) -> Motion:
         """The motion. Solved once for each accuracy and frame rate; another ``on_failure`` costs nothing.
@@ -223,6 +253,7 @@ class Script:
                 raise NoSolutionError(solution.diagnostics)
         return Motion(self, solution, replace(choices, on_failure=policy))
 
+    @called
     def sweep(
         self,
         vary: Mapping[str, object] | None = None,
@@ -255,6 +286,7 @@ class Script:
         from movimentum.variants.measures import read_measures
         from movimentum.variants.sweep import prepared, sweep_rows
 
+        cluster_client(client)
         given = {**(vary or {}), **constants}
         choices = self._choices
         texts = (
@@ -279,6 +311,7 @@ class Script:
             rows = sweep_rows(job, solver)
         return Sweep(self.name, grid.names, job.measures.names, grid.shape, rows)
 
+    @called
     def fit(
         self,
         vary: Mapping[str, object] | None = None,
@@ -304,10 +337,13 @@ class Script:
 
         with told_in(self.source):
             given = {**(vary or {}), **intervals}
+            cluster_client(client)
+            seed, effort = whole(seed, "`seed`", 0), whole(effort, "`effort`", 1)
             return fitted(
                 self.name, self.scene, self._choices, given, seed=seed, effort=effort, every=every, client=client
             )
 
+    @called
     def with_constants(self, constants: Mapping[str, object]) -> Script:
         """The same script with other values for some of its constants.
 
@@ -317,9 +353,9 @@ class Script:
         [50.0, 0.0]
         """
         own = {name: _constant(name, value) for name, value in constants.items()}
-        choices = _choices(self.limits, tuple({**dict(self.scene.settings), **own}.items()))
+        settings = tuple({**dict(self.scene.settings), **own}.items())
         with told_in(self.source):
-            return Script(self.source, understand(self.source, choices, self.limits.pixels), self.limits)
+            return _understood(self.source, settings, self.limits, ScriptFiles())
 
     @property
     def _choices(self) -> Choices:
@@ -335,6 +371,9 @@ class Script:
             timeline = self.timeline if choices.fps is None else arranged(self.scene, choices)
             found = self._solutions[choices] = examined(timeline, choices)
         return found
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _understood, (self.source, tuple(self.scene.settings), self.limits, self._files)
 
     def __repr__(self) -> str:
         parts = [counted(len(self.scene.things), "thing"), counted(len(self.scene.steps), "step")]

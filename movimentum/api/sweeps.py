@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.api.calls import called
 from movimentum.api.output import Written
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import UnknownNameError
@@ -48,6 +49,7 @@ class Sweep:
     def __len__(self) -> int:
         return len(self.rows)
 
+    @called
     def __getitem__(self, name: str) -> FloatArray:
         """(V,) a constant's values, or a measure's (nan where the variant does not move); `UnknownNameError` for any
         other name.
@@ -58,11 +60,20 @@ class Sweep:
             return self.rows.measures[:, self.measures.index(name)].copy()
         from movimentum.diagnostics import Diagnostic, Severity
 
-        columns = (*self.constants, *self.measures)
-        guess = nearest(name, columns)
-        helps = (f"did you mean `{guess}`?",) if guess else (f"its columns are {', '.join(columns)}",)
+        guess = nearest(name, self.keys())
+        helps = (f"did you mean `{guess}`?",) if guess else (f"its columns are {', '.join(self)}",)
         message = f"the sweep has no column `{name}`"
         raise UnknownNameError([Diagnostic("name/unknown", Severity.ERROR, message, helps=helps)])
+
+    def keys(self) -> list[str]:
+        """The names of the constants and of the measures; a loop over a sweep gives the same."""
+        return [*self.constants, *self.measures]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and name in self.keys()
 
     @property
     def outcome(self) -> NDArray[np.str_]:
@@ -79,6 +90,7 @@ class Sweep:
         """(V,) whether the outcome is "ok"."""
         return self.rows.outcomes == VariantOutcome.OK.code
 
+    @called
     def grid(self, name: str) -> FloatArray:
         """A column in the shape of the values that were given: one axis for each constant, in their order.
 
@@ -91,7 +103,7 @@ class Sweep:
 
     def columns(self) -> Iterator[tuple[str, NDArray[Any]]]:
         """The columns of the table: constants, measures, ``outcome``, ``time``."""
-        for name in (*self.constants, *self.measures):
+        for name in self:
             yield name, self[name]
         yield "outcome", self.outcome
         yield "time", self.time
@@ -104,6 +116,7 @@ class Sweep:
             raise ImportError("to_dataframe() needs pandas: pip install pandas", name="pandas") from problem
         return pandas.DataFrame(dict(self.columns()))
 
+    @called
     def save(self, path: str | os.PathLike[str]) -> Written:
         """Write the table as a ``.csv``, ``.npz`` or ``.parquet`` file; `UsageError` for another, or where it cannot be
         written.
@@ -114,13 +127,8 @@ class Sweep:
         target = Path(os.fspath(path))
         check_table(target)
         with whole_file(target) as part:
-            names = [*self.constants, *self.measures]
-            write_table(names, lambda: (self.rows,), len(self), part, target.suffix)
+            write_table(self.keys(), lambda: (self.rows,), len(self), part, target.suffix)
         return Written(target, len(self), ())
 
     def __repr__(self) -> str:
         return f"Sweep({self.title}: {len(self):,} variants, {int(self.ok.sum()):,} ok)"
-
-
-Measured = Mapping[str, str] | str | tuple[str, ...] | list[str]
-"""Measures: expressions by name, or texts such as ``"stroke = .range(Rod.B.x)"``."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -98,9 +99,19 @@ def _dispatch(arguments: list[str], console: Console) -> int:
     except click.ClickException as error:
         told = StringIO()
         error.show(file=told)
-        console.write(told.getvalue())
+        console.write(told.getvalue() + _about_numbers(error.format_message()))
         return USAGE
     return code if isinstance(code, int) else 0
+
+
+def _about_numbers(message: str) -> str:
+    """What takes the place of a number behind the file's name, as the program "linkages" has it; otherwise nothing."""
+    if not re.match(r"Got unexpected extra arguments? \([\d. ]+\)", message):
+        return ""
+    return (
+        "No command takes a step size: poses are found exactly, at any step. `--fps 10` sets how many frames there are,"
+        " and `.speed(60)` in the script how fast a wish pulls.\n"
+    )
 
 
 class _Modules(Mapping[str, click.Command]):

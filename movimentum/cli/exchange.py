@@ -7,7 +7,7 @@ from fractions import Fraction
 import click
 
 from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, STRICT, with_choices
-from movimentum.cli.parameters import PairType, RationalType
+from movimentum.cli.parameters import PairType, RationalType, files
 from movimentum.cli.work import carried_out, output_or_stdout
 from movimentum.console import Console
 from movimentum.terminal import typed
@@ -26,8 +26,15 @@ Examples:
 """
     + EXIT_CODES,
 )
-@click.argument("file", metavar="FILE")
-@click.option("-o", "--output", required=True, metavar="SCRIPT", help="The script to write; - is standard output.")
+@click.argument("file", metavar="FILE", shell_complete=files)
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    metavar="SCRIPT",
+    shell_complete=files,
+    help="The script to write; - is standard output.",
+)
 @click.option(
     "--snap",
     is_flag=True,
@@ -60,10 +67,10 @@ def import_(
     drives: tuple[tuple[int, int], ...],
     strict: bool,
 ) -> int:
-    """Turn FILE into a script: a linkage file of the program "linkages", or a mechanism expression or triangular
-    formulas from Pyslvs.
+    """Turn FILE into a script: a linkage file of the program "linkages", a text file of PMKS, a .linkage2 of Linkage,
+    or a mechanism expression or triangular formulas from Pyslvs.
 
-    The content of FILE tells which of the three it is.
+    The content of FILE tells which of these it is.
     """
     from movimentum.workflow.exchange import Import, imported
 
@@ -87,7 +94,14 @@ Examples:
     + EXIT_CODES
 )
 @SCRIPT
-@click.option("-o", "--output", required=True, metavar="FILE", help="The file to write; - is standard output.")
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    metavar="FILE",
+    shell_complete=files,
+    help="The file to write; - is standard output.",
+)
 @click.option(
     "--format",
     "form",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from movimentum.cli.options import DASK, EXIT_CODES, FORMAT, FPS, LIMITS, SCRIPT, SPEECH, with_choices
+from movimentum.cli.parameters import files
 from movimentum.cli.work import output_file
 from movimentum.console import Console, answer, answer_json
 from movimentum.errors import MovimentumError
@@ -31,7 +32,13 @@ Examples:
     + EXIT_CODES
 )
 @SCRIPT
-@click.option("-o", "--output", metavar="OUT", help="Write the script with the new constants; `-`: to standard output.")
+@click.option(
+    "-o",
+    "--output",
+    metavar="OUT",
+    shell_complete=files,
+    help="Write the script with the new constants; `-`: to standard output.",
+)
 @click.option(
     "--vary",
     multiple=True,
@@ -49,7 +56,9 @@ Examples:
     help="Try N times as many starts.",
 )
 @click.option("--all", "every", is_flag=True, help="Look for all solutions, and tell those that are as good.")
-@click.option("--sheet", metavar="PNG", help="A picture of the script before and after, side by side.")
+@click.option(
+    "--sheet", metavar="PNG", shell_complete=files, help="A picture of the script before and after, side by side."
+)
 @FORMAT
 @DASK
 @FPS

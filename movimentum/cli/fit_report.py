@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from movimentum.diagnostics import to_json
-from movimentum.fitting.summary import AimOutcome, aim_outcomes, cost_of, unmet
+from movimentum.fitting.summary import AimOutcome, aim_outcomes, cost_of, notes, unmet
 from movimentum.scene.model import Purpose
 from movimentum.text import counted, number, time_text
 
@@ -89,6 +89,6 @@ def as_json(found: Fitted) -> str:
         "requirements": told(Purpose.REQUIREMENT),
         "others": [dict(zip(job.names, row, strict=True)) for row in found.others.tolist()],
         "seed": job.seed,
-        "diagnostics": to_json(list(unmet(found)), scene.source),
+        "diagnostics": to_json([*unmet(found), *notes(found)], scene.source),
     }
     return json.dumps(told_all, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

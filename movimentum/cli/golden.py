@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from movimentum.cli.options import EXIT_CODES, LIMITS, SPEECH, with_choices
+from movimentum.cli.parameters import files
 from movimentum.cli.work import carried_out
 from movimentum.console import DONE, Console
 from movimentum.workflow.choices import Choices, Outcome
@@ -22,7 +23,7 @@ def golden() -> None:
     """Golden frames: record the results of scripts, and compare with them later."""
 
 
-_SCRIPTS = click.argument("scripts", nargs=-1, required=True, metavar="SCRIPT…")
+_SCRIPTS = click.argument("scripts", nargs=-1, required=True, metavar="SCRIPT…", shell_complete=files)
 _TO = click.option(
     "--to",
     type=click.Path(file_okay=False, path_type=Path),
@@ -83,7 +84,7 @@ def golden_check(console: Console, *, choices: Choices, scripts: tuple[str, ...]
     If they differ, NAME.golden-failed/index.html shows expected, actual and difference side by side.
     """
     from movimentum.golden.check import check as compare
-    from movimentum.golden.page import write_report
+    from movimentum.golden.page import remove_report, write_report
     from movimentum.golden.record import golden_of
     from movimentum.golden.record import record as write_golden
 
@@ -93,6 +94,8 @@ def golden_check(console: Console, *, choices: Choices, scripts: tuple[str, ...]
 
         def work(source: SourceText, script: str = script) -> Outcome:
             outcome = compare(golden_of(Path(script), to, choices))
+            if outcome.good or update:
+                remove_report(outcome)
             if outcome.good:
                 console.say(f"{script}: as recorded")
                 return Outcome(0, DONE, ())

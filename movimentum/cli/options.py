@@ -15,11 +15,11 @@ import click
 from click.core import ParameterSource
 
 from movimentum import budget
-from movimentum.cli.parameters import FrameRangeType, RationalType
+from movimentum.cli.parameters import FrameRangeType, RationalType, files
 from movimentum.console import Console
 from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.limits import MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS
+from movimentum.workflow.limits import LARGEST_NESTING, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -85,7 +85,7 @@ SPEECH = together(
         help="End with an error if more memory is used.",
     ),
 )
-SCRIPT = click.argument("script", metavar="SCRIPT")
+SCRIPT = click.argument("script", metavar="SCRIPT", shell_complete=files)
 FPS = click.option(
     "--fps", type=RationalType(positive=True), metavar="F", help="Frames per time unit, instead of the script's."
 )
@@ -162,7 +162,7 @@ LIMITS = together(
     ),
     click.option(
         "--max-nesting",
-        type=click.IntRange(1, 300),
+        type=click.IntRange(1, LARGEST_NESTING),
         default=MAX_NESTING,
         show_default=True,
         metavar="N",

@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from movimentum.text import rational
 
@@ -38,6 +39,11 @@ class FrameRange:
         """First frame and end (not included) among ``count`` frames; equal if the range holds none."""
         start, stop, _ = slice(self.start, self.stop).indices(count)
         return start, max(start, stop)
+
+
+def files(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """For ``shell_complete``: the shell completes the name of a file."""
+    return [CompletionItem(incomplete, type="file")]
 
 
 class RationalType(_RationalBase):

@@ -22,7 +22,7 @@ from movimentum.cli.options import (
     STRICT,
     with_choices,
 )
-from movimentum.cli.parameters import FrameRange, RationalType, TraceType, WordsType
+from movimentum.cli.parameters import FrameRange, RationalType, TraceType, WordsType, files
 from movimentum.cli.work import carried_out, far_frames, output_file
 from movimentum.console import DONE, INTERRUPTED, NO_SOLUTION, Console
 from movimentum.errors import MovimentumError
@@ -55,6 +55,7 @@ Examples:
     "-o",
     "--output",
     metavar="OUT",
+    shell_complete=files,
     help="The file to write: .gif (default, under the script's name), .png or .jpg (a still, or numbered pictures "
     "with %d in the name), .apng, .webp, .svg (a still with --at), .html (a page with a player); .mp4 and .webm with "
     "the video extra.",

@@ -19,7 +19,7 @@ from movimentum.cli.options import (
     STRICT,
     with_choices,
 )
-from movimentum.cli.parameters import FrameRange
+from movimentum.cli.parameters import FrameRange, files
 from movimentum.cli.work import carried_out, output_or_stdout
 from movimentum.console import Console
 from movimentum.settings import Accuracy
@@ -44,7 +44,12 @@ Examples:
 )
 @SCRIPT
 @click.option(
-    "-o", "--output", required=True, metavar="OUT", help="A .csv, .json or .npz file; - is CSV on standard output."
+    "-o",
+    "--output",
+    required=True,
+    metavar="OUT",
+    shell_complete=files,
+    help="A .csv, .json or .npz file; - is CSV on standard output.",
 )
 @FPS
 @FRAMES

@@ -8,6 +8,7 @@ from importlib.util import find_spec
 import click
 
 from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SPEECH, with_choices
+from movimentum.cli.parameters import files
 from movimentum.console import Console
 from movimentum.errors import MovimentumError, usage_error
 from movimentum.workflow.choices import Choices
@@ -25,7 +26,7 @@ Examples:
 """
     + EXIT_CODES
 )
-@click.argument("script", metavar="[SCRIPT]", required=False)
+@click.argument("script", metavar="[SCRIPT]", required=False, shell_complete=files)
 @click.option(
     "--port",
     type=click.IntRange(0, 65535),
@@ -75,6 +76,7 @@ def _served(console: Console, script: str | None, port: int, choices: Choices, *
         sys.stdout.write(f"{url}\n")
         sys.stdout.flush()
         console.say("Ctrl-C ends the studio")
+        console.left = "the studio has ended"
         if browser:
             import webbrowser
 

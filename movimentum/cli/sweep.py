@@ -11,9 +11,10 @@ import click
 
 from movimentum.budget import keep_freed_memory
 from movimentum.cli.options import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
+from movimentum.cli.parameters import files
 from movimentum.cli.work import output_file
 from movimentum.console import Console
-from movimentum.errors import MovimentumError
+from movimentum.errors import MovimentumError, UsageError
 from movimentum.text import counted
 from movimentum.workflow.choices import Choices
 
@@ -64,10 +65,16 @@ Examples:
     "--output",
     default="-",
     metavar="OUT",
+    shell_complete=files,
     help="A .csv, .npz or .parquet file [default: CSV on standard output].",
 )
 @click.option("--resume", is_flag=True, help="Go on where a sweep to the same file was interrupted.")
-@click.option("--sheet", metavar="PNG", help="Pictures of the variants side by side (of at most 100 of them).")
+@click.option(
+    "--sheet",
+    metavar="PNG",
+    shell_complete=files,
+    help="Pictures of the variants side by side (of at most 100 of them).",
+)
 @click.option(
     "--plot",
     multiple=True,
@@ -171,23 +178,27 @@ def _swept(console: Console, source: SourceText, choices: Choices, asked: _Asked
 
 
 def _solved(console: Console, job: SweepJob, scene: Scene, asked: _Asked) -> Swept:
+    from movimentum.variants.spool import spool_path
     from movimentum.variants.sweep import sweep_to_file, sweep_to_stream
 
     keep_freed_memory()
-    keep = bool(asked.plot)
-    try:
-        with ExitStack() as stack:
-            solver = None
-            if asked.dask is not None:
-                from movimentum.variants.distributed import OnCluster
-                from movimentum.workflow.clusters import cluster
+    keep, target, resume = bool(asked.plot), asked.target, asked.resume
+    if target is not None and not resume and spool_path(target).exists():
+        console.write(f"{spool_path(target)}, left by an interrupted sweep, is dropped: --resume would go on from it\n")
+    with ExitStack() as stack:
+        solver = None
+        if asked.dask is not None:
+            from movimentum.variants.distributed import OnCluster
+            from movimentum.workflow.clusters import cluster
 
-                solver = OnCluster(job, stack.enter_context(cluster(asked.dask, console.say)))
-            progress = stack.enter_context(console.progress("sweeping"))
-            if asked.target is None:
-                return sweep_to_stream(job, progress, keep=keep, solver=solver)
-            return sweep_to_file(job, scene, asked.target, progress, resume=asked.resume, keep=keep, solver=solver)
-    except KeyboardInterrupt:
-        if asked.target is not None:
-            console.say(f"\nwhat is finished is kept beside {asked.target}; --resume goes on from there")
-        raise
+            solver = OnCluster(job, stack.enter_context(cluster(asked.dask, console.say)))
+        progress = stack.enter_context(console.progress("sweeping"))
+        if target is None:
+            return sweep_to_stream(job, progress, keep=keep, solver=solver)
+        console.left = f"what is finished is kept beside {target}; --resume goes on from there"
+        try:
+            return sweep_to_file(job, scene, target, progress, resume=resume, keep=keep, solver=solver)
+        except UsageError as error:
+            if error.diagnostics[0].code == "usage/dask":
+                error.diagnostics = (error.diagnostics[0].advised("`--resume` goes on from what is finished"),)
+            raise

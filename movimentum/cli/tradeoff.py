@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from movimentum.cli.options import EXIT_CODES, FORMAT, FPS, LIMITS, SCRIPT, SPEECH, STRICT, with_choices
+from movimentum.cli.parameters import files
 from movimentum.cli.work import carried_out, output_file
 from movimentum.console import Console, answer, answer_json
 from movimentum.workflow.choices import Choices, Outcome
@@ -27,7 +28,9 @@ Examples:
     + EXIT_CODES
 )
 @SCRIPT
-@click.option("-o", "--output", metavar="PLOT", help="A plot of the results: a .png or .svg file.")
+@click.option(
+    "-o", "--output", metavar="PLOT", shell_complete=files, help="A plot of the results: a .png or .svg file."
+)
 @FORMAT
 @FPS
 @click.option(

@@ -26,7 +26,13 @@ def output_file(script: str, output: str | None, suffix: str) -> Path:
             raise click.UsageError("a script from stdin has no name: give an output with -o.")
         output = str(Path(script).with_suffix(suffix)) if Path(script).name else script
     target = Path(output)
-    refuse_overwriting(target, () if script == "-" else (script,))
+    try:
+        refuse_overwriting(target, () if script == "-" else (script,))
+    except MovimentumError:
+        from movimentum.workflow.read import read
+
+        read(script)  # what is no script is told as that
+        raise
     return target
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError
 from movimentum.scene.model import AnchorRef, Scene
-from movimentum.solver.poses import Poses
+from movimentum.solver.motion import PathMotion
 
 MAX_CANVAS_PIXELS = 64_000_000
 MAX_SPRITE_PIXELS = 64_000_000
@@ -53,9 +54,9 @@ class FreeMark:
 class PictureOptions:
     """``scale``: output pixels per world pixel. ``background`` None: the script's, otherwise white.
 
-    ``traces``: anchors whose path up to now is drawn. ``closing``: the pose with which a film begins again; the traces
-    of its last frame, number ``last``, go on to there. ``free`` is drawn where ``show`` has ``free``. ``max_pixels``: a
-    larger canvas is refused (``limit/pixels``).
+    ``traces``: anchors whose path up to now is drawn. ``motion``: what paths follow between frames (None: straight
+    lines), up to the time ``until`` where no more of it is shown. ``free`` is drawn where ``show`` has ``free``.
+    ``max_pixels``: a larger canvas is refused (``limit/pixels``).
     """
 
     quality: Quality = Quality.STANDARD
@@ -63,8 +64,8 @@ class PictureOptions:
     background: tuple[int, int, int] | None = None
     transparent: bool = False
     traces: tuple[AnchorRef, ...] = ()
-    closing: Poses | None = None
-    last: int = -1
+    motion: PathMotion | None = None
+    until: Fraction | None = None
     show: frozenset[Show] = frozenset()
     free: tuple[FreeMark, ...] = ()
     max_pixels: int = MAX_CANVAS_PIXELS

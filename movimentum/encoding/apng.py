@@ -19,6 +19,24 @@ SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _COMPRESSION = 3  # of 9: half the time of the default for a few per cent of size
 
 
+AFTER_HEADER = 33
+"""Bytes of a PNG file before what follows its header."""
+_PIXELS_A_METRE = 96 / 0.0254
+
+
+def chunk(kind: bytes, data: bytes) -> bytes:
+    """A chunk of a PNG file."""
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(data, zlib.crc32(kind)))
+
+
+def told(scale: float) -> bytes:
+    """The chunks that say that colours are sRGB, and how large the pixels of a picture are at a ``scale``: a world
+    pixel is as large as a browser's, 1/96 inch.
+    """
+    pixels = min(round(_PIXELS_A_METRE * scale), 2**31 - 1)
+    return chunk(b"sRGB", b"\0") + (chunk(b"pHYs", struct.pack(">IIB", pixels, pixels, 1)) if pixels else b"")
+
+
 class ApngCoder:
     """Frames -> compressed scan lines."""
 
@@ -44,6 +62,7 @@ class ApngWriter:
     """``loop``: how often it is played, 0 for ever. ``stream`` must be seekable: the number of frames comes last."""
 
     def __init__(self, stream: BinaryIO, size: tuple[int, int], mode: str, fps: Fraction, loop: int) -> None:
+        self.scale = 1.0
         self._stream = stream
         self._size = size
         self._color_type = 6 if mode == "RGBA" else 2
@@ -58,6 +77,7 @@ class ApngWriter:
         """Header; the number of frames is filled in at the end."""
         self._stream.write(SIGNATURE)
         self._chunk(b"IHDR", struct.pack(">IIBBBBB", *self._size, 8, self._color_type, 0, 0, 0))
+        self._stream.write(told(self.scale))
         self._count_at = self._stream.tell()
         self._chunk(b"acTL", struct.pack(">II", 0, self._loop))
 
@@ -90,5 +110,4 @@ class ApngWriter:
         return [(delay, 1000) for delay in self._clock.delays(first, end, 65535)]
 
     def _chunk(self, kind: bytes, data: bytes) -> None:
-        self._stream.write(struct.pack(">I", len(data)) + kind + data)
-        self._stream.write(struct.pack(">I", zlib.crc32(data, zlib.crc32(kind))))
+        self._stream.write(chunk(kind, data))

@@ -1,8 +1,8 @@
 """Drawing and encoding in runs of frames, in this process or in others.
 
 A run is 30 frames and, before them, the frame with which the first is compared. Runs are the same whichever process
-draws them, so the file is the same for any number of workers. A worker gets its runs one by one (with the points of
-traces that it has not seen) and sends back encoded pieces. No run is given out far ahead of the file, so memory depends
+draws them, so the file is the same for any number of workers. A worker gets its runs one by one and sends back encoded
+pieces. No run is given out far ahead of the file, so memory depends
 neither on the length nor on slow workers.
 
 Processes are forked on Linux, which costs about 10 ms. Elsewhere they are spawned, which costs about 0.35 s (measured),
@@ -20,9 +20,6 @@ import warnings
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
-
-import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.budget import DEFAULT_MEGABYTES
 from movimentum.diagnostics import Diagnostic, Severity
@@ -46,17 +43,15 @@ _SHARED, _LEAST = 40_000_000, 10_000_000  # of a worker's memory: what it shares
 _START = 0.03 if _FORKS else 0.4  # seconds until a worker works
 
 Pieces: TypeAlias = "list[FramePiece | None]"
-Points: TypeAlias = "tuple[NDArray[np.float64], ...]"
 
 
 @dataclass(frozen=True, slots=True)
 class FrameRun:
-    """``poses``: the run's frames, with ``lead`` the frame before them first. ``past``: see `PaintSession.frames`."""
+    """``poses``: the run's frames, with ``lead`` the frame before them first."""
 
     number: int
     lead: bool
     poses: Poses
-    past: Points = ()
 
 
 def runs(source: PoseSource) -> Iterator[FrameRun]:
@@ -90,20 +85,8 @@ class Elsewhere(Protocol):
         ...
 
 
-def whole_runs(painter: Painter, source: PoseSource) -> Iterator[FrameRun]:
-    """All runs of a source, each with the points of traces of all runs before it, so that anybody can draw it."""
-    tail: list[Points] = []
-    for run in runs(source):
-        if not painter.traces:
-            yield run
-            continue
-        past = tuple(np.concatenate(part) for part in zip(*tail, strict=True))
-        tail.append(painter.trace_points(run.poses))
-        yield FrameRun(run.number, run.lead, run.poses, past)
-
-
 def coded_alone(session: PaintSession, coder: Coder, run: FrameRun) -> Pieces:
-    """One of `whole_runs`, drawn and encoded by itself. ``session`` may have drawn others before, if there are no
+    """One of `runs`, drawn and encoded by itself. ``session`` may have drawn others before, if there are no
     traces: it remembers nothing else.
     """
     return _code_run(PaintSession(session.painter) if session.painter.traces else session, coder, run)
@@ -144,7 +127,7 @@ def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Generator
 def _code_run(session: PaintSession, coder: Coder, run: FrameRun) -> Pieces:
     coded: Pieces = []
     previous: Image.Image | None = None
-    for image in session.frames(run.poses, run.past):
+    for image in session.frames(run.poses):
         if previous is not None or not run.lead:
             coded.append(coder.code(image, previous))
         previous = image
@@ -228,7 +211,6 @@ def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers
     from multiprocessing.connection import wait  # 5 ms that a short animation does not need
 
     waiting = runs(source)
-    tail: list[Points] = []  # the points of traces of every run so far, for workers that did not draw it
     done: dict[int, Pieces] = {}
     given = taken = 0
     with _Crew(painter, coder, workers) as crew:
@@ -236,18 +218,11 @@ def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers
         if not workers:
             yield from _coded_here(painter, coder, source)
             return
-        sent = [0] * workers  # how many runs' points each worker has
         idle = list(range(workers))
         while True:
             # only to a worker that waits for it: if both ends were sending, neither would ever finish
             while idle and given - taken < 4 * workers and (run := next(waiting, None)) is not None:
                 worker = idle.pop(0)
-                if painter.traces:
-                    missed = tail[sent[worker] : given]
-                    past = tuple(np.concatenate(part) for part in zip(*missed, strict=True))
-                    run = FrameRun(run.number, run.lead, run.poses, past)
-                    tail.append(painter.trace_points(run.poses))
-                    sent[worker] = given + 1
                 _send(crew.pipes[worker], run)
                 given += 1
             if given == taken:
@@ -289,25 +264,16 @@ def timed_frames(painter: Painter, source: PoseSource, positions: Sequence[int])
     session = PaintSession(painter)
     images: list[Image.Image] = []
     fastest = float("inf")
-    past: list[Points] = []
     start = 0
     ahead = list(positions)
     for chunk in chunks(source):
         size = len(chunk.frames)
-        at = 0
         while ahead and ahead[0] < start + size:
             position = ahead.pop(0) - start
-            if painter.traces:
-                past.append(painter.trace_points(chunk.select(slice(at, position))))
-                at = position
-            before = tuple(np.concatenate(part) for part in zip(*past, strict=True))
             began = time.perf_counter()
-            images += session.frames(chunk.select(slice(position, position + 1)), before)
+            images += session.frames(chunk.select(slice(position, position + 1)))
             fastest = min(fastest, time.perf_counter() - began)
-            past = []
         if not ahead:
             break
-        if painter.traces:
-            past.append(painter.trace_points(chunk.select(slice(at, size))))
         start += size
     return images, fastest

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from PIL import Image
 
-from movimentum.encoding.pieces import Box, Coder, FramePiece, saved
+from movimentum.encoding.apng import AFTER_HEADER, told
+from movimentum.encoding.pieces import Box, FramePiece, saved
 
 JPEG_LARGEST = 65_500
 """Pixels each way: the JPEG library's limit."""
@@ -14,12 +16,20 @@ _COMPRESSION = 3  # of 9
 _QUALITY = 95  # of 100; with colours at full resolution (subsampling 0), for drawings have thin coloured lines
 
 
+@dataclass(frozen=True, slots=True)
 class PngCoder:
-    """Frames -> whole files; a frame like the one before is not encoded again."""
+    """Frames -> whole files, which say that their colours are sRGB, and how large they are at a ``scale``; a frame like
+    the one before is not encoded again.
+    """
+
+    scale: float = 1.0
 
     def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
-        return None if image is previous else _piece(image, saved(image, "PNG", compress_level=_COMPRESSION))
+        if image is previous:
+            return None
+        data = saved(image, "PNG", compress_level=_COMPRESSION)
+        return _piece(image, data[:AFTER_HEADER] + told(self.scale) + data[AFTER_HEADER:])
 
 
 class JpegCoder:
@@ -28,11 +38,6 @@ class JpegCoder:
     def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
         """See `Coder`."""
         return None if image is previous else _piece(image, saved(image, "JPEG", quality=_QUALITY, subsampling=0))
-
-
-def coder_of(suffix: str) -> Coder:
-    """The coder of a picture file's suffix: ``.png``, ``.jpg`` or ``.jpeg``."""
-    return PngCoder() if suffix.lower() == ".png" else JpegCoder()
 
 
 def _piece(image: Image.Image, data: bytes) -> FramePiece:

@@ -19,10 +19,11 @@ import re
 import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
+from typing import BinaryIO
 
 from PIL import Image
 
@@ -34,7 +35,7 @@ from movimentum.encoding.gif import GifCoder, GifWriter
 from movimentum.encoding.palette import choose_palette
 from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, PieceWriter
 from movimentum.encoding.runs import Elsewhere, coded_runs, timed_frames, workers_that_pay
-from movimentum.encoding.stills import JPEG_LARGEST, SequenceWriter, coder_of
+from movimentum.encoding.stills import JPEG_LARGEST, JpegCoder, PngCoder, SequenceWriter
 from movimentum.encoding.video import write_video
 from movimentum.encoding.webp import WebpCoder, WebpWriter
 from movimentum.errors import usage_error
@@ -44,16 +45,34 @@ from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, 
 from movimentum.solver.poses import Poses
 from movimentum.terminal import typed
 
-SUFFIXES = (".gif", ".png", ".jpg", ".jpeg", ".apng", ".webp", ".svg", ".html", ".mp4", ".webm")
-_STILLS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
-STILL_KINDS = frozenset(_STILLS.values())
-"""The kinds that `check_output` returns for a file with one picture."""
-VECTOR_KINDS = frozenset({"svg", "html"})
-"""The kinds that are not made of pixels: the stage `vector` writes them."""
 _SAMPLES = 8  # frames that a palette is chosen from
 _WORTH_TIMING = 60  # frames: fewer are drawn in this process without measuring
 
 Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class OutputFormat:
+    """A format of output: its ``name``, and what ``write``s it (None: it is not made of pixels, and the stage `vector`
+    writes it), with the ``coder`` of its pictures and the ``writer`` of its pieces, where it has one of these.
+
+    ``largest``: pixels each way. ``still``: a file holds one picture. ``opaque``: it has no transparency.
+    ``instead_of``: suffixes of formats that we do not have, to which this one comes nearest.
+    """
+
+    name: str
+    write: Callable[[_Job, Path], WriteReport] | None
+    coder: Callable[[], Coder] = PngCoder
+    writer: Callable[[BinaryIO, tuple[int, int], str, Fraction, int], PieceWriter] | None = None
+    largest: int | None = None
+    still: bool = False
+    opaque: bool = False
+    instead_of: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """What `check_output` calls it."""
+        return self.name.lower()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,25 +91,23 @@ class WriteReport:
 
 
 def check_output(path: Path, frames: int | None = None, *, transparent: bool = False) -> str:
-    """The kind of file that ``path`` asks for: ``"sequence"`` for numbered pictures, one of `STILL_KINDS` for a single
-    one, else its suffix without the dot.
+    """The kind of file that ``path`` asks for: ``"sequence"`` for numbered pictures, else that of its `OutputFormat`.
 
     `UsageError`: ``output/format`` for a suffix that is not supported, ``output/pattern`` for a number pattern that
     cannot be filled, ``output/one-picture`` for more than one frame into one picture, ``output/opaque`` for a
     ``transparent`` background in a JPEG.
     """
     suffix, name = path.suffix.lower(), path.name
-    if suffix not in SUFFIXES:
-        from difflib import get_close_matches
-
-        known = ", ".join(SUFFIXES)
-        near = [f"-o {typed(path.with_suffix(near))}" for near in get_close_matches(suffix, SUFFIXES, 1)]
-        message = f"cannot tell a format from `{name}`: known are {known}"
-        raise usage_error("output/format", message, *(near or ["-o out.gif"]))
-    if suffix not in _STILLS:
-        return suffix[1:]
-    if transparent and suffix != ".png":
-        raise usage_error("output/opaque", "a JPEG has no transparency", f"-o {typed(path.with_suffix('.png'))}")
+    if suffix not in FORMATS:
+        message = f"cannot tell a format from `{name}`: known are {', '.join(FORMATS)}"
+        near = _nearest(suffix)
+        raise usage_error("output/format", message, f"-o {typed(path.with_suffix(near))}" if near else "-o out.gif")
+    found = FORMATS[suffix]
+    if not found.still:
+        return found.kind
+    if transparent and found.opaque:
+        message = f"a {found.name} has no transparency"
+        raise usage_error("output/opaque", message, f"-o {typed(path.with_suffix('.png'))}")
     if "%" not in name:
         if frames is not None and frames > 1:
             raise usage_error(
@@ -100,7 +117,7 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
                 f"-o {typed(path.with_suffix('.apng'))}",
                 "--at 0",
             )
-        return _STILLS[suffix]
+        return found.kind
     if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", name):
         raise usage_error(
             "output/pattern",
@@ -136,24 +153,29 @@ def write_animation(
     kind = check_output(path, total, transparent=painter.transparent)
     if total == 0:
         raise usage_error("output/no-frames", "there is no frame to draw")
-    job = _Job(painter, source, total, fps, loop, workers, progress, elsewhere)
-    match kind:
-        case "gif":
-            return _write_gif(job, path)
-        case "png" | "jpeg":
-            return _write_still(job, path)
-        case "sequence":
-            return _write_sequence(job, path)
-        case "mp4" | "webm":
-            return _write_video(job, path, kind)
-        case _:
-            return _write_box_format(job, path, kind)
+    found = format_of(path)
+    write = _write_sequence if kind == "sequence" else found.write
+    assert write is not None, f"{found.kind} is not made of pixels"
+    if found.largest is not None and max(painter.size) > found.largest:
+        width, height = painter.size
+        message = f"{width} x {height} pixels: the limit of {found.name} is {found.largest} each way"
+        raise usage_error("limit/pixels", message, "--scale 0.5")
+    return write(_Job(found, painter, source, total, fps, loop, workers, progress, elsewhere), path)
+
+
+def _nearest(suffix: str) -> str | None:
+    """The suffix of a format that is like the one that ``suffix`` names, or is spelled like it."""
+    from difflib import get_close_matches
+
+    alike = [known for known, each in FORMATS.items() if suffix in each.instead_of]
+    return next(iter(alike or get_close_matches(suffix, FORMATS, 1)), None)
 
 
 @dataclass(frozen=True, slots=True)
 class _Job:
-    """The arguments of `write_animation`, with the number of frames."""
+    """The arguments of `write_animation`, with the format and the number of frames."""
 
+    format: OutputFormat
     painter: Painter
     source: PoseSource
     total: int
@@ -165,6 +187,11 @@ class _Job:
 
     def report(self, files: list[Path], duration: Fraction, workers: int, *diagnostics: Diagnostic) -> WriteReport:
         return WriteReport(tuple(files), self.total, self.painter.size, duration, workers, diagnostics)
+
+    def picture_coder(self) -> Coder:
+        """The coder of single pictures, which may tell their scale."""
+        coder = self.format.coder()
+        return replace(coder, scale=self.painter.view.scale) if isinstance(coder, PngCoder) else coder
 
     def tell(self, done: int) -> None:
         if self.progress is not None:
@@ -207,14 +234,13 @@ class _Thinned:
 
 def _write_gif(job: _Job, path: Path) -> WriteReport:
     warnings: list[Diagnostic] = []
-    _refuse_larger(job.painter, gif.LARGEST, "GIF")
     end = FrameClock(job.fps, 100).at(job.total)
     clock = FrameClock(job.fps, 100)
     if job.fps > gif.FASTEST:
         keep = kept_frames(job.total, job.fps, gif.FASTEST)
         warnings.append(_too_fast(job.fps))
         thin = _Thinned(job.source, job.fps, gif.FASTEST, keep)
-        job = _Job(job.painter, thin, keep, Fraction(gif.FASTEST), job.loop, job.workers, job.progress, job.elsewhere)
+        job = replace(job, source=thin, total=keep, fps=Fraction(gif.FASTEST))
         clock = FrameClock(job.fps, 100)
     painter = job.painter
     end = max(end, clock.at(job.total))
@@ -230,42 +256,39 @@ def _write_gif(job: _Job, path: Path) -> WriteReport:
     return job.report([path], Fraction(end, 100), workers, *warnings)
 
 
-def _write_box_format(job: _Job, path: Path, kind: str) -> WriteReport:
-    painter = job.painter
-    if kind == "webp":
-        _refuse_larger(painter, webp.LARGEST, "WebP")
+def _write_boxes(job: _Job, path: Path) -> WriteReport:
+    painter, coder = job.painter, job.format.coder()
+    assert job.format.writer is not None
     with whole_file(path) as part, part.open("wb") as stream:
-        coder = WebpCoder() if kind == "webp" else ApngCoder()
-        make = WebpWriter if kind == "webp" else ApngWriter
-        writer = make(stream, painter.size, painter.mode, job.fps, job.loop)
+        writer = job.format.writer(stream, painter.size, painter.mode, job.fps, job.loop)
+        if isinstance(writer, ApngWriter):
+            writer.scale = painter.view.scale
         workers = job.choose_workers(coder, None, 0.0)
         _write_pieces(job, writer, coder, workers)
     return job.report([path], job.total / job.fps, workers)
 
 
 def _write_still(job: _Job, path: Path) -> WriteReport:
-    _refuse_large_jpeg(job.painter, path)
     with whole_file(path) as part:
         poses = next(chunks(job.source))
-        piece = coder_of(path.suffix).code(job.painter.frame(poses, 0), None)
+        piece = job.picture_coder().code(job.painter.frame(poses, 0), None)
         part.write_bytes(piece.data if piece else b"")
     job.tell(1)
     return job.report([path], 1 / job.fps, 1)
 
 
 def _write_sequence(job: _Job, path: Path) -> WriteReport:
-    _refuse_large_jpeg(job.painter, path)
     numbers = [int(number) for chunk in chunks(job.source) for number in chunk.frames]
     with whole_folder(path) as folder:
         writer = SequenceWriter(folder, path.name, numbers)
-        coder = coder_of(path.suffix)
+        coder = job.picture_coder()
         workers = job.choose_workers(coder, None, 0.0)
         _write_pieces(job, writer, coder, workers)
     return job.report([path.with_name(name) for name in writer.files], job.total / job.fps, workers)
 
 
-def _write_video(job: _Job, path: Path, kind: str) -> WriteReport:
-    painter = job.painter
+def _write_video(job: _Job, path: Path) -> WriteReport:
+    painter, kind = job.painter, job.format.kind
     warnings: list[Diagnostic] = []
     if painter.transparent:
         message = f"{kind.upper()} files have no transparency here: the background is used"
@@ -278,7 +301,7 @@ def _write_video(job: _Job, path: Path, kind: str) -> WriteReport:
         if done % 30 == 0 or done == job.total:
             job.tell(done)
 
-    coder = coder_of(".png")
+    coder = job.format.coder()
     far = job.elsewhere is not None and job.choose_workers(coder, None, 0.0) == 0
 
     def images() -> Iterator[Image.Image]:
@@ -325,19 +348,6 @@ def _write_pieces(job: _Job, writer: PieceWriter, coder: Coder, workers: int) ->
     writer.end()
 
 
-def _refuse_large_jpeg(painter: Painter, path: Path) -> None:
-    if path.suffix.lower() != ".png":
-        _refuse_larger(painter, JPEG_LARGEST, "JPEG")
-
-
-def _refuse_larger(painter: Painter, limit: int, name: str) -> None:
-    if max(painter.size) > limit:
-        width, height = painter.size
-        raise usage_error(
-            "limit/pixels", f"{width} x {height} pixels: the limit of {name} is {limit} each way", "--scale 0.5"
-        )
-
-
 def _too_fast(fps: Fraction) -> Diagnostic:
     return Diagnostic(
         "render/gif-rate",
@@ -346,3 +356,26 @@ def _too_fast(fps: Fraction) -> Diagnostic:
         notes=("browsers slow faster animations down to 10 frames a second",),
         helps=(f"--fps {gif.FASTEST}", "-o out.webp"),
     )
+
+
+_PNG = OutputFormat("PNG", _write_still, still=True, instead_of=(".bmp", ".tif", ".tiff", ".tga", ".ppm", ".ico"))
+_JPEG = OutputFormat("JPEG", _write_still, JpegCoder, largest=JPEG_LARGEST, still=True, opaque=True)
+
+FORMATS: dict[str, OutputFormat] = {
+    ".gif": OutputFormat("GIF", _write_gif, largest=gif.LARGEST),
+    ".png": _PNG,
+    ".jpg": _JPEG,
+    ".jpeg": _JPEG,
+    ".apng": OutputFormat("APNG", _write_boxes, ApngCoder, ApngWriter),
+    ".webp": OutputFormat("WebP", _write_boxes, WebpCoder, WebpWriter, largest=webp.LARGEST, instead_of=(".avif",)),
+    ".svg": OutputFormat("SVG", None, instead_of=(".pdf", ".eps", ".ps")),
+    ".html": OutputFormat("HTML", None, instead_of=(".htm", ".xhtml")),
+    ".mp4": OutputFormat("MP4", _write_video, instead_of=(".avi", ".mov", ".mkv", ".mpg", ".mpeg", ".m4v")),
+    ".webm": OutputFormat("WebM", _write_video, instead_of=(".ogv",)),
+}
+"""Every format that a film or a picture is written in, by suffix."""
+
+
+def format_of(path: Path) -> OutputFormat:
+    """The format that the suffix of ``path`` names; `check_output` refuses others."""
+    return FORMATS[path.suffix.lower()]

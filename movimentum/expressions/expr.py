@@ -35,6 +35,7 @@ sign           the branch of a block, +1 or -1 (only in plans)
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from fractions import Fraction
 
@@ -126,9 +127,12 @@ def const(value: float) -> Expr:
 
 
 def ratio(value: Fraction) -> Expr:
-    """A rational number. If a float cannot hold it, its ``origin`` is the quotient that it stands for."""
+    """A rational number, or infinity; if a float cannot hold it, its ``origin`` is the quotient that it stands for."""
     if max(abs(value.numerator), value.denominator) >= 2**53:
-        return const(float(value))
+        try:
+            return const(float(value))
+        except OverflowError:
+            return const(math.inf if value > 0 else -math.inf)
     return div(const(float(value.numerator)), const(float(value.denominator)))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,11 +12,14 @@ from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity, replacement
 from movimentum.fitting.fit import Fitted
 from movimentum.fitting.single import SingleMotion
+from movimentum.fitting.timing import varied_names
 from movimentum.scene.model import Claim, Relation
 from movimentum.text import counted, number, time_text
 from movimentum.variants.outcomes import VariantOutcome
 
 _ANGLE = re.compile(r"\.a(ngle)?\s*\(.*\)", re.DOTALL)
+GAIN = 1e-4
+"""Of what the goals miss: a wider range that gains less is not worth a note's help."""
 AT_AN_END = 1e-6
 """Of its interval: a constant that is nearer to an end stands there."""
 
@@ -28,7 +31,7 @@ class AimOutcome:
     ``worst`` is what is too much: below 0 it holds, with that to spare. None where the variant does not move.
     """
 
-    claim: Claim
+    claim: Claim = field(repr=False)
     told: str
     line: int
     rms: float | None
@@ -147,18 +150,45 @@ def notes(fitted: Fitted) -> Iterator[Diagnostic]:
             message = f"no goal and no requirement depends on {name}: it is left as it was"
             yield Diagnostic("fit/idle", Severity.NOTE, message, helps=(f"--set {name}={number(value)}",))
         elif min(value - low, high - value) <= near:
-            wider = (_lower(low, high), high) if value - low <= near else (low, high + 0.5 * (high - low))
-            yield Diagnostic(
-                "fit/at-an-end",
-                Severity.NOTE,
-                f"{name} stands at the end of its range, {number(value)}: a wider one may do better",
-                helps=(f"--vary {name}={number(wider[0])}:{number(wider[1])}",),
-            )
+            yield from _at_an_end(fitted, name, value, low, high)
     if fitted.left.free and fitted.met:
         free, every = fitted.left.free, counted(int(np.sum(~idle)), "constant")
         message = f"the goals leave {free} of {every} free: many other solutions are as good"
         advice = f"state {counted(free, 'more goal')}, or give a constant its value with `--set`"
         yield Diagnostic("fit/undecided", Severity.NOTE, message, helps=(advice,))
+
+
+def _at_an_end(fitted: Fitted, name: str, value: float, low: float, high: float) -> Iterator[Diagnostic]:
+    """That a constant stands at an end. A wider range is proposed if that brings the goals nearer, or may."""
+    job, lowered = fitted.problem.job, fitted.problem.lowered
+    least, most = -np.inf, np.inf
+    if any(part.time is not None and name in varied_names(part.time) for part in lowered.reductions):
+        least, most = float(lowered.timeline.start), float(lowered.timeline.end)
+    width = high - low
+    wider = (max(_lower(low, high), least), high) if 2.0 * value < low + high else (low, min(high + 0.5 * width, most))
+    message = f"{name} stands at the end of its range, {number(value)}"
+    column = job.names.index(name)
+    if wider == (low, high) or not _better_within(fitted, column, wider):
+        yield Diagnostic("fit/at-an-end", Severity.NOTE, message)
+        return
+    ends = [wider if n == name else (a, b) for n, (a, b) in zip(job.names, job.intervals.tolist(), strict=True)]
+    advice = " ".join(f"--vary {n}={number(a)}:{number(b)}" for n, (a, b) in zip(job.names, ends, strict=True))
+    yield Diagnostic("fit/at-an-end", Severity.NOTE, f"{message}: a wider one may do better", helps=(advice,))
+
+
+def _better_within(fitted: Fitted, column: int, wider: tuple[float, float]) -> bool:
+    """Whether the descent goes on beyond the end of an interval. Not tried where each variant is solved by itself."""
+    if fitted.problem.reason is not None:
+        return True
+    search = fitted.problem.search
+    low, high = search.low.copy(), search.high.copy()
+    low[column], high[column] = wider
+    beyond = replace(search, low=low, high=high, timing=None)
+    point = np.clip((fitted.after - low) / (high - low), 0.0, 1.0)[None]
+    before, after = beyond.judged(point), beyond.descended(point)
+    if after.worst[0] > 0.0 or before.worst[0] > 0.0:
+        return bool(after.worst[0] < before.worst[0] or not fitted.met)
+    return bool(after.costs[0] < (1.0 - GAIN) * before.costs[0])
 
 
 def _lower(low: float, high: float) -> float:

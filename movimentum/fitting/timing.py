@@ -50,17 +50,19 @@ class FreeTimes:
         orders = {a: order for a in range(len(lowered.aims)) if (order := _order(formulas, a)) is not None}
         taken = set(used)
         for part in lowered.reductions:
-            taken |= _varied(part.inner)
+            taken |= varied_names(part.inner)
             if part.time is not None and not _plain(part.time):
-                taken |= _varied(part.time)
+                taken |= varied_names(part.time)
         for number, aim in enumerate(lowered.aims):
             if number not in orders:
-                taken |= {name for side in aim.sides for name in _varied(side)}
+                taken |= {name for side in aim.sides for name in varied_names(side)}
         reading = [_reduced(aim.sides) for aim in lowered.aims]
         self.times: list[FreeTime] = []
         for column, name in enumerate(names):
             parts = {
-                k for k, part in enumerate(lowered.reductions) if part.time is not None and name in _varied(part.time)
+                k
+                for k, part in enumerate(lowered.reductions)
+                if part.time is not None and name in varied_names(part.time)
             }
             aims = tuple(a for a, found in enumerate(reading) if found & parts)
             alone = all(reading[a] <= parts and not lowered.aims[a].lasting for a in aims)
@@ -171,7 +173,7 @@ def _order(formulas: SideFormulas, number: int) -> tuple[int, int, float] | None
     if not aim.required or aim.lasting or aim.sign == 0.0 or len(aim.sides) != 1 or _reduced(aim.sides):
         return None
     names = formulas.names
-    columns = sorted(names.index(name) for name in _varied(aim.sides[0]))
+    columns = sorted(names.index(name) for name in varied_names(aim.sides[0]))
     if len(columns) != 2:
         return None
 
@@ -195,10 +197,11 @@ def constants_of_motion(pattern: Pattern) -> set[str]:
         system = segment.plan.system
         roots += [equation.residual for equation in system.equations]
         roots += [selector.value for selector in system.selectors]
-    return {name for root in roots for name in _varied(pattern.unfolding.unfolded(root))}
+    return {name for root in roots for name in varied_names(pattern.unfolding.unfolded(root))}
 
 
-def _varied(root: Expr) -> set[str]:
+def varied_names(root: Expr) -> set[str]:
+    """The varied constants in an expression."""
     return {node.payload.name for node in walk(root) if node.op == "symbol" and isinstance(node.payload, Varied)}
 
 

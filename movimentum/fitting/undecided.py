@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,10 @@ RANK = 1e-6
 """Of the largest singular value: one that is smaller belongs to a direction in which nothing changes."""
 ACTIVE = 1e-6
 """Of the scene's size: a requirement with no more to spare decides."""
+LEFT_OVER = 1e-7
+"""Of the scene's size: goals that are missed by more are not met, so that curvature decides and not slopes."""
+CURVED, STRAIGHT = 1e-4, 1e-8
+"""The step, in units of the box, with which curvature is found; and what is none, of the largest."""
 ELSEWHERE, NEARBY = 2, 0.02
 """Points, besides the solution, at which a constant must make no difference either; and how far from there, in units
 of the box.
@@ -57,8 +62,47 @@ def undecided(search: Search, point: FloatArray) -> Undecided:
     margin = np.where(merit.required, merit.allowed, 0.0) + ACTIVE * search.size
     counts = merit.equal | (sides > -margin)
     at_end = (point <= 0.0) | (point >= 1.0)
-    rows = np.concatenate([slopes[0][counts] * merit.scale[counts, None], np.eye(len(point))[at_end & ~idle]])
-    rows = rows[:, ~idle]
+    ends = np.eye(len(point))[at_end & ~idle]
+    if float(merit.cost(found.sides[:1])[0]) > (LEFT_OVER * search.size) ** 2:
+        held = np.concatenate([slopes[0][counts & merit.required], ends])
+        return Undecided(idle, _flat(search, point, counts, held[:, ~idle], ~idle))
+    rows = np.concatenate([slopes[0][counts] * merit.scale[counts, None], ends])[:, ~idle]
+    return Undecided(idle, rows.shape[1] - _rank(rows))
+
+
+def _rank(rows: FloatArray) -> int:
     singular = np.linalg.svd(rows, compute_uv=False) if rows.size else np.zeros(0)
-    rank = int(np.sum(singular > RANK * np.max(singular, initial=0.0)))
-    return Undecided(idle, rows.shape[1] - rank)
+    return int(np.sum(singular > RANK * np.max(singular, initial=0.0)))
+
+
+def _flat(search: Search, point: FloatArray, counts: BoolArray, held: FloatArray, used: BoolArray) -> int:
+    """In how many directions the Lagrangian has no curvature at a ``point`` where goals are missed, while what is
+    ``held`` (rows over the ``used`` constants) stays. Slopes alone do not tell: a minimum may be isolated although
+    fewer goals than constants change at first order (Nocedal & Wright, Numerical Optimization, theorem 12.6).
+    """
+    if not search.effort.heats:  # slopes are differences, too coarse to be differentiated again
+        return 0
+    merit = search.merit
+    columns = np.nonzero(used)[0]
+    steps = CURVED * np.eye(len(point))[columns]
+    found = search.at(np.concatenate([point[None], point + steps, point - steps]), slopes=True)
+    assert found.slopes is not None
+    if not np.isfinite(found.sides).all():
+        return 0
+    weights = np.where(counts & merit.goals, merit.scale**2, 0.0)
+    gradients = np.einsum("s,vs,vsc->vc", weights, found.sides, found.slopes)[:, used]
+    required = np.nonzero(counts & merit.required)[0]
+    limits = found.slopes[:, required][:, :, used]
+    multipliers: FloatArray = np.zeros(0)
+    if len(held):
+        least_squares: Any = np.linalg.lstsq
+        forces: FloatArray = least_squares(held.T, -gradients[0], rcond=None)[0]
+        multipliers = forces[: len(required)]
+    gradients = gradients + np.einsum("r,vrc->vc", multipliers, limits)
+    half = len(columns)
+    curvature = (gradients[1 : half + 1] - gradients[half + 1 :]) / (2.0 * CURVED)
+    free = np.eye(half)
+    if len(held):
+        free = np.linalg.svd(held)[2][_rank(held) :].T
+    bends = np.abs(np.linalg.eigvalsh(free.T @ (0.5 * (curvature + curvature.T)) @ free)) if free.size else np.zeros(0)
+    return int(np.sum(bends <= STRAIGHT * np.max(np.abs(curvature), initial=0.0)))

@@ -172,6 +172,11 @@ def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[D
         parts += [f"{listed([f'`{n}`' for n in new])} that were not recorded"] * bool(new)
         yield _error("golden/changed", f"the scene has changed: there is {' and there is '.join(parts)}")
         return
+    fps, before = str(motion.timeline.fps), recorded.manifest.fps
+    if before is not None and fps != before:
+        message = f"the frame rate is {fps}, it was {before}: poses are compared at the same times only"
+        yield _error("golden/changed", message)
+        return
     if count != frames:
         now, before = counted(count, "frame"), counted(frames, "frame")
         yield _error("golden/changed", f"the animation has {now}, it had {before}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
@@ -21,6 +22,8 @@ class Manifest:
     frames: int
     pictures: tuple[int, ...]
     renderer: dict[str, str]
+    fps: str | None = None
+    """Frames per time unit, such as ``25``; None in older recordings."""
 
 
 MANIFEST_BYTES = 1_000_000
@@ -40,6 +43,7 @@ def read_manifest(folder: Path) -> Manifest:
     if found.get("format") != FORMAT:
         raise ValueError(f"its format is {found.get('format')!r}, not {FORMAT}"[:200])
     frames, pictures, drawn = found.get("frames"), found.get("pictures"), found.get("renderer")
+    fps = found.get("fps")
     if not _whole(frames) or not isinstance(pictures, list) or not isinstance(drawn, dict):
         raise ValueError("golden.json does not say what was recorded")
     numbers = [number for number in cast("list[object]", pictures) if _whole(number)]
@@ -47,6 +51,7 @@ def read_manifest(folder: Path) -> Manifest:
         cast("int", frames),
         tuple(cast("list[int]", numbers)),
         {str(key): str(value) for key, value in cast("dict[object, object]", drawn).items()},
+        fps if isinstance(fps, str) and re.fullmatch(r"\d{1,9}(/\d{1,9})?", fps) else None,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from contextlib import suppress
 from html import escape
 from pathlib import Path
 from typing import cast
@@ -12,7 +13,7 @@ from movimentum.diagnostics import render_text
 from movimentum.golden import pictures
 from movimentum.golden.check import GoldenResult
 from movimentum.golden.manifest import MANIFEST_BYTES
-from movimentum.output.files import make_folder, read_limited, remove_own, whole_folder
+from movimentum.output.files import made_folder, read_limited, remove_own, whole_folder
 from movimentum.source import SourceText
 from movimentum.terminal import visible
 
@@ -35,7 +36,6 @@ def report_folder(outcome: GoldenResult) -> Path:
 def write_report(outcome: GoldenResult) -> Path:
     """Write the page and its pictures; returns the page's path."""
     folder = report_folder(outcome)
-    make_folder(folder)
     for name in _own_pictures(folder):  # other files in this folder are not ours
         remove_own(folder / name, outcome.inputs)
     pictures_written: list[str] = []
@@ -45,7 +45,7 @@ def write_report(outcome: GoldenResult) -> Path:
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title><style>{_STYLE}</style>',
         f"<h1>{name}</h1><pre>{escape(said)}</pre><table><tr><th><th>expected<th>actual<th>difference",
     ]
-    with whole_folder(folder / "page", outcome.inputs) as part:
+    with made_folder(folder), whole_folder(folder / "page", outcome.inputs) as part:
         for frame, expected, actual in outcome.pictures:
             cells = [f"<tr><td>frame {frame}"]
             kinds = {"expected": expected, "actual": actual}
@@ -64,6 +64,16 @@ def write_report(outcome: GoldenResult) -> Path:
         (part / "index.html").write_text("\n".join([*rows, "</table>", ""]), encoding="utf-8", newline="\n")
         (part / MANIFEST).write_text(json.dumps(pictures_written, indent=1) + "\n", encoding="utf-8", newline="\n")
     return folder / "index.html"
+
+
+def remove_report(outcome: GoldenResult) -> None:
+    """Remove an earlier page with its pictures; other files in its folder stay, and so does the folder then."""
+    folder = report_folder(outcome)
+    if (folder / MANIFEST).is_file():
+        for name in (*_own_pictures(folder), "index.html", MANIFEST):
+            remove_own(folder / name, outcome.inputs)
+        with suppress(OSError):
+            folder.rmdir()
 
 
 def _own_pictures(folder: Path) -> list[str]:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.golden.manifest import FORMAT, picture_name, read_manifest
-from movimentum.output.files import make_folder, remove_own, whole_folder
+from movimentum.output.files import made_folder, remove_own, whole_folder
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
@@ -74,7 +74,7 @@ class Rendition:
         motion = self.solution.motion
         count = motion.timeline.frame_count
         chunks = [with_numbers(motion, motion.poses(first, min(first + 512, count))) for first in range(0, count, 512)]
-        painter = make_painter(self.scene, chunks, PictureOptions())
+        painter = make_painter(self.scene, chunks, PictureOptions(motion=motion.path))
         for frame in self.pictures:
             yield frame, painter.frame(with_numbers(motion, motion.poses(frame, frame + 1)), 0).convert("RGB")
 
@@ -123,8 +123,7 @@ def record(golden: Golden) -> Rendition:
     old = {picture_name(frame) for frame in _recorded_pictures(golden)}
     new = {picture_name(frame) for frame in made.pictures}
     inputs = reads(SourceText(str(golden.script), ""), made.scene)
-    make_folder(golden.folder)
-    with whole_folder(golden.folder / "golden", inputs) as folder:
+    with made_folder(golden.folder), whole_folder(golden.folder / "golden", inputs) as folder:
         with (folder / "poses.csv").open("w", encoding="utf-8", newline="\n") as stream:
             write_csv(made.scene, (made.poses(),), stream)
         for frame, image in made.images():
@@ -133,6 +132,7 @@ def record(golden: Golden) -> Rendition:
             "format": FORMAT,
             "script": golden.script.name,
             "frames": made.solution.motion.timeline.frame_count,
+            "fps": str(made.solution.motion.timeline.fps),
             "pictures": list(made.pictures),
             "renderer": renderer(),
         }

@@ -32,23 +32,13 @@ from numpy.typing import ArrayLike, NDArray
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import ScriptError
-from movimentum.planning.codegen.numeric import sincosd
+from movimentum.interop.formula_words import SHAPES, without_comments
+from movimentum.interop.triangle_functions import FUNCTIONS, Fault
+from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText, Span
 
-SHAPES = {
-    "PLA": "PLa",
-    "PLAP": "PLaP",
-    "PLLP": "PLLP",
-    "PLPP": "PLPP",
-    "PALP": "PaLP",
-    "PXY": "PLL",
-    "PPP": "PPP",
-}
-"""What each function takes: points (P), lengths (L) and angles (a). PLAP is also written without its last point."""
 FPS = "fps"
 """The name of the value for the number of frames in a time unit."""
-TOUCHING = 1e-12
-"""Relative gap up to which two circles count as touching."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +77,6 @@ class Formulas:
 
 _FORMULA = re.compile(r"\s*([A-Za-z]+)\s*\[([^\[\]()]*)\]\s*\(\s*([^\W\d]\w*)\s*\)\s*\Z")
 _KNOWN = re.compile(r"([^\W\d]\w*)\s*=\s*(\S.*)\Z", re.DOTALL)
-_LINE_END = re.compile(r"[\r\n]")
 
 
 def read_formulas(source: SourceText) -> Formulas:
@@ -119,21 +108,6 @@ def read_formulas(source: SourceText) -> Formulas:
     points = {*targets, *values}
     formulas = [_formula(match, span, points) for match, span in zip(found, places, strict=True)]
     return Formulas(tuple(formulas), values, spans)
-
-
-def without_comments(text: str) -> str:
-    """The text with its comments blanked out; the rest keeps its place."""
-    parts: list[str] = []
-    place, closed = 0, True
-    while (begin := text.find("#", place)) >= 0:
-        end = text.find("#]", begin + 2) if closed and text.startswith("#[", begin) else begin
-        if end < 0:  # then no later one ends either, so it is not searched again
-            closed, end = False, begin
-        line_end = _LINE_END.search(text, end)
-        end = len(text) if line_end is None else line_end.start()
-        parts += [text[place:begin], re.sub(r"[^\r\n]", " ", text[begin:end])]
-        place = end
-    return "".join([*parts, text[place:]])
 
 
 def _once(name: str, spans: dict[str, Span], span: Span) -> None:
@@ -195,8 +169,41 @@ def evaluate(formulas: Formulas, inputs: Mapping[str, ArrayLike] | None = None) 
     Raises `ScriptError` for a name that nothing gives, for lists of different lengths, and for a formula that has no
     point at one of the inputs.
     """
+    return evaluate_each(formulas, inputs, FailurePolicy.STOP).points
+
+
+@dataclass(frozen=True, slots=True)
+class Unreachable:
+    """A formula that has no point at ``rows`` (indices of the inputs), all for the same reason: the ``diagnostic``."""
+
+    rows: NDArray[np.intp]
+    diagnostic: Diagnostic
+
+
+@dataclass(frozen=True, slots=True)
+class FormulaPoints:
+    """``points``: every point, (2,) or (F, 2); ``unreachable``: at which inputs there are none, and why. Each such
+    input is in one of them.
+    """
+
+    points: dict[str, FloatArray]
+    unreachable: tuple[Unreachable, ...] = ()
+
+
+def evaluate_each(
+    formulas: Formulas,
+    inputs: Mapping[str, ArrayLike] | None = None,
+    on_failure: FailurePolicy | str = FailurePolicy.SKIP,
+) -> FormulaPoints:
+    """The points as in `evaluate`. At an input where a formula has no point, ``skip`` makes all computed points nan,
+    ``hold`` repeats those of the last input before it that has points (nan, if there is none), and ``stop`` raises
+    `ScriptError`.
+    """
+    policy = FailurePolicy(on_failure)
     values = formulas.values | {name: np.asarray(value, dtype=np.float64) for name, value in (inputs or {}).items()}
     points: dict[str, FloatArray] = {}
+    failed: NDArray[np.bool_] = np.zeros(1, dtype=np.bool_)
+    unreachable: list[Unreachable] = []
     with np.errstate(all="ignore"):
         for formula in formulas.formulas:
             arguments = [
@@ -204,15 +211,33 @@ def evaluate(formulas: Formulas, inputs: Mapping[str, ArrayLike] | None = None) 
                 for word, letter in zip(formula.arguments, formula.shape, strict=True)
             ]
             _refuse_other_counts(formula, arguments)
-            function = _pla if formula.function == "PLAP" and len(arguments) == 3 else _FUNCTIONS[formula.function]
+            function = FUNCTIONS["PLA" if len(arguments) == 3 and formula.function == "PLAP" else formula.function]
             point, faults = function(formula.inverse, *arguments)
             finite = np.atleast_1d(np.isfinite(point).all(axis=-1))
-            faults = [*faults, _Fault(~finite, "its numbers are too large")]
-            if any(fault.where.any() for fault in faults):
-                raise _unreachable(formula, faults)
+            for fault in (*faults, Fault(~finite, "its numbers are too large")):
+                new = fault.where & ~failed
+                if new.any():
+                    unreachable.append(Unreachable(np.flatnonzero(new), _unreachable(formula, fault, new)))
+                    failed = failed | new
+            if unreachable and policy is FailurePolicy.STOP:
+                raise ScriptError([min(unreachable, key=lambda each: int(each.rows[0])).diagnostic])
             points[formula.target] = np.asarray(point, dtype=np.float64)
+    if unreachable:
+        points = {name: _without(point, failed, policy) for name, point in points.items()}
     used = _points(formulas)
-    return {name: value for name, value in values.items() if name not in points and name in used} | points
+    given = {name: value for name, value in values.items() if name not in points and name in used}
+    return FormulaPoints(given | points, tuple(unreachable))
+
+
+def _without(point: FloatArray, failed: NDArray[np.bool_], policy: FailurePolicy) -> FloatArray:
+    """A computed point with nothing, or what is held, at the rows that ``failed``."""
+    everywhere = np.array(np.broadcast_to(point, (len(failed), 2)) if len(failed) > 1 else point)
+    rows = everywhere.reshape(-1, 2)
+    rows[failed] = np.nan
+    if policy is FailurePolicy.HOLD:
+        last = np.maximum.accumulate(np.where(failed, -1, np.arange(len(failed))))
+        rows[last >= 0] = rows[last[last >= 0]]
+    return everywhere
 
 
 def _points(formulas: Formulas) -> set[str]:
@@ -263,119 +288,13 @@ def _refuse_other_counts(formula: Formula, arguments: Sequence[FloatArray]) -> N
         raise _error("formula/counts", f"{formula}: different numbers of values: {told}", formula.span)
 
 
-def _unreachable(formula: Formula, faults: Sequence[_Fault]) -> ScriptError:
-    count = max(fault.where.size for fault in faults)
-    everywhere = [(np.broadcast_to(fault.where, count), fault) for fault in faults]
-    first = min(int(np.argmax(where)) for where, _ in everywhere if where.any())
-    fault = next(fault for where, fault in everywhere if where[first])
+def _unreachable(formula: Formula, fault: Fault, rows: NDArray[np.bool_]) -> Diagnostic:
+    """What ``fault`` says of the first of ``rows`` (F,)."""
+    count, first, many = len(rows), int(np.argmax(rows)), int(np.count_nonzero(rows))
     where = f" at input {first} of {count}" if count > 1 else ""
+    if many > 1:
+        where = f" at {many} of {count} inputs, the first is input {first}"
     short = math.nan if fault.short is None else float(np.broadcast_to(fault.short, count)[first])
     amount = f", by {short:.6g}" if math.isfinite(short) else ""
-    story = fault.story.format(*formula.arguments)
-    return _error("formula/unreachable", f"{formula} has no solution{where}: {story}{amount}", formula.span)
-
-
-@dataclass(frozen=True, slots=True)
-class _Fault:
-    """``where`` (F,) a formula has no point, why (``{0}`` is its first argument), and the length it is ``short`` of."""
-
-    where: NDArray[np.bool_]
-    story: str
-    short: FloatArray | None = None
-
-
-_Result = tuple[FloatArray, tuple[_Fault, ...]]
-"""The point (…, 2), and where it is none; of two faults at one place, the first is reported."""
-
-
-def _polar(length: FloatArray, degrees: FloatArray) -> FloatArray:
-    sine, cosine = sincosd(degrees)
-    return np.stack(np.broadcast_arrays(length * cosine, length * sine), axis=-1)
-
-
-def _together(d: FloatArray, *arms: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """The length (F,) of ``d``, and where it is negligible compared with the lengths of ``arms`` and what is added to
-    them.
-    """
-    far = np.hypot(d[..., 0], d[..., 1])
-    return np.asarray(far), np.atleast_1d(far <= TOUCHING * sum(np.abs(arm) for arm in arms))
-
-
-def _pla(inverse: bool, a: FloatArray, length: FloatArray, angle: FloatArray) -> _Result:
-    return a + _polar(length, -angle if inverse else angle), ()
-
-
-def _plap(inverse: bool, a: FloatArray, length: FloatArray, angle: FloatArray, b: FloatArray) -> _Result:
-    d = b - a
-    far, together = _together(d, length)
-    unit = d / far[..., None]
-    c, s = np.moveaxis(_polar(np.ones(()), -angle if inverse else angle), -1, 0)
-    turned = np.stack([unit[..., 0] * c - unit[..., 1] * s, unit[..., 1] * c + unit[..., 0] * s], axis=-1)
-    point = a + np.asarray(length)[..., None] * turned
-    return point, (_Fault(together, "{0} and {3} coincide, and give no direction"),)
-
-
-def _pllp(inverse: bool, a: FloatArray, first: FloatArray, second: FloatArray, b: FloatArray) -> _Result:
-    d = b - a
-    far, together = _together(d, first, second)
-    along = ((first - second) * (first + second) / far + far) / 2.0
-    # (first - along)(first + along), from the sides, so that nothing cancels if the circles touch
-    across = (first + second + far) * (first + second - far) * (far + first - second) * (far - first + second)
-    high = np.sqrt(np.maximum(across, 0.0)) / (2.0 * far) * (-1.0 if inverse else 1.0)
-    ux, uy = d[..., 0] / far, d[..., 1] / far
-    point = np.stack([a[..., 0] + along * ux - high * uy, a[..., 1] + along * uy + high * ux], axis=-1)
-    slack = np.minimum(first + second - far, far - np.abs(first - second))
-    slack = np.where(np.abs(slack) <= TOUCHING * (first + second), 0.0, slack)
-    same = np.atleast_1d(np.abs(first - second) <= TOUCHING * (first + second))
-    return point, (
-        _Fault(together & same, "{0} and {3} coincide, and so do the circles about them: any point on them would do"),
-        _Fault(together, "{0} and {3} coincide, and the circles about them do not meet", np.abs(first - second)),
-        _Fault(np.atleast_1d(~(slack >= 0.0)), "its circles do not meet", -slack),
-    )
-
-
-def _plpp(inverse: bool, a: FloatArray, length: FloatArray, b: FloatArray, c: FloatArray) -> _Result:
-    d = c - b
-    far, together = _together(d, length)
-    ux, uy = d[..., 0] / far, d[..., 1] / far
-    ex, ey = a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]
-    along, off = ex * ux + ey * uy, np.abs(ey * ux - ex * uy)
-    slack = length - off
-    slack = np.where(np.abs(slack) <= TOUCHING * np.maximum(length, off), 0.0, slack)
-    reach = along + np.sqrt(np.maximum((length - off) * (length + off), 0.0)) * (-1.0 if inverse else 1.0)
-    point = np.stack([b[..., 0] + reach * ux, b[..., 1] + reach * uy], axis=-1)
-    return point, (
-        _Fault(together, "{2} and {3} coincide, and give no line"),
-        _Fault(np.atleast_1d(~(slack >= 0.0)), "its circle does not reach the line", -slack),
-    )
-
-
-def _palp(inverse: bool, a: FloatArray, angle: FloatArray, length: FloatArray, b: FloatArray) -> _Result:
-    _, together = _together(b - a, length)
-    ahead, _ = _plap(False, a, np.ones(()), angle, b)
-    backwards = (ahead[..., 0] >= a[..., 0]) ^ inverse
-    point, (_, out_of_reach) = _plpp(
-        False, b, length, np.where(backwards[..., None], ahead, a), np.where(backwards[..., None], a, ahead)
-    )
-    return point, (_Fault(together, "{0} and {3} coincide, and give no direction"), out_of_reach)
-
-
-def _pxy(inverse: bool, a: FloatArray, x: FloatArray, y: FloatArray) -> _Result:
-    del inverse
-    return a + np.stack(np.broadcast_arrays(x, y), axis=-1), ()
-
-
-def _ppp(inverse: bool, a: FloatArray, b: FloatArray, c: FloatArray) -> _Result:
-    del inverse
-    return c + (b - a), ()
-
-
-_FUNCTIONS = {
-    "PLA": _pla,
-    "PLAP": _plap,
-    "PLLP": _pllp,
-    "PLPP": _plpp,
-    "PALP": _palp,
-    "PXY": _pxy,
-    "PPP": _ppp,
-}
+    message = f"{formula} has no solution{where}: {fault.story.format(*formula.arguments)}{amount}"
+    return Diagnostic("formula/unreachable", Severity.ERROR, message, formula.span)

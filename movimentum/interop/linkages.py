@@ -20,6 +20,10 @@ from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
 
 Vertex = tuple[float, float]
+NOISE = 1e-15
+"""Of the largest coordinate: a smaller one is the rounding of a sum that is zero."""
+NOISE_DEG = 1e-12
+"""What rounding of coordinates in the arctangents of two directions may add up to, in degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,9 +166,11 @@ def linkage_script(linkage: Linkage, title: str) -> str:
         _counted(len(linkage.fixed), "fixed vertex", "fixed vertices"),
         _counted(len(linkage.angles), "angle"),
     )
+    size = max(abs(number) for place in linkage.vertices for number in place)
+    vertices = [tuple(0.0 if abs(n) <= NOISE * size else n for n in place) for place in linkage.vertices]
     lines = [
         f"// {title}: {', '.join(counts)}.",
-        "// Vertex 3 is the anchor V3 of every rod that ends there: R0_3 is the rod from vertex 0 to vertex 3.",
+        *_names_explained(linkage),
         "",
         ".config(24);",
         "",
@@ -175,7 +181,7 @@ def linkage_script(linkage: Linkage, title: str) -> str:
     for i, j in linkage.rods:
         name = f"R{i}_{j}"
         anchors[name] = f"{name}.V{i}"
-        ends = "  ".join(f"V{n} = {_point(linkage.vertices[n])}" for n in (i, j))
+        ends = "  ".join(f"V{n} = {_point(vertices[n])}" for n in (i, j))
         lines.append(f"{name} : .bar  {ends};")
         for n in (i, j):
             anchor = f"{name}.V{n}"
@@ -183,7 +189,7 @@ def linkage_script(linkage: Linkage, title: str) -> str:
                 joints.append(f"{anchor} = {end_of[n]};")
             else:
                 end_of[n] = anchor
-    for n, place in enumerate(linkage.vertices):
+    for n, place in enumerate(vertices):
         if n not in end_of:
             lines.append(f"P{n} : .disc(3)  V{n} = {_point(place)};")
             end_of[n] = anchors[f"P{n}"] = f"P{n}.V{n}"
@@ -191,19 +197,28 @@ def linkage_script(linkage: Linkage, title: str) -> str:
     if joints:
         lines += ["// joints", *joints]
     if linkage.fixed:
-        lines += ["// fixed vertices", *(f"{end_of[n]} = {_point(linkage.vertices[n])};" for n in linkage.fixed)]
+        lines += ["// fixed vertices", *(f"{end_of[n]} = {_point(vertices[n])};" for n in linkage.fixed)]
     if linkage.angles:
         lines.append("// angles")
         rod_of = {frozenset(rod): f"R{rod[0]}_{rod[1]}" for rod in linkage.rods}
         for (i, j, k), degrees in zip(linkage.angles, linkage.degrees, strict=True):
             u, v = (_side(rod_of, end_of, i, n) for n in (j, k))
-            lines.append(f".a({u}, {v}) = {float_text(degrees)};")
+            lines.append(f".a({u}, {v}) = {float_text(_without_noise(degrees))};")
     mentioned = set(re.findall(r"\w+(?=\.V)", "\n".join(lines[lines.index("@0") :])))
     free = [f"    {anchor} = [_, _];" for name, anchor in anchors.items() if name not in mentioned]
     if free:
         # a thing that no statement mentions would be a backdrop, which stays where it is drawn
         lines += ["// free to be anywhere", *free]
     return "\n".join(lines) + "\n"
+
+
+def _names_explained(linkage: Linkage) -> list[str]:
+    """A comment about the names in a script, with a rod of this linkage as the example."""
+    if not linkage.rods:
+        return []
+    i, j = linkage.rods[0]
+    rod = f"R{i}_{j} is the rod from vertex {i} to vertex {j}"
+    return [f"// Vertex {j} is the anchor V{j} of every rod that ends there: {rod}."]
 
 
 def _side(rod_of: dict[frozenset[int], str], end_of: dict[int, str], start: int, end: int) -> str:
@@ -214,8 +229,14 @@ def _side(rod_of: dict[frozenset[int], str], end_of: dict[int, str], start: int,
     return f"{end_of[end]} - {end_of[start]}"
 
 
-def _point(place: Vertex) -> str:
+def _point(place: Sequence[float]) -> str:
     return f"[{float_text(place[0])}, {float_text(place[1])}]"
+
+
+def _without_noise(degrees: float) -> float:
+    """An angle from coordinates; a whole number that is off by rounding only is that number."""
+    whole = round(degrees)
+    return float(whole) if abs(degrees - whole) < NOISE_DEG else degrees
 
 
 def _counted(count: int, one: str, many: str | None = None) -> str:

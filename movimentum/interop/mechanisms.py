@@ -18,6 +18,7 @@ from movimentum.errors import ScriptError, UsageError
 from movimentum.interop.names import script_name
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
+from movimentum.text import counted
 
 GROUND = "ground"
 TURN = 60
@@ -168,19 +169,21 @@ def _error(code: str, message: str, span: Span | None, *helps: str) -> ScriptErr
 # --- as a script ----------------------------------------------------------------------------------------
 
 
-def mechanism_script(joints: Sequence[MechanismJoint], drives: Iterable[tuple[int, int]], title: str) -> str:
+def mechanism_script(
+    joints: Sequence[MechanismJoint], drives: Iterable[tuple[int, int]], title: str, more: Sequence[str] = ()
+) -> str:
     """A script that states the mechanism: links as bars, whose anchors are named after their joints, and the equations
     of the joints; each of ``drives`` (base, driven) turns the driven joint about the base, one turn from where it is
-    drawn. (A slider that is its own base is moved along its slot.)
+    drawn. (A slider that is its own base is moved along its slot.) ``more`` statements stand behind the joints.
 
     Raises `UsageError` for a drive that is not possible.
     """
-    names = _link_names(joints)
+    names = link_names(joints)
     drives = list(drives)
     turning = {pair: _driven_link(joints, pair) for pair in drives}
     pushed = {base for base, driven in drives if base == driven}
     lines = [
-        f"// {title}: {len(joints)} joints, {len(names)} links and the ground.",
+        f"// {title}: {counted(len(joints), 'joint')}, {counted(len(names), 'link')} and the ground.",
         "// Joint 2 is the anchor P2 of every link that it connects.",
         "",
         ".config(24);",
@@ -190,10 +193,10 @@ def mechanism_script(joints: Sequence[MechanismJoint], drives: Iterable[tuple[in
         lines.append(_definition(joints, link, name))
     for n, joint in enumerate(joints):
         if not set(joint.links) - {GROUND}:
-            lines.append(f"Ground{n} : .disc(3)  P{n} = {_point(joint.place)};{_spoken(joint)}")
+            lines.append(f"Ground{n} : .disc(3)  P{n} = {point_text(joint.place)};{_spoken(joint)}")
     lines += ["", "@0"]
     stated = [line for n, joint in enumerate(joints) for line in _statements(n, joint, names, n in pushed)]
-    lines += [*stated, *_free_links(joints, names, stated)]
+    lines += [*stated, *_free_links(joints, names, [*stated, *more]), *more]
     for base, driven in drives:
         if base == driven:
             reach = float_text(float(f"{0.1 * _size(joints):.2g}"))
@@ -215,7 +218,7 @@ def mechanism_script(joints: Sequence[MechanismJoint], drives: Iterable[tuple[in
 _OURS = re.compile(r"Ground\d+|slide_\d+|input_\d+_\d+")
 
 
-def _link_names(joints: Sequence[MechanismJoint]) -> dict[str, str]:
+def link_names(joints: Sequence[MechanismJoint]) -> dict[str, str]:
     """Each link's name in the script."""
     names: dict[str, str] = {}
     for joint in joints:
@@ -260,7 +263,7 @@ def _definition(joints: Sequence[MechanismJoint], link: str, name: str) -> str:
     for n, joint in enumerate(joints):
         if link not in joint.links:
             continue
-        anchors.append(f"P{n} = {_point(joint.place)}")
+        anchors.append(f"P{n} = {point_text(joint.place)}")
         if joint.kind != "R" and _has_direction(joint, link):
             length = float_text(float(f"{0.2 * _size(joints):.2g}"))
             turn = float_text(joint.angle)
@@ -283,20 +286,20 @@ def _statements(n: int, joint: MechanismJoint, names: dict[str, str], pushed: bo
     if joint.kind == "R":
         bodies = [link for link in joint.links if link != GROUND]
         if GROUND in joint.links and bodies:
-            lines.append(f"{names[bodies[0]]}.P{n} = {_point(joint.place)};")
+            lines.append(f"{names[bodies[0]]}.P{n} = {point_text(joint.place)};")
         lines += [f"{names[link]}.P{n} = {names[bodies[0]]}.P{n};" for link in bodies[1:]]
         return lines
     slot, *pins = joint.links
     along = f"slide_{n}" if pushed else "_"
     if slot == GROUND:
-        track = f"{_point(joint.place)} + [{along}, 0].r({float_text(joint.angle)})"
+        track = f"{point_text(joint.place)} + [{along}, 0].r({float_text(joint.angle)})"
     else:
         origin, ahead = f"{names[slot]}.P{n}", f"{names[slot]}.S{n}"
         length = f"/({ahead} - {origin}).l" if pushed else ""
         track = f"{origin} + ({ahead} - {origin}) * {along}{length}"
     if GROUND in pins:
-        lines.append(f"{track} = {_point(joint.place)};")
-        lines += [f"{names[pin]}.P{n} = {_point(joint.place)};" for pin in pins if pin != GROUND]
+        lines.append(f"{track} = {point_text(joint.place)};")
+        lines += [f"{names[pin]}.P{n} = {point_text(joint.place)};" for pin in pins if pin != GROUND]
     else:
         lines.append(f"{names[pins[0]]}.P{n} = {track};")
         lines += [f"{names[pin]}.P{n} = {names[pins[0]]}.P{n};" for pin in pins[1:]]
@@ -332,5 +335,6 @@ def _size(joints: Sequence[MechanismJoint]) -> float:
     return max(max(j.place[k] for j in joints) - min(j.place[k] for j in joints) for k in (0, 1)) or 1.0
 
 
-def _point(place: tuple[float, float]) -> str:
+def point_text(place: tuple[float, float]) -> str:
+    """A place as a script has it."""
     return f"[{float_text(place[0])}, {float_text(place[1])}]"

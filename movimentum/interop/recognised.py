@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from enum import StrEnum
+from pathlib import Path
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
-from movimentum.interop.formulas import without_comments
+from movimentum.interop.formula_words import SHAPES, without_comments
 from movimentum.source import SourceText
+from movimentum.terminal import typed
 
 
 class FileKind(StrEnum):
@@ -17,42 +19,85 @@ class FileKind(StrEnum):
     LINKAGE = "linkage"
     MECHANISM = "mechanism"
     FORMULAS = "formulas"
+    PMKS = "pmks"
+    LINKAGE2 = "linkage2"
 
     @property
     def told(self) -> str:
         """The format's name in a sentence."""
-        return {"linkage": "a linkage file", "mechanism": "a mechanism expression", "formulas": "a formula"}[self]
+        return {
+            "linkage": "a linkage file",
+            "mechanism": "a mechanism expression",
+            "formulas": "a formula",
+            "pmks": "a text file of PMKS",
+            "linkage2": "a file of the program Linkage",
+        }[self]
 
 
+_LINKAGE2 = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?<linkage2\b")
+_PMKS = re.compile(
+    r"(?:^|[\r\n])[ \t]*\w+(?:[ \t]*[, \t][ \t]*\w+)*[ \t]*[, \t][ \t]*(?:RP|R|P|G)[ \t]*[, \t][ \t]*[-+.\d]"
+    r"[^\s,]*[ \t]*[, \t][ \t]*[-+.\d]",
+    re.IGNORECASE,
+)
 _MECHANISM = re.compile(r"\s*M\s*\[")
 _FORMULA = re.compile(r"(?:^|[;\r\n])[ \t]*(?:P[A-Za-z]{2,3}[ \t]*\[|[^\W\d]\w*[ \t]*\[[^\]\r\n]*\][ \t]*\()")
 _VALUE = re.compile(r"\s*[^\W\d]\w*\s*=\s*[-+\[(\d.]")
 _VERTICES = re.compile(r"(?:^|[\r\n])[ \t]*v[^\r\n]*[\r\n]+[ \t]*[-+.\d]\S*[ \t]+[-+.\d]\S*[ \t]*(?:[\r\n]|\Z)")
+_TRIANGLE = re.compile(rf"\s*(?:{'|'.join(SHAPES)})[ \t]*\[")
+_SCRIPT = re.compile(r"(?:^|[\r\n])[ \t]*@|\w\s*:|=[^\r\n;]*;[ \t]*(?:[\r\n]|\Z)")
+"""What the formats of other programs do not have: a step, a definition, a statement with its end."""
 _SECTION = re.compile(r"(?:^|[\r\n])[ \t]*[vefa]")
 
 
 def kind_of(source: SourceText) -> FileKind:
     """The format of a text; raises `ScriptError` if it has no known format.
 
-    A mechanism begins with ``M[``; formulas have a function with brackets, or begin with a value; a linkage has a line
-    that opens a section. Comments (``#``) are ignored.
+    A mechanism begins with ``M[``, a file of Linkage with its element; a line of PMKS has links, a type and two
+    numbers; formulas have a function with brackets, or begin with a value; a linkage has a line that opens a section.
+    Comments (``#``) are ignored.
     """
     text = without_comments(source.text)
     if _MECHANISM.match(text):
         return FileKind.MECHANISM
+    if _LINKAGE2.match(source.text):
+        return FileKind.LINKAGE2
+    if _PMKS.search(text):
+        return FileKind.PMKS
     if _FORMULA.search(text) or (_VALUE.match(text) and not _VERTICES.search(text)):
         return FileKind.FORMULAS
     if _SECTION.search(text):
         return FileKind.LINKAGE
     helps = (
+        "ground,crank,R,100,100",
         "a linkage file: `v`, and below it two numbers on each line",
         "M[J[R, P[0, 0], L[ground, link_1]]]",
         "PLLP[P1, L1, L2, P2](P3)",
     )
     if text.strip():
-        message = "this is neither a linkage file, nor a mechanism expression, nor triangular formulas"
+        message = (
+            "this is neither a linkage file, nor a mechanism expression, nor triangular formulas, nor a file of PMKS or"
+            " Linkage"
+        )
     else:
         message = (
             f"there is nothing in {source.path} but comments" if source.text.strip() else f"{source.path} is empty"
         )
     raise ScriptError([Diagnostic("import/unknown", Severity.ERROR, message, helps=helps)])
+
+
+def not_a_script(source: SourceText) -> Diagnostic | None:
+    """What is wrong with another program's file where a script is expected; None if it may be meant as a script."""
+    text = without_comments(source.text)
+    foreign = any(beginning.match(text) for beginning in (_MECHANISM, _TRIANGLE, _LINKAGE2, _PMKS))
+    foreign |= _SECTION.match(text) is not None and _VERTICES.search(text) is not None
+    if not foreign or _SCRIPT.search(text):
+        return None
+    kind = kind_of(source)
+    target = Path(source.path).with_suffix(".mov")
+    return Diagnostic(
+        "syntax/foreign",
+        Severity.ERROR,
+        f"{source.path} is {kind.told} and not a script",
+        helps=(f"movimentum import {typed(source.path)} -o {typed(target)}",),
+    )

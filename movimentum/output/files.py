@@ -10,7 +10,7 @@ import os
 import re
 import stat
 from collections.abc import Generator, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from movimentum.diagnostics import Diagnostic, Severity
@@ -37,11 +37,11 @@ def whole_file(path: Path) -> Generator[Path, None, None]:
     """
     target = _target(path)
     if target.exists() and not target.is_file():
-        with _explained(path, target):
+        with explained(path, target):
             yield target
         return
     part = _begun(path, target)
-    with _explained(path, part):
+    with explained(path, part):
         try:
             yield part
             part.replace(target)
@@ -57,7 +57,7 @@ def whole_folder(pattern: Path, inputs: Iterable[str | Path] = ()) -> Generator[
     """
     target = _target(pattern)
     part = _begun(pattern, target, folder=True)
-    with _explained(pattern, part):
+    with explained(pattern, part):
         try:
             yield part
             written = sorted(part.iterdir())
@@ -133,12 +133,22 @@ def _overwriting(path: Path, output: Path, found: str | Path) -> UsageError:
     )
 
 
-def make_folder(folder: Path) -> None:
-    """The folder, with those above it; `UsageError` if it cannot be made."""
+@contextmanager
+def made_folder(folder: Path) -> Generator[None, None, None]:
+    """The folder, with those above it; `UsageError` if it cannot be made. Those that were made for it go again if
+    nothing has come into them.
+    """
     try:
+        missing = [each for each in (folder, *folder.parents) if not each.exists()]
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
         raise unwritable(folder, (problem.strerror or str(problem)).lower()) from problem
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            for each in missing:
+                each.rmdir()
 
 
 def remove_own(path: Path, inputs: Iterable[str | Path] = ()) -> None:
@@ -173,10 +183,15 @@ def _target(path: Path) -> Path:
     try:
         target = Path(os.path.realpath(path))
         folder, home = target.is_dir(), target.parent.is_dir()
+        protected = target.is_file() and not (os.stat(target).st_mode & 0o222 and os.access(target, os.W_OK))
     except OSError as problem:  # a name that is too long, a chain of links without end
         raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
+    except ValueError as problem:  # a name with a null byte, or with what no name can hold
+        raise unwritable(ascii(str(path)), "no file has such a name") from problem
     if folder:
         raise unwritable(path, "it is a folder", f"-o {typed(path / 'movimentum.gif')}")
+    if protected:
+        raise unwritable(path, "it is write-protected", f"chmod u+w {typed(path)}")
     if not home:
         raise unwritable(path, f"there is no folder {path.parent}", f"mkdir -p {typed(path.parent)}")
     return target
@@ -191,7 +206,8 @@ def _begun(path: Path, target: Path, *, folder: bool = False) -> Path:
 
 
 @contextmanager
-def _explained(path: Path, part: Path) -> Generator[None, None, None]:
+def explained(path: Path, part: Path) -> Generator[None, None, None]:
+    """An error in writing ``part``, or a full disk, is told as one of ``path``."""
     try:
         yield
     except BrokenPipeError:

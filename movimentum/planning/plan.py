@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.fused import Schedule, schedule
 from movimentum.planning.blocks.kinds import Block, Winding
+from movimentum.planning.blocks.stated import BlockRows, blocks_before, blocks_behind, rows_of
 from movimentum.planning.codegen.generate import Clocks, Compiled
 from movimentum.planning.codegen.kept_code import KeptCode
 from movimentum.planning.lowering.equations import System
@@ -42,6 +43,7 @@ class Plan:
     code: KeptCode | None = None
     _schedules: dict[bool, Schedule] = field(default_factory=dict[bool, Schedule])
     _owner: dict[int, int] = field(default_factory=dict[int, int], init=False)
+    _stated: dict[int, BlockRows] = field(default_factory=dict[int, BlockRows], init=False)
 
     @property
     def owner(self) -> Mapping[int, int]:
@@ -49,6 +51,21 @@ class Plan:
         if not self._owner:
             self._owner.update((n, block.number) for block in self.blocks for n in block.unknowns)
         return self._owner
+
+    def behind(self, unknowns: Iterable[int]) -> tuple[int, ...]:
+        """The numbers of the blocks that the rates of ``unknowns`` depend on, in order."""
+        return blocks_behind(self.system, self.blocks, self.owner, unknowns)
+
+    def before(self, block: Block) -> set[int]:
+        """The numbers of the blocks whose rates those of ``block`` depend on at once, and its own."""
+        return blocks_before(self.system, self.owner, block)
+
+    def stated_rows(self, block: Block) -> BlockRows:
+        """The equations of a block as they were stated (made when they are first asked for)."""
+        found = self._stated.get(block.number)
+        if found is None:
+            found = self._stated[block.number] = rows_of(self.system, block)
+        return found
 
     def read_by(self, block: Block) -> set[int]:
         """The unknowns that say how a block stands: those it finds, those it is given, and what else tells the pose of

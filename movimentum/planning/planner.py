@@ -8,33 +8,25 @@ from functools import partial
 from itertools import islice
 
 from movimentum.cancellation import look
-from movimentum.expressions import ZERO, Expr, add, call, const, mul, substitute, symbol, walk
+from movimentum.expressions import Expr, add, call, const, mul, substitute, symbol, walk
 from movimentum.planning.blocks.build import make_block
 from movimentum.planning.blocks.kept import KeptBlocks, block_key
 from movimentum.planning.blocks.kinds import Assign, Block
+from movimentum.planning.blocks.velocities import look_for_wished_rates, velocity_block
 from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.body_frames import KnownFrames
 from movimentum.planning.lowering.builder import Forms
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.polynomial import Polynomial, from_expression, plus
-from movimentum.planning.lowering.system import build_system, with_rates, with_rigidity
+from movimentum.planning.lowering.system import build_system, with_rigidity
 from movimentum.planning.lowering.unknowns import Accumulated, Rate, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
-from movimentum.planning.structure.decompose import Decomposition, Group, decompose, driven_angles
+from movimentum.planning.structure.decompose import Decomposition, Group, driven_angles
+from movimentum.planning.structure.rates import with_needed_rates
 from movimentum.planning.structure.turns import without_repetitions
 from movimentum.scene.model import Anonymous, Bearing, Scene
 from movimentum.timeline.model import Segment
-
-HIGHEST_RATE = 4
-
-
-class CyclicRateError(Exception):
-    """A derivative depends on itself; carries the number of a constraint that states it."""
-
-    def __init__(self, constraint: int | None) -> None:
-        self.constraint = constraint
-        super().__init__("a derivative depends on itself")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,12 +42,12 @@ class Structure:
     decomposition: Decomposition
 
     def with_merged(self, merged: frozenset[int]) -> Structure:
-        """The same equations, grouped anew; raises `CyclicRateError`."""
+        """The same equations, grouped anew: ``merged`` are no rates; raises `RateError`."""
         return _structure(self.base, self.driven, merged)
 
 
 def structure_of(scene: Scene, segment: Segment, frames: KnownFrames, forms: Forms | None = None) -> Structure:
-    """The equations of ``segment`` in groups; raises `CyclicRateError`. ``frames``: see `body_frames`; ``forms``: see
+    """The equations of ``segment`` in groups; raises `RateError`. ``frames``: see `body_frames`; ``forms``: see
     `build_system`.
     """
     found = _structured(build_system(scene, segment, frames, forms=forms))
@@ -82,7 +74,7 @@ def _structured(system: System) -> Structure:
 
 
 def _structure(base: System, driven: frozenset[int], merged: frozenset[int]) -> Structure:
-    system, decomposition = _with_needed_rates(base, decompose(base, merged), merged)
+    system, decomposition = with_needed_rates(base, merged)
     return Structure(base, driven, merged, system, decomposition)
 
 
@@ -106,6 +98,8 @@ def compile_structure(structure: Structure, size: float, kept: KeptBlocks | None
             folded[e] = _folded(folded[e], constants)
         number, rows = len(blocks), [folded[e] for e in group.equations]
         make = partial(make_block, number, replace(system, equations=folded), group, clocks, moving, size)
+        if any(row.form is Form.VELOCITY for row in rows):
+            make = partial(velocity_block, number, system, group, blocks)
         key = None if kept is None else block_key(number, system, rows, group, clocks, moving)
         block = make() if key is None or kept is None else kept.block((size, key), group.equations, make)
         drawn = with_wishes if kept is None else kept.drawn
@@ -116,6 +110,7 @@ def compile_structure(structure: Structure, size: float, kept: KeptBlocks | None
             constants |= dict(block.formulas)
         if block.moving:
             moving |= set(block.unknowns)
+    look_for_wished_rates(system, blocks)
     errors = [error for wish in system.wishes for error in wish.errors]
     for node in walk(*(equation.residual for equation in system.equations if equation.residual.timed)):
         if node.op == "clock":  # also those that no block reads, for whoever looks at the equations as they were stated
@@ -127,7 +122,7 @@ def compile_structure(structure: Structure, size: float, kept: KeptBlocks | None
         blocks=tuple(blocks),
         checks=decomposition.checks,
         check_values=tuple(
-            code([system.equations[n].residual, _size_of_terms(system.equations[n], size, turning)], clocks)
+            code([system.equations[n].residual, _size_of_terms(system, n, size, turning)], clocks)
             for n in decomposition.checks
         ),
         selectors=tuple(code([selector.value], clocks) for selector in system.selectors),
@@ -180,78 +175,32 @@ def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
         targets=tuple(n for n in equation.targets if n not in constants),
         polynomial=from_expression(residual) if form is None and equation.form is Form.PLAIN else form,
         original=None if equation.original is None else substitute(equation.original, value),
+        length=None if equation.length is None else substitute(equation.length, value),
         integrand=None if equation.integrand is None else substitute(equation.integrand, value),
     )
 
 
-def _size_of_terms(equation: Equation, size: float, turning: Set[int]) -> Expr:
+ROUNDED = 5e-8
+"""Of how far a scene lies from the origin: what its numbers are rounded by, as large as if it were a term (of which a
+redundant equation may be off by 1e-8).
+"""
+
+
+def _size_of_terms(system: System, number: int, size: float, turning: Set[int]) -> Expr:
     """The sum of the sizes of an equation's terms: what its residual is small or large against.
 
     Equations of the constraints ``turning`` are about angles, whose zero says nothing: a turn counts too.
     """
+    equation = system.equations[number]
     if equation.polynomial is None:
         return const(size)
-    total = const(360.0) if equation.constraint in turning else ZERO
+    total = const(360.0 if equation.constraint in turning else ROUNDED * max(map(abs, system.shift)))
     for monomial, coefficient in equation.polynomial.items():
         term = coefficient
         for n in monomial:
             term = mul(term, symbol(n))
         total = add(total, call("abs", term))
     return total
-
-
-def _about_rates(system: System, equation: int) -> bool:
-    targets = system.equations[equation].targets
-    return bool(targets) and any(isinstance(system.unknowns[n].payload, Rate) for n in targets)
-
-
-def _with_needed_rates(
-    system: System, decomposition: Decomposition, merged: frozenset[int]
-) -> tuple[System, Decomposition]:
-    """Differentiate the equations of every block whose rates are asked for, until no new rate is."""
-    done: set[int] = set()
-    while True:
-        wanted: dict[int, set[int]] = {}
-        for unknown in system.unknowns:
-            if isinstance(unknown.payload, Rate):
-                order = _order(system, unknown.payload.of)
-                if order >= HIGHEST_RATE:
-                    raise CyclicRateError(_first_stated(system))
-                wanted.setdefault(order, set()).add(unknown.payload.of)
-        for _, unknowns in sorted(
-            wanted.items()
-        ):  # the first rates must be complete before they are differentiated again
-            fresh = [
-                e
-                for group in decomposition.groups
-                if unknowns & set(group.unknowns)
-                for e in group.equations
-                if e not in done
-            ]
-            if fresh:
-                break
-        else:
-            return system, decomposition
-        done |= set(fresh)
-        system = with_rates(system, fresh)
-        decomposition = decompose(system, merged)
-
-
-def _order(system: System, unknown: int) -> int:
-    """How many times an unknown is differentiated."""
-    order = 0
-    payload = system.unknowns[unknown].payload
-    while isinstance(payload, Rate):
-        order += 1
-        payload = system.unknowns[payload.of].payload
-    return order
-
-
-def _first_stated(system: System) -> int | None:
-    """A constraint that mentions a rate."""
-    return next(
-        (e.constraint for e in system.equations if e.constraint is not None and _about_rates(system, e.number)), None
-    )
 
 
 def _needed(system: System, decomposition: Decomposition) -> list[Group]:

@@ -75,6 +75,8 @@ class Canvas:
         """Lay a transformed sprite over the canvas: a coverage (mode L) in ``color``, or a picture tinted with it."""
         if opacity <= 0.0:
             return
+        if sprite.image.mode == "L":
+            to_canvas = _upright(to_canvas)
         resample = Image.Resampling.NEAREST if self.draft else Image.Resampling.BILINEAR
         found = sprite.transformed(to_canvas, self.size, resample)
         if found is None:
@@ -102,6 +104,13 @@ class Canvas:
             layer = Image.new("RGB", mask.size, color)
             layer.putalpha(mask)
             self.image.alpha_composite(layer, (left, top))
+
+
+def _upright(place: Affine) -> Affine:
+    """The place of a text, at whole pixels if it is not turned: so its letters stay sharp."""
+    if abs(place.a - 1.0) > 1e-6 or abs(place.d) > 1e-6 or abs(place.e - 1.0) > 1e-6:
+        return place
+    return place._replace(c=float(round(place.c)), f=float(round(place.f)))
 
 
 def _tinted(straight: Image.Image, color: Color) -> Image.Image:

@@ -1,13 +1,14 @@
-"""Fonts for texts: Pillow's own, DejaVu Sans, which is included, and those of the system.
+"""Fonts for texts: Inter, which all films have in common; DejaVu Sans, for what Inter has not; and those of the system.
 
-Pillow's font has only Latin letters. A text is drawn with it if it has all the letters; otherwise with the first face
-that has all of them; otherwise each character with the first face that has it.
+Each character is drawn with the first face that has it, together with the accents that stand on it. So a text does not
+change its design because another character is in it.
 """
 
 from __future__ import annotations
 
 import io
 import os
+import re
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from typing import Any
 
 from PIL import ImageFont
 
-SHIPPED = "DejaVuSans.ttf"
+SHIPPED = ("Inter-Regular.otf", "DejaVuSans.ttf")
 SYSTEM = (
     "NotoSans-Regular.ttf", "arial.ttf", "segoeui.ttf", "Arial Unicode.ttf", "FreeSans.ttf",
     "LiberationSans-Regular.ttf",
@@ -28,7 +29,7 @@ SYSTEM = (
     "Symbola.ttf", "NotoSansDevanagari-Regular.ttf", "NotoSansThai-Regular.ttf", "Nirmala.ttf", "leelawui.ttf",
     "NotoEmoji-Regular.ttf", "unifont.ttf", "unifont.otf",
 )  # fmt: skip
-"""Files that systems commonly have, searched by name if the two others are not enough."""
+"""Files that systems commonly have, searched by name if the two that are shipped are not enough."""
 PROBE = 24.0
 """The size used to find out which characters a face has."""
 NOWHERE = ("\U0010ffff", "\ufff0", "\u0378")
@@ -38,35 +39,35 @@ REPLACEMENT = "\ufffd"
 
 @dataclass(frozen=True, slots=True)
 class Face:
-    """A font file by name; "" is Pillow's own."""
+    """A font file by name."""
 
     name: str
 
-    def at(self, size: float) -> Any:
-        """The font at a size in pixels; OSError if the system does not have it."""
-        return _opened(self.name, size)
+    def at(self, size: float, *, joined: bool = False) -> Any:
+        """The font at a size in pixels, for single characters or (``joined``) for such as change beside each other;
+        OSError if the system does not have it.
+        """
+        return _opened(self.name, size, joined)
 
-    def has(self, character: str) -> bool:
-        """Whether the face draws a character, and not its sign for missing characters."""
-        return _has(self.name, character)
-
-
-@cache
-def _opened(name: str, size: float) -> Any:
-    if not name:
-        return ImageFont.load_default(size)
-    if name == SHIPPED:
-        return ImageFont.truetype(io.BytesIO(_shipped()), size)
-    return ImageFont.truetype(name, size)
+    def has(self, text: str) -> bool:
+        """Whether the face draws all characters of a text, and not its sign for missing ones."""
+        return all(_has(self.name, character) for character in text)
 
 
 @cache
-def _shipped() -> bytes:
-    """The font beside this module, also where the package is not in a folder."""
+def _opened(name: str, size: float, joined: bool) -> Any:
+    # what lays out joined letters is a library of the system, where it has one: plain letters must not depend on it
+    engine = None if joined else ImageFont.Layout.BASIC
+    return ImageFont.truetype(io.BytesIO(_shipped(name)) if name in SHIPPED else name, size, layout_engine=engine)
+
+
+@cache
+def _shipped(name: str) -> bytes:
+    """A font beside this module, also where the package is not in a folder."""
     from movimentum import rendering
 
     loader: Any = rendering.__loader__
-    data: bytes = loader.get_data(os.path.join(os.path.dirname(__file__), "fonts", SHIPPED))
+    data: bytes = loader.get_data(os.path.join(os.path.dirname(__file__), "fonts", name))
     return data
 
 
@@ -76,14 +77,14 @@ def _lacking(name: str) -> frozenset[tuple[tuple[int, int], bytes]]:
 
 
 def _drawn(name: str, character: str) -> tuple[tuple[int, int], bytes]:
-    mask = _opened(name, PROBE).getmask(character)
+    mask = _opened(name, PROBE, False).getmask(character)
     return tuple(mask.size), bytes(mask)
 
 
 @cache
 def _has(name: str, character: str) -> bool:
-    if character.isspace() or unicodedata.category(character) in ("Cf", "Mn", "Me"):
-        return True  # they are invisible by themselves
+    if character.isspace() or unicodedata.category(character) == "Cf":
+        return True  # they are invisible
     try:
         return _drawn(name, character) not in _lacking(name)
     except OSError:
@@ -92,9 +93,7 @@ def _has(name: str, character: str) -> bool:
 
 def faces() -> Iterator[Face]:
     """All faces, the first choice first; the system's are opened when they are needed."""
-    yield Face("")
-    yield Face(SHIPPED)
-    yield from map(Face, SYSTEM)
+    yield from map(Face, (*SHIPPED, *SYSTEM))
 
 
 def normal(text: str) -> str:
@@ -107,15 +106,12 @@ def runs(text: str) -> tuple[tuple[Face, str], ...]:
     """A text (see `normal`) cut into pieces, each with the face to draw it with; characters that no face has are
     replaced.
     """
-    for face in faces():
-        if all(face.has(character) for character in text):
-            return ((face, text),)
     pieces: list[tuple[Face, str]] = []
-    for character in text:
-        face = face_of(character)
-        shown = character if face is not None else REPLACEMENT
-        face = face or Face(SHIPPED)
-        if pieces and (pieces[-1][0] == face or character.isspace()):
+    for cluster in re.findall(r"(?s).[\u0300-\u036f\u1ab0-\u1aff\u20d0-\u20ff\ufe20-\ufe2f]*", text):
+        face = face_of(cluster)
+        shown = cluster if face is not None else REPLACEMENT
+        face = face or Face(SHIPPED[-1])
+        if pieces and (pieces[-1][0] == face or cluster.isspace()):
             pieces[-1] = (pieces[-1][0], pieces[-1][1] + shown)
         else:
             pieces.append((face, shown))
@@ -123,16 +119,14 @@ def runs(text: str) -> tuple[tuple[Face, str], ...]:
 
 
 @cache
-def face_of(character: str) -> Face | None:
-    """The first face but Pillow's own (which looks different) that has a character; None if there is none."""
-    return next((face for face in faces() if face.name and face.has(character)), None)
+def face_of(cluster: str) -> Face | None:
+    """The first face that has a character, and the accents on it; None if there is none."""
+    return next((face for face in faces() if face.has(cluster)), None)
 
 
 def missing(text: str) -> str:
     """The characters of a text that no face has, each once, in order."""
     text = normal(text)
     if text.isascii() and text.isprintable():
-        return ""
-    if all(Face("").has(character) for character in text):
         return ""
     return "".join(c for c in dict.fromkeys(text) if face_of(c) is None)

@@ -127,7 +127,7 @@ def _live_text(
 
 
 def _note(prepared: PreparedMark, mark: NoteMark, canvas: Canvas, to_image: Affine, poses: Poses) -> None:
-    """A note in the one frame of ``poses``; its text is at whole pixels, so that it stays sharp."""
+    """A note in the one frame of ``poses``."""
     if not poses.visible[mark.body, 0]:
         return
     scale = to_image.a
@@ -135,10 +135,7 @@ def _note(prepared: PreparedMark, mark: NoteMark, canvas: Canvas, to_image: Affi
     if mark.dot:
         canvas.fill(disc((x, y), mark.dot * scale, None, canvas.size), PAPER)
         canvas.fill(disc((x, y), mark.dot * scale, DOT_EDGE * scale, canvas.size), mark.color)
-    place = Affine(
-        *(scale, 0.0, float(round(x + mark.offset[0] * scale))),
-        *(0.0, -scale, float(round(y - mark.offset[1] * scale))),
-    )
+    place = Affine(scale, 0.0, x + mark.offset[0] * scale, 0.0, -scale, y - mark.offset[1] * scale)
     layers: list[tuple[Sprite | None, Color]] = [(prepared.halo, PAPER), (prepared.sprite, mark.color)]
     for sprite, color in layers:
         if sprite is not None:

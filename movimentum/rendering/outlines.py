@@ -1,13 +1,12 @@
 """Texts as outlines, for pictures that are not made of pixels: the page or the SVG needs no font.
 
-The fonts differ in format and licence (Pillow's own, DejaVu Sans, whatever the system has), and Pillow does not give
-their outlines. So every character is drawn once, large, and its edge is traced: that works with all of them, needs no
-other library, and every browser shows the letters that Pillow draws.
+Fonts differ in format and licence, and Pillow does not give their outlines. So every character is drawn once, large,
+and its edge is traced: that works with all of them, needs no other library, and every browser shows the letters that
+Pillow draws.
 """
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import pairwise
@@ -18,7 +17,8 @@ from PIL import Image, ImageDraw
 from movimentum.arrays import FloatArray
 from movimentum.drawing.model import Point
 from movimentum.drawing.style import UNITS
-from movimentum.rendering.faces import Face, normal, runs
+from movimentum.rendering.faces import Face
+from movimentum.rendering.layout import Letters, laid_out
 
 _LARGE = 128  # pixels: the size at which characters are traced
 _LONG = 500  # characters of a script that is traced as a whole; longer ones are traced at a quarter of that size
@@ -26,72 +26,44 @@ _CLOSE = 0.0012  # of the font's height: how far an outline may be from the trac
 
 
 @cache
-def text_outline(text: str, pixels: float) -> str:
+def text_outline(text: str) -> str:
     """The path of a text (SVG's ``d``, to be filled by the even-odd rule): y up, the baseline starts at the origin.
 
-    The font's height is `UNITS`. Characters have the distances that they have in a font ``pixels`` high, as in a
-    picture of that size. "" where nothing of the text is visible.
+    The font's height is `UNITS`. "" where nothing of the text is visible.
     """
-    pixels = max(1.0, pixels)
-    parts: list[str] = []
-    start = 0.0  # in pixels
-    for face, piece in runs(normal(text)):
-        font = face.at(pixels)
-        if all(_stands_alone(character) for character in piece):
-            for end in range(1, len(piece) + 1):
-                at = float(font.getlength(piece[:end])) - float(font.getlength(piece[end - 1]))
-                parts += _moved(_traced(face, piece[end - 1], _LARGE), (start + at) / pixels, 1.0)
-        else:
-            size = _LARGE if len(piece) <= _LONG else _LARGE // 4
-            wide = float(face.at(size).getlength(piece)) / size
-            stretch = float(font.getlength(piece)) / pixels / wide if wide > 0.0 else 1.0
-            parts += _moved(_traced(face, piece, size), start / pixels, stretch)
-        start += float(font.getlength(piece))
-    return "".join(parts)
+    return "".join(part for letters in laid_out(text) for part in _moved(_traced(letters), letters.x))
 
 
 @cache
-def glyphs(text: str, pixels: float) -> tuple[tuple[str, float], ...] | None:
+def glyphs(text: str) -> tuple[tuple[str, float], ...] | None:
     """The same, one path for each character that shows anything, at the origin, and how far it is moved to the right;
     None where characters look different beside each other. Equal characters have equal paths.
     """
-    pixels = max(1.0, pixels)
-    found: list[tuple[str, float]] = []
-    start = 0.0
-    for face, piece in runs(normal(text)):
-        if not all(_stands_alone(character) for character in piece):
-            return None
-        font = face.at(pixels)
-        for end in range(1, len(piece) + 1):
-            at = float(font.getlength(piece[:end])) - float(font.getlength(piece[end - 1]))
-            path = "".join(_moved(_traced(face, piece[end - 1], _LARGE), 0.0, 1.0))
-            if path:
-                found.append((path, (start + at) / pixels * UNITS))
-        start += float(font.getlength(piece))
-    return tuple(found)
+    if any(letters.joined for letters in laid_out(text)):
+        return None
+    paths = [("".join(_moved(_traced(letters), 0.0)), letters.x * UNITS) for letters in laid_out(text)]
+    return tuple((path, x) for path, x in paths if path)
 
 
-def _stands_alone(character: str) -> bool:
-    """Whether a character looks the same whatever is beside it (as in alphabets without joins, and in Chinese)."""
-    code = ord(character)
-    simple = code < 0x0590 or 0x1E00 <= code < 0x2E00 or 0x2E80 <= code < 0xA000 or 0xAC00 <= code < 0xD7B0
-    return simple and unicodedata.category(character) not in ("Mn", "Mc", "Me", "Cf")
-
-
-def _moved(rings: Sequence[Sequence[Point]], x: float, stretch: float) -> Iterator[str]:
-    """Closed polygons (in heights of the font) as a path in whole `UNITS`, stretched and then moved to ``x``."""
+def _moved(rings: Sequence[Sequence[Point]], x: float) -> Iterator[str]:
+    """Closed polygons (in heights of the font) as a path in whole `UNITS`, moved to ``x``."""
     for ring in rings:
-        corners = [(round((px * stretch + x) * UNITS), round(py * UNITS)) for px, py in ring]
+        corners = [(round((px + x) * UNITS), round(py * UNITS)) for px, py in ring]
         steps = [(bx - ax, by - ay) for (ax, ay), (bx, by) in pairwise(corners) if (ax, ay) != (bx, by)]
         if len(steps) > 1:
             line = " ".join(f"{dx}{dy}" if dy < 0 else f"{dx} {dy}" for dx, dy in steps)
             yield f"M{corners[0][0]} {corners[0][1]}l{line}z".replace(" -", "-")
 
 
+def _traced(letters: Letters) -> tuple[tuple[Point, ...], ...]:
+    size = _LARGE if len(letters.text) <= _LONG else _LARGE // 4
+    return _edges(letters.face, letters.text, size, letters.joined)
+
+
 @cache
-def _traced(face: Face, text: str, size: int) -> tuple[tuple[Point, ...], ...]:
+def _edges(face: Face, text: str, size: int, joined: bool) -> tuple[tuple[Point, ...], ...]:
     """The edges of a text as closed polygons, in heights of the font, y up; inside is to one side of all of them."""
-    font = face.at(size)
+    font = face.at(size, joined=joined)
     left, top, right, bottom = (round(side) for side in font.getbbox(text, anchor="ls"))
     if right <= left or bottom <= top:
         return ()

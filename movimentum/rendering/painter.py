@@ -63,13 +63,8 @@ class Painter:
         return "RGBA" if self.transparent else "RGB"
 
     def frame(self, poses: Poses, i: int) -> Image.Image:
-        """The picture of frame ``i`` (a position in ``poses``); traces begin with the first frame of ``poses``."""
-        past = self.trace_points(poses.select(slice(0, i)))
-        return next(PaintSession(self).frames(poses.select(slice(i, i + 1)), past))
-
-    def trace_points(self, poses: Poses) -> tuple[Floats, ...]:
-        """For every trace, the points that `PaintSession.frames` needs from frames that the session did not draw."""
-        return tuple(trace.points(poses) for trace in self.traces)
+        """The picture of frame ``i`` (a position in ``poses``)."""
+        return next(PaintSession(self).frames(poses.select(slice(i, i + 1))))
 
 
 class PaintSession:
@@ -82,30 +77,20 @@ class PaintSession:
         self._size = (view.width, view.height)
         self._traces = [layer_of(trace, self._size) for trace in painter.traces]
         self._paths = [PathLayer(trace, self._to_image, self._size) for trace in painter.paths]
-        for layer in self._traces:
-            if layer.trace.past is not None:
-                layer.feed(layer.trace.past, self._to_image)
 
-    def frames(self, poses: Poses, past: Sequence[Floats] = ()) -> Iterator[Image.Image]:
-        """The pictures of all frames of ``poses``; ``past`` are the trace points of frames in between that this session
-        did not draw. Pictures must not be changed: the same object is returned again if nothing moved.
+    def frames(self, poses: Poses) -> Iterator[Image.Image]:
+        """The pictures of all frames of ``poses``, none of them before those that it drew earlier. Pictures must not be
+        changed: the same object is returned again if nothing moved.
 
         A layer that stands still through the run, with nothing moving below it, is drawn once.
         """
         painter = self.painter
-        for layer, points in zip(self._traces, past, strict=False):
-            layer.feed(points, self._to_image)
         count = len(poses.frames)
         layers: list[Layer] = [*self._paths, *painter.items, *self._traces, *painter.overlays]
         still, same = self._at_rest(layers, poses)
-        news = [layer.trace.points(poses) for layer in self._traces]
         base = self._blank()
         image = base
         for i in range(count):
-            for layer, points in zip(self._traces, news, strict=True):
-                layer.feed(points[i : i + 1], self._to_image)
-                if layer.trace.closing is not None and poses.frames[i] == layer.trace.last:
-                    layer.feed(layer.trace.closing, self._to_image)
             if i == 0 and still:
                 self._draw(base, layers[:still], poses, 0)
             if i == 0 or not same[i - 1]:
@@ -137,15 +122,13 @@ class PaintSession:
         return still, same
 
 
-def make_painter(
-    scene: Scene, source: PoseSource, options: PictureOptions | None = None, *, before: PoseSource = ()
-) -> Painter:
+def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | None = None) -> Painter:
     """Everything ready to draw ``scene`` with Pillow; takes and raises what `prepare_drawing` does."""
     options = options or PictureOptions()
     _ = np.eye(2) @ np.eye(
         2
     )  # OpenBLAS takes memory at the first product, or ends the process: so before a file is begun
-    prepared = prepare_drawing(scene, source, options, before=before)
+    prepared = prepare_drawing(scene, source, options)
     return Painter(
         view=prepared.view,
         items=tuple(map(Item, prepared.things)),

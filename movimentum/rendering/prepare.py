@@ -25,13 +25,13 @@ from movimentum.drawing.model import (
     ThingMark,
     TraceMark,
 )
-from movimentum.drawing.motion import bounds, link_points, point_state, state
+from movimentum.drawing.motion import bounds, link_points, state
 from movimentum.drawing.options import MAX_PREPARED_PIXELS, PictureOptions, Quality
+from movimentum.drawing.paths import frame_path, paths
 from movimentum.drawing.style import NOTE_HEIGHT
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
 from movimentum.rendering.images import is_drawing, load_premultiplied
-from movimentum.rendering.smooth import smooth
 from movimentum.rendering.sprites import Sprite, framed, prepare
 from movimentum.rendering.stream import PoseSource, chunks
 from movimentum.scene.model import Scene, Shape
@@ -41,6 +41,12 @@ Floats = NDArray[np.float64]
 
 MEASURED = frozenset({Shape.CYLINDER, Shape.DAMPER, Shape.SLIDE})
 """Symbols that depend on the distances that they have in the whole film."""
+
+
+FINER = 1.6
+"""Pixels of a drawing to one of the canvas, each way: what bilinear sampling then shows is nearest to the drawing drawn
+in its place (with 1 it is too soft, with 2 too hard).
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,29 +68,41 @@ class PreparedMark:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A path, with the points, as `points` gives them, of frames before the first one that is drawn (``past``), and the
-    one with which a film begins again (``closing``): frame number ``last`` shows the path up to there.
+    """A path of the whole film (see `drawing.paths`). ``last``: the time of the last frame of a film that begins again;
+    it shows the path up to there.
     """
 
     mark: TraceMark
-    past: Floats | None = None
-    closing: Floats | None = None
-    last: int = -1
+    path: Floats
+    last: float = math.inf
 
-    def points(self, poses: Poses) -> Floats:
-        """(F, 3): world x, y, and 1 where the thing is visible, else 0; (F, 4) with the times for one with a tail."""
-        points = point_state(self.mark.body, self.mark.local, poses)
-        return points if self.mark.tail is None else np.concatenate([points, poses.times[:, None]], axis=1)
+    def ends(self, poses: Poses) -> NDArray[np.int64]:
+        """(F,) how many rows of the path each frame shows."""
+        times = np.where(poses.times == self.last, math.inf, poses.times)
+        return np.searchsorted(self.path[:, 3], times, side="right")
+
+    def between(self, poses: Poses) -> NDArray[np.int64]:
+        """The frames (positions in ``poses``) that are between two rows of the path: a still at any moment."""
+        times = self.path[:, 3]
+        before = np.searchsorted(times, poses.times, side="right") - 1
+        return np.flatnonzero((before < 0) | (times[np.maximum(before, 0)] < poses.times))
+
+    def through(self, poses: Poses) -> tuple[Floats, NDArray[np.int64]]:
+        """The path up to the last frame of ``poses``, with a row for each frame, and how many of them each shows."""
+        ends, more = self.ends(poses), self.between(poses)
+        rows = frame_path(self.mark, poses.select(more))
+        path = np.insert(self.path, ends[more], rows, axis=0)
+        ends = ends + np.searchsorted(more, np.arange(len(ends)), side="right")
+        return path[: ends.max(initial=0)], ends
 
     def state(self, poses: Poses) -> Floats:
-        """(F, K): all numbers that its picture depends on, but for what it has drawn before; first its points."""
-        points = state(self.mark, poses)
-        return points if self.mark.tail is None else np.concatenate([points, poses.times[:, None]], axis=1)
+        """(F, K): all numbers that its picture depends on; its paint after the first four."""
+        return np.concatenate([self.ends(poses)[:, None].astype(np.float64), state(self.mark, poses)], axis=1)
 
 
 @dataclass(frozen=True, slots=True)
 class PreparedDrawing:
-    """``paths`` (traces of the whole film, their points in ``past``), ``things`` from back to front, then ``traces``,
+    """``paths`` (traces of the whole film), ``things`` from back to front, then ``traces``,
     then ``overlays``: those marks of ``drawing`` that show anything.
 
     ``view`` is the rectangle of the world that the finished picture shows. Images and texts have ``fineness`` pixels to
@@ -100,13 +118,11 @@ class PreparedDrawing:
     paths: tuple[Trace, ...] = ()
 
 
-def prepare_drawing(
-    scene: Scene, source: PoseSource, options: PictureOptions | None = None, *, before: PoseSource = ()
-) -> PreparedDrawing:
-    """The display list of ``scene``, ready to be drawn; reads ``source`` only if the canvas must fit the drawing.
+def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | None = None) -> PreparedDrawing:
+    """The display list of ``scene``, ready to be drawn; reads ``source`` only if the canvas must fit the drawing, or
+    something depends on the whole film.
 
-    ``source`` has all frames of the animation, so that the canvas is the same whichever frames are drawn. ``before``
-    has the frames before the first one that is drawn, so that traces are the same.
+    ``source`` has all frames of the animation, so that canvas and traces are the same whichever frames are drawn.
 
     `ScriptError`: sprites that are missing, unreadable or too large (all of them), a canvas over the limit;
     `UsageError`: a scale that is not a positive number.
@@ -122,30 +138,11 @@ def prepare_drawing(
     _refuse_too_much(scene, magnification)
     drawing = compose(scene, options)
     things = _loaded(_measured(drawing.things, source), magnification)
-    traces = tuple(Trace(mark) for mark in drawing.traces)
-    whole = tuple(_whole(mark, source) for mark in drawing.paths)
-    if traces:
-        earlier = [[trace.points(chunk) for trace in traces] for chunk in chunks(before)]
-        paths = [np.concatenate(parts) for parts in zip(*earlier, strict=True)] or [None] * len(traces)
-        traces = tuple(replace(trace, past=path) for trace, path in zip(traces, paths, strict=True))
-    if options.closing is not None:
-        closing, last = options.closing, options.last
-        traces = tuple(
-            trace if trace.mark.tail is not None else replace(trace, closing=trace.points(closing), last=last)
-            for trace in traces
-        )
-        whole = tuple(_closed(trace, closing) for trace in whole)
-    whole = tuple(replace(trace, past=None if trace.past is None else smooth(trace.past)) for trace in whole)
+    whole, traces = _followed((drawing.paths, drawing.traces), source, options, box is None, 0.05 / magnification)
     overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
     arrows = [overlay for overlay in overlays if isinstance(overlay.mark, FreeArrow)]
     view = _view(scene, options, fineness, box or _fitted([*things, *arrows], (*whole, *traces), source))
     return PreparedDrawing(drawing, view, fineness, tuple(things), traces, tuple(overlays), whole)
-
-
-def _closed(trace: Trace, closing: Poses) -> Trace:
-    """A whole path up to where the film begins again."""
-    points = trace.points(closing)
-    return replace(trace, past=points if trace.past is None else np.concatenate([trace.past, points]))
 
 
 def needs_film(scene: Scene) -> bool:
@@ -168,10 +165,28 @@ def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]
     return found
 
 
-def _whole(mark: TraceMark, source: PoseSource) -> Trace:
-    """A path with its points in all frames."""
-    points = np.concatenate([np.zeros((0, 3)), *(Trace(mark).points(chunk)[:, :3] for chunk in chunks(source))])
-    return Trace(mark, points)
+def _followed(
+    marks: Sequence[Sequence[TraceMark]], source: PoseSource, options: PictureOptions, fitted: bool, off: float
+) -> list[tuple[Trace, ...]]:
+    """The marks of each kind, those of whole paths first; straight pieces miss their paths by at most ``off``."""
+    flat = [mark for some in marks for mark in some]
+    motion, last = options.motion, math.inf
+    if not flat:
+        found: list[Floats] = []
+    elif motion is None:
+        parts = [[frame_path(mark, chunk) for mark in flat] for chunk in chunks(source)]
+        found = [np.concatenate(path) for path in zip(*parts, strict=True)] or [np.zeros((0, 4))] * len(flat)
+    else:
+        timeline = motion.timeline
+        times = [timeline.frame_time(frame) for frame in range(timeline.frame_count)]
+        last = float(times[-1]) if timeline.loops else math.inf
+        if timeline.loops:
+            times.append(timeline.end)
+        if options.until is not None and not (fitted or marks[0]):
+            times = [time for time in times if time < options.until] + [options.until]
+        found = paths(motion, flat, times, off)
+    done = iter(found)
+    return [tuple(Trace(mark, next(done), last if mark.tail is None else math.inf) for mark in some) for some in marks]
 
 
 def _view(scene: Scene, options: PictureOptions, fineness: int, box: tuple[float, float, float, float]) -> View:
@@ -211,13 +226,10 @@ def _fitted(
             box = item.bounds(chunk)
             low = np.fmin(low, np.fmin.reduce(box[:, :2], axis=0))
             high = np.fmax(high, np.fmax.reduce(box[:, 2:], axis=0))
-        for trace in traces:
-            points = trace.points(chunk)
-            shown = points[points[:, 2] > 0.0, :2]
-            low, high = (
-                np.fmin(low, shown.min(axis=0, initial=np.inf)),
-                np.fmax(high, shown.max(axis=0, initial=-np.inf)),
-            )
+    for trace in traces:
+        shown = trace.path[trace.path[:, 2] > 0.0, :2]
+        low = np.fmin(low, shown.min(axis=0, initial=np.inf))
+        high = np.fmax(high, shown.max(axis=0, initial=-np.inf))
     if not (low <= high).all():
         return 0.0, 0.0, 1.0, 1.0  # nothing is drawn at all
     margin = max(8.0, 0.05 * float((high - low).max()))
@@ -271,14 +283,14 @@ def _sprite(
         from movimentum.rendering.text import aligned, text_sprite
 
         sprite = text_sprite(mark.text, mark.height, magnification, mark.span)
-        sprite = aligned(sprite, mark.text, mark.height, magnification, mark.align, mark.italic)
+        sprite = aligned(sprite, mark.text, mark.height, mark.align, mark.italic)
         return None if sprite is None else sprite.moved(*mark.start)
     key = (mark.path, mark.pixel)
     if key not in sprites:
         if is_drawing(mark.path):
             from movimentum.rendering.rasters import load_drawing  # only some scripts have drawings
 
-            sprites[key] = framed(*load_drawing(mark.path, mark.pixel * magnification), mark.pixel)
+            sprites[key] = framed(*load_drawing(mark.path, mark.pixel * magnification, FINER), mark.pixel)
             return sprites[key]
         loaded = load_premultiplied(mark.path, mark.pixel * magnification, mark.span)
         sprites[key] = prepare(loaded, mark.pixel, mark.pixel * magnification)

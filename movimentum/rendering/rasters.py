@@ -51,8 +51,10 @@ def element_centre(path: str, name: str) -> tuple[float, float] | Diagnostic:
         return error.diagnostics[0]
 
 
-def load_drawing(path: str, magnification: float) -> tuple[Image.Image, tuple[int, int]]:
-    """A drawing, or its element, premultiplied, ``magnification`` times as large; and its own size in pixels."""
+def load_drawing(path: str, magnification: float, finer: float = 1.0) -> tuple[Image.Image, tuple[int, int]]:
+    """A drawing, or its element, premultiplied, ``magnification`` times as large, ``finer`` pixels where there is room;
+    and its own size in pixels.
+    """
     _need_library(path)
     made, name = drawing(path), id_of(path)
     width, height = made.pixels
@@ -60,7 +62,8 @@ def load_drawing(path: str, magnification: float) -> tuple[Image.Image, tuple[in
     if wide * high > MAX_SPRITE_PIXELS:
         message = f"the drawing `{path}` is shown too large: {wide:,} x {high:,} pixels"
         raise fault("limit/pixels", message, f"the limit is {MAX_SPRITE_PIXELS:,} pixels: a smaller `.scale`")
-    image = _drawn(made, name, wide, high)
+    finer = max(1.0, min(finer, (MAX_SPRITE_PIXELS / (wide * high)) ** 0.5 * 0.99))
+    image = _drawn(made, name, round(wide * finer), round(high * finer))
     if image.getchannel("A").getbbox() is None:
         raise _empty(made, name)
     return image.convert("RGBa"), (width, height)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFilter  # slow: this module is imported only if there is text
@@ -16,7 +16,8 @@ from movimentum.drawing.style import MIDDLE, SLANT
 from movimentum.drawing.texts import written
 from movimentum.errors import ScriptError
 from movimentum.geometry import Affine
-from movimentum.rendering.faces import REPLACEMENT, Face, missing, normal, runs
+from movimentum.rendering.faces import REPLACEMENT, missing
+from movimentum.rendering.layout import laid_out, width_of
 from movimentum.rendering.sprites import Sprite, outline_of
 from movimentum.scene.model import Shape, Thing
 from movimentum.solver.poses import Poses
@@ -34,11 +35,13 @@ def text_sprite(text: str, height: float, magnification: float, span: Span | Non
     pixels = max(1.0, height * magnification)
     if len(text) > _LONGEST or len(text) * pixels * pixels > MAX_SPRITE_PIXELS:
         raise ScriptError([_too_large(span)])
-    pieces = _laid_out(text, pixels)
+    pieces = [(part.x * pixels, part.text, part.face.at(pixels, joined=part.joined)) for part in laid_out(text)]
+    if not pieces:
+        return None
     draw = ImageDraw.Draw(Image.new("L", (1, 1)))
     boxes = [draw.textbbox((x, 0), piece, font, anchor="ls") for x, piece, font in pieces]
-    left, top = (round(min(box[side] for box in boxes)) for side in (0, 1))
-    right, bottom = (round(max(box[side] for box in boxes)) for side in (2, 3))
+    left, top = (math.floor(min(box[side] for box in boxes)) for side in (0, 1))
+    right, bottom = (math.ceil(max(box[side] for box in boxes)) for side in (2, 3))
     left, top, right, bottom = left - 2, top - 2, right + 2, bottom + 2  # the clear rim
     if (right - left) * (bottom - top) > MAX_SPRITE_PIXELS:
         raise ScriptError([_too_large(span)])
@@ -59,12 +62,10 @@ def written_sprite(
     """`text_sprite` for a text that changes, whose local origin is where ``align`` says: at the left, the centre or the
     right of its baseline, or in the middle of its letters.
     """
-    return aligned(text_sprite(text, height, magnification, span), text, height, magnification, align, italic)
+    return aligned(text_sprite(text, height, magnification, span), text, height, align, italic)
 
 
-def aligned(
-    sprite: Sprite | None, text: str, height: float, magnification: float, align: str, italic: bool
-) -> Sprite | None:
+def aligned(sprite: Sprite | None, text: str, height: float, align: str, italic: bool) -> Sprite | None:
     """A text moved so that its origin is where ``align`` says, and slanted if it is ``italic``."""
     if sprite is None:
         return None
@@ -73,36 +74,18 @@ def aligned(
     if align != "left":
         part = 1.0 if align == "right" else 0.5
         down = -MIDDLE * height if align == "middle" else 0.0
-        sprite = sprite.moved(-part * text_width(text, height, magnification), down)
+        sprite = sprite.moved(-part * height * width_of(text), down)
     return sprite
-
-
-def text_width(text: str, height: float, magnification: float) -> float:
-    """How far the letters of a text reach along its baseline, in local units."""
-    pixels = max(1.0, height * magnification)
-    x, piece, font = _laid_out(text, pixels)[-1]
-    return (x + float(font.getlength(piece))) * height / pixels
 
 
 def longest(mark: TextMark, poses: Poses) -> list[tuple[float, float]]:
     """The local corners of a box that holds a label whose text changes, in all frames of ``poses``."""
     texts = set(written(mark.pieces, mark.paint.thing, poses))
-    wide = max((text_width(text, mark.height, 1.0) for text in texts), default=0.0)
+    wide = mark.height * max(map(width_of, texts), default=0.0)
     x, y = mark.start
     left = x - {"left": 0.0, "center": 0.5, "right": 1.0}[mark.align] * wide
     low, high = y - 0.25 * mark.height, y + 0.95 * mark.height
     return [(left, low), (left + wide, low), (left + wide, high), (left, high)]
-
-
-def _laid_out(text: str, pixels: float) -> list[tuple[float, str, Any]]:
-    """The pieces of a text, each with its font and where it begins (pixels along the baseline)."""
-    found: list[tuple[float, str, Any]] = []
-    x = 0.0
-    for face, piece in runs(normal(text)):
-        font = face.at(pixels)
-        found.append((x, piece, font))
-        x += float(font.getlength(piece))
-    return found or [(0.0, "", Face("").at(pixels))]
 
 
 def halo(sprite: Sprite) -> Sprite:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,8 +21,8 @@ Floats = NDArray[np.float64]
 
 
 class TraceLayer:
-    """One trace as far as it has been drawn. Segments only ever add, one at a time, so the picture of a frame is the
-    same however the frames were divided into runs (pixels keep the largest coverage, whatever the order).
+    """One trace as far as it has been drawn. Rows of its path only ever add, one at a time, so the picture of a frame
+    is the same however the frames were divided into runs (pixels keep the largest coverage, whatever the order).
     """
 
     def __init__(self, trace: Trace, size: tuple[int, int]) -> None:
@@ -30,16 +32,17 @@ class TraceLayer:
         self._last: Point | None = None
         self._box: tuple[int, int, int, int] | None = None
         self._pen: DashPen | None = None
+        self._done = 0
 
     def state(self, poses: Poses) -> Floats:
-        """The newest point."""
+        """How much of the path there is."""
         return self.trace.state(poses)
 
-    def feed(self, points: Floats, to_image: Affine) -> None:
-        """Continue along ``points`` (M, 3) as `Trace.points` gives them."""
+    def feed(self, rows: Floats, to_image: Affine) -> None:
+        """Continue along ``rows`` (R, 4) of a path."""
         mark = self.trace.mark
         width = mark.width * to_image.a
-        for x, y, shown in points.tolist():
+        for x, y, shown, _ in rows.tolist():
             if not shown:
                 self._last = self._pen = None
                 continue
@@ -75,8 +78,10 @@ class TraceLayer:
         return Coverage(left, top, self._values[top:bottom, left:right])
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
-        """Lay the path so far over the canvas."""
-        del to_image  # it was fed
+        """Lay the path up to frame ``i`` over the canvas."""
+        path, (end,) = self.trace.through(poses.select(slice(i, i + 1)))
+        self.feed(path[self._done : end], to_image)
+        self._done = int(end)
         opacity, color = painted(self.trace.mark, poses, i)
         canvas.fill(self.coverage(), color, opacity)
 
@@ -87,29 +92,21 @@ class TailLayer:
     def __init__(self, trace: Trace, size: tuple[int, int]) -> None:
         self.trace = trace
         self._size = size
-        self._rows: list[tuple[float, float, bool, float]] = []
 
     def state(self, poses: Poses) -> Floats:
-        """The newest point, and its time."""
-        return self.trace.state(poses)
-
-    def feed(self, points: Floats, to_image: Affine) -> None:
-        """Continue along ``points`` (M, 4) as `Trace.points` gives them."""
-        tail = self.trace.mark.tail
-        assert tail is not None
-        for x, y, shown, time in points.tolist():
-            self._rows.append((*to_image.apply(x, y), shown > 0.0, time))
-        oldest = self._rows[-1][3] - tail if self._rows else 0.0
-        while len(self._rows) > 2 and self._rows[1][3] <= oldest:
-            self._rows.pop(0)
+        """How much of the path there is, and the time."""
+        return np.concatenate([self.trace.state(poses), poses.times[:, None]], axis=1)
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Lay the tail over the canvas."""
         tail, width = self.trace.mark.tail, self.trace.mark.width * to_image.a
         assert tail is not None
-        now = self._rows[-1][3] if self._rows else 0.0
+        now = float(poses.times[i])
+        path, _ = self.trace.through(poses.select(slice(i, i + 1)))
+        first = max(int(np.searchsorted(path[:, 3], now - tail)) - 1, 0)
+        rows = [(*to_image.apply(x, y), shown, time) for x, y, shown, time in path[first:].tolist()]
         found: list[Coverage] = []
-        for (ax, ay, seen, begin), (bx, by, still, end) in zip(self._rows, self._rows[1:], strict=False):
+        for (ax, ay, seen, begin), (bx, by, still, end) in pairwise(rows):
             if not (seen and still) or (ax, ay) == (bx, by):
                 continue
             cut = min(max((now - tail - begin) / max(end - begin, 1e-12), 0.0), 1.0)
@@ -128,13 +125,12 @@ class PathLayer:
     def __init__(self, trace: Trace, to_image: Affine, size: tuple[int, int]) -> None:
         self.trace = trace
         layer = TraceLayer(trace, size)
-        if trace.past is not None:
-            layer.feed(trace.past, to_image)
+        layer.feed(trace.path, to_image)
         self._coverage = layer.coverage()
 
     def state(self, poses: Poses) -> Floats:
         """Nothing but its paint."""
-        return self.trace.state(poses)[:, 3:]
+        return self.trace.state(poses)[:, 4:]
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Lay the path over the canvas, faint."""

@@ -15,8 +15,6 @@ from movimentum.repl.expressions import lowered, reading
 from movimentum.repl.session import Session, refused
 from movimentum.repl.sheet import write_film, write_sheet
 from movimentum.solver.basis.pose_state import Snapshot
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import Unsolved
 from movimentum.text import counted, number, time_text
 
 PATIENCE_S, LEAST_S = 1.4, 0.5
@@ -115,11 +113,15 @@ def free(session: Session, argument: str) -> Answer:
 
 
 def _matrices(session: Session, name: str) -> str:
-    """The matrix of every connected part, or of the part with the thing or variable ``name``."""
+    """The matrix of every connected part, or of the part with the thing or variable ``name``; with ``--vertices``, of
+    the linkage that the scene is.
+    """
     from movimentum.analysis.interactive.matrix import part_matrices
-    from movimentum.repl.matrix import matrix_text, units_text
+    from movimentum.repl.matrix import part_text, units_text, vertices_text
 
-    piece, tau = _piece(session)
+    if name == "--vertices":
+        return vertices_text(session)
+    piece, tau = session.piece
     parts = part_matrices(session.stretch, piece, tau)
     if not parts:
         return "nothing is stated at this moment, so there is no matrix"
@@ -128,7 +130,7 @@ def _matrices(session: Session, name: str) -> str:
         parts = [part for part in parts if thing in part.things or name in part.columns]
         if not parts:
             raise refused("name", f"no equation at this moment has anything to do with `{name}`", "free --matrix")
-    return "\n\n".join([units_text(session), *(matrix_text(session, part) for part in parts)])
+    return "\n\n".join([units_text(session), *(part_text(session, part) for part in parts)])
 
 
 def wiggle(session: Session, argument: str) -> Answer:
@@ -138,7 +140,7 @@ def wiggle(session: Session, argument: str) -> Answer:
     name = argument.strip().removeprefix("-o").strip()
     if not name.lower().endswith((".gif", ".apng", ".webp")):
         raise refused("file", "`wiggle` writes an animation", "wiggle free.gif")
-    piece, tau = _piece(session)
+    piece, tau = session.piece
     found = list(wiggles(session.stretch, piece, tau))
     if not found:
         return session, "nothing can move in a way that is not determined"
@@ -162,7 +164,7 @@ def drag(session: Session, argument: str) -> Answer:
     values = reading(session, goal).values(session.poses())[0]
     if len(values) != len(expressions):
         raise refused("kind", f"`{left}` and `{goal}` are a scalar and a vector", "drag Rod.B to [300, 200]")
-    piece, tau = _piece(session)
+    piece, tau = session.piece
     try:
         found = pull(session.stretch, piece, tau, expressions, [float(v) for v in values])
     except ValueError as error:
@@ -214,7 +216,7 @@ def solutions(session: Session, argument: str) -> Answer:
 
     rest, target = split_output(argument, (".png",))
     plain(rest, "solutions")
-    piece, tau = _piece(session)
+    piece, tau = session.piece
     found = [part for part in alternatives(session.stretch, piece, tau) if len(part.solutions) > 1]
     if not found:
         return session, "there is one solution only at this moment"
@@ -236,16 +238,6 @@ def solutions(session: Session, argument: str) -> Answer:
             write_sheet(session, [s.pose for part in found for s in part.solutions], part_file)
         lines.append(f"wrote {target}")
     return replace(session, suggestions=tuple(suggestions)), "\n".join(lines)
-
-
-def _piece(session: Session) -> tuple[Piece, float]:
-    stretch = session.stretch
-    tau = float(session.time - stretch.segment.start)
-    begins = np.array([piece.begin for piece in stretch.pieces[1:]])
-    piece = stretch.pieces[int(np.searchsorted(begins, tau, side="right"))]
-    if isinstance(piece, Unsolved):
-        raise refused("no-solution", "there is no solution at this moment", "conflicts")
-    return piece, tau
 
 
 def branch(session: Session, argument: str) -> Answer:
@@ -276,7 +268,7 @@ COMMANDS = (
     Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what prevents one", formula),
     Command(
         "free",
-        "free [--matrix [NAME]]",
+        "free [--matrix [NAME | --vertices]]",
         "what can still move, and what would stop it; or the matrix behind it",
         free,
     ),

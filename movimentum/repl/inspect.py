@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -132,6 +133,7 @@ def _constraint_rows(session: Session, key: str) -> list[list[str]]:
         until = "the end" if end >= work.timeline.end else f"@{time_text(float(end))}"
         line = str(work.scene.source.position(item.span.start).line)
         rows.append([text, line, f"@{time_text(float(begin))}", until, off, repr(amount)])
+    rows += _rigid_rows(session, wanted)
     if not rows:
         raise refused(
             "key", f"nothing is in force under `{wanted}` now" if wanted else "nothing is in force now", "steps"
@@ -139,9 +141,38 @@ def _constraint_rows(session: Session, key: str) -> list[list[str]]:
     return rows
 
 
+PAIRS = 3
+"""Of a thing with more anchors than this, only the distances from the first anchor are listed."""
+
+
+def _rigid_rows(session: Session, wanted: str) -> list[list[str]]:
+    """What the language itself demands: the anchors of every thing that is solved for keep their distances."""
+    scene, poses = session.work.scene, session.poses()
+    rows: list[list[str]] = []
+    for thing in sorted(session.stretch.plan.system.frames):
+        body = scene.things[thing]
+        line = str(scene.source.position(body.span.start).line)
+        firsts = body.anchors if len(body.anchors) <= PAIRS else body.anchors[:1]
+        for a, first in enumerate(firsts):
+            for second in body.anchors[a + 1 :]:
+                length = math.dist(first.local, second.local)
+                text = f"|{body.name}.{second.name} - {body.name}.{first.name}| = {number(length, 10)}"
+                if length == 0.0 or (wanted and wanted not in (body.name, text)):
+                    continue
+                apart = poses.world(thing, second.local)[0] - poses.world(thing, first.local)[0]
+                off = abs(float(np.hypot(*apart)) - length)
+                rows.append([text, line, "always", "the end", number(off, 2), repr(off)])
+    return rows
+
+
 def plan(session: Session, argument: str) -> Answer:
-    """``plan``: what is solved for, in which order, and by which kernel."""
-    plain(argument, "plan")
+    """``plan``: what is solved for, in which order, and by which kernel; ``plan --equations``: the equations."""
+    if argument.strip() == "--equations":
+        return session, _equations(session)
+    if argument.strip():
+        raise refused(
+            "argument", f"`plan` takes `--equations` or nothing, found `{argument.strip()}`", "plan --equations"
+        )
     the_plan = session.stretch.plan
     names = [unknown.name for unknown in the_plan.system.unknowns]
     rows = [["", "kernel", "finds", "moves", "from"]]
@@ -160,6 +191,24 @@ def plan(session: Session, argument: str) -> Answer:
     note = f"\n{left} more not solved for, because nothing needs them" if left else ""
     checks = f"\n{len(the_plan.checks)} equations only checked" if the_plan.checks else ""
     return session, table(rows) + note + checks
+
+
+def _equations(session: Session) -> str:
+    """The scalar equations of every block, and what each block puts into the later ones."""
+    from sympy import sstr
+
+    from movimentum.analysis.interactive.scalar_equations import block_equations
+
+    piece, tau = session.piece
+    lines = ["in the order in which they are solved; angles in radians inside; t counts from this step"]
+    for found in block_equations(session.stretch, piece, tau):
+        lines.append(f"{found.block.number:3}. {method_of(found.block)}{' (free)' if found.block.free else ''}")
+        for equation, zero in found.equations:
+            text = "an integral" if zero is None else f"{sstr(zero, full_prec=False)} = 0"
+            lines.append(f"     {_line(session, equation)}: {text}")
+        for name, value in found.solutions:
+            lines.append(f"       {name} = {'(too long to show)' if value is None else sstr(value, full_prec=False)}")
+    return "\n".join(lines)
 
 
 def _line(session: Session, equation: int) -> str:

@@ -6,10 +6,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from movimentum.analysis.interactive.matrix import PartMatrix, RowName
+from movimentum.analysis.freedom.rank import RANK_TOLERANCE
+from movimentum.analysis.interactive.matrix import Matrix, PartMatrix, RowName, sparse_basis
 from movimentum.arrays import FloatArray
+from movimentum.errors import ScriptError
+from movimentum.interop.linkage_export import linkage_of
+from movimentum.interop.rigidity import rigidity_rows
 from movimentum.repl.command import table
 from movimentum.repl.session import Session
+from movimentum.solver.block.scaling import null_space
 from movimentum.text import counted, listed, number
 
 MOST = 24
@@ -24,25 +29,59 @@ VALUES = 12
 """Up to this many singular values are all shown; of more, only the largest and the smallest."""
 
 
-def matrix_text(session: Session, part: PartMatrix) -> str:
-    """A part's matrix with its rank, its singular values and its null space."""
-    m, n = part.jacobian.shape
+NOISE = 1e-12
+"""Relative to the largest entry of a row: what is smaller is rounding, and shown as 0."""
+
+
+def part_text(session: Session, part: PartMatrix) -> str:
+    """The matrix of a connected part over its poses, with its rank, its singular values and its null space."""
     things = [session.work.scene.things[t].name for t in part.things]
-    free = counted(n - part.rank, "free motion") if part.rank < n else "nothing free"
-    repeated = f", {m - part.rank} redundant" if part.rank < m else ""
-    head = f"{listed(things or list(part.columns))}: {counted(m, 'equation')}, {counted(n, 'unknown')}"
-    lines = [f"{head}, rank {part.rank}: {free}{repeated}"]
+    names = [_row_name(session, row) for row in part.rows]
+    return _text(listed(things or list(part.columns)), names, part)
+
+
+def vertices_text(session: Session) -> str:
+    """The rigidity matrix of the whole scene over its vertices, unscaled, as the program "linkages" has it."""
+    timeline = session.work.timeline
+    active = timeline.segments[timeline.segment_at(session.time)].active
+    try:
+        linkage, anchors, left_out = linkage_of(timeline.scene, active, session.poses())
+    except ScriptError:
+        return "no equation says where an anchor is at this moment, so there is no matrix"
+    names, matrix = rigidity_rows(linkage)
+    length = np.linalg.norm(matrix, axis=1, keepdims=True)
+    rank, null, _ = null_space(matrix / length, RANK_TOLERANCE)
+    columns = tuple(f"{axis}{n}" for n in range(len(linkage.vertices)) for axis in "xy")
+    singular = np.asarray(np.linalg.svd(matrix, compute_uv=False), dtype=np.float64)
+    source = session.work.source
+    lines = [*(f"vertex {n}: {anchor}" for n, anchor in enumerate(anchors))]
+    for item in left_out:
+        if item.span is not None:
+            place = source.position(item.span.start).line
+            lines.append(f"not in it: line {place}: {_shortened(source.statement(item.span), WIDTH)}")
+    found = Matrix(columns, matrix, rank, singular, sparse_basis(null))
+    return "\n".join([*lines, "", _text("nothing is scaled", names, found)])
+
+
+def _text(title: str, names: Sequence[str], found: Matrix) -> str:
+    """A matrix whose rows are called ``names``, under its ``title``."""
+    m, n = found.jacobian.shape
+    free = counted(n - found.rank, "free motion") if found.rank < n else "nothing free"
+    repeated = f", {m - found.rank} redundant" if found.rank < m else ""
+    head = f"{title}: {counted(m, 'equation')}, {counted(n, 'unknown')}"
+    lines = [f"{head}, rank {found.rank}: {free}{repeated}"]
     if m == 0:
         lines.append("no equation says anything about it")
     elif m > MOST or n > MOST:
         lines.append(f"{m} x {n}: too large to show; the limit is {MOST} x {MOST}")
     else:
-        names = [_row_name(session, row) for row in part.rows]
-        lines += _panels(names, part.columns, part.jacobian)
+        entries = np.abs(found.jacobian)
+        noise = entries <= NOISE * np.max(entries, axis=1, keepdims=True)
+        lines += _panels(names, found.columns, np.where(noise, 0.0, found.jacobian))
     if m:
-        lines.append(f"singular values: {_singular(part.singular)}")
-    if part.rank < n:
-        lines += ["null space:", *_null_space(part)]
+        lines.append(f"singular values: {_singular(found.singular)}")
+    if found.rank < n:
+        lines += ["null space:", *_null_space(found.columns, found.null)]
     return "\n".join(lines)
 
 
@@ -82,11 +121,13 @@ def _row_name(session: Session, row: RowName) -> str:
             else (f"{name} is rigid")
         )
     span = next(item.span for item in scene.constraints() if item.number == row.constraint)
-    text = source.statement(span)
     axis = f" .{row.part}" if row.part else ""
     line = f"line {source.position(span.start).line}: "
-    room = NAME - len(line) - len(axis)
-    return line + (text if len(text) <= room else text[: room - 1] + "…") + axis
+    return line + _shortened(source.statement(span), NAME - len(line) - len(axis)) + axis
+
+
+def _shortened(text: str, room: int) -> str:
+    return text if len(text) <= room else text[: room - 1] + "…"
 
 
 def _singular(values: FloatArray) -> str:
@@ -96,17 +137,16 @@ def _singular(values: FloatArray) -> str:
     return ", ".join(words)
 
 
-def _null_space(part: PartMatrix) -> Iterator[str]:
+def _null_space(columns: Sequence[str], null: FloatArray) -> Iterator[str]:
     """The motions as columns; for many or long ones only the largest entries."""
-    null = part.null
-    if null.shape[1] <= 8 and len(part.columns) <= MOST:
+    if null.shape[1] <= 8 and len(columns) <= MOST:
         moving = np.any(null != 0.0, axis=1)
-        names = [name for name, moves in zip(part.columns, moving, strict=True) if moves]
+        names = [name for name, moves in zip(columns, moving, strict=True) if moves]
         yield from _panels(names, [str(k + 1) for k in range(null.shape[1])], null[moving])
         return
     for k in range(min(null.shape[1], 8)):
         order = np.argsort(-np.abs(null[:, k]), kind="stable")
-        some = [f"{part.columns[j]} {number(null[j, k], 3)}" for j in order[:8] if null[j, k] != 0.0]
+        some = [f"{columns[j]} {number(null[j, k], 3)}" for j in order[:8] if null[j, k] != 0.0]
         more = int(np.count_nonzero(null[:, k])) - len(some)
         yield f"{k + 1}: {', '.join(some)}" + (f" and {more} more" if more else "")
     if null.shape[1] > 8:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from movimentum.repl.reading import Reading
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
+    from movimentum.solver.path.piece import Piece
     from movimentum.solver.poses import Poses
     from movimentum.solver.segment_motion import SegmentMotion
     from movimentum.timeline.model import Timeline
@@ -153,6 +154,20 @@ class Session:
     def stretch(self) -> SegmentMotion:
         """The part of the motion that contains the moment."""
         return self.work.motion.stretches[self.work.timeline.segment_at(self.time)]
+
+    @property
+    def piece(self) -> tuple[Piece, float]:
+        """The part of the path that contains the moment, and how long after the segment's start the moment is; refused
+        where there is no solution.
+        """
+        from movimentum.solver.segment_motion import Unsolved
+
+        stretch = self.stretch
+        tau = float(self.time - stretch.segment.start)
+        piece = next((p for p in reversed(stretch.pieces) if p.begin <= tau), stretch.pieces[0])
+        if isinstance(piece, Unsolved):
+            raise refused("no-solution", "there is no solution at this moment", "conflicts")
+        return piece, tau
 
     @property
     def step(self) -> int:

@@ -210,7 +210,8 @@ def _draft(statement: Statement | ClaimStatement, step: int, table: ThingTable, 
     left = tuple(postorder(statement.left))
     ends = isinstance(statement.right, Blank)
     right = None if ends else tuple(postorder(statement.right))
-    meanings = resolve(left if right is None else (*left, *right), table, findings, crossed=crossed)
+    sign = statement.comparison if isinstance(statement, Statement) else None
+    meanings = resolve(left if right is None else (*left, *right), table, findings, crossed=crossed, sign=sign)
     return None if meanings is None else Draft(step, statement, left, right, meanings)
 
 

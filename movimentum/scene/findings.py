@@ -17,6 +17,8 @@ class Findings:
         self.items: list[Diagnostic] = []
         self.errors = 0
         """How many errors there are so far."""
+        self.broken: set[str] = set()
+        """Things that there are not because their definitions have errors, which have been told."""
         self.constants: tuple[str, ...] = ()
         """The script's constants, for "did you mean"."""
 
@@ -24,6 +26,11 @@ class Findings:
         """Add a diagnostic."""
         self.items.append(item)
         self.errors += item.severity is Severity.ERROR
+
+    def is_lost(self, thing: str) -> bool:
+        """Whether a thing is one of `broken`. Then what names it has an error too, which needs no words."""
+        self.errors += thing in self.broken
+        return thing in self.broken
 
     def nearest(self, name: str, candidates: Iterable[str]) -> str | None:
         """The candidate that ``name`` probably means. None once there are more diagnostics than are shown, because each

@@ -90,7 +90,7 @@ def _shown(
     inference.finish()
     if findings.errors != errors:
         return None
-    value = lower(nodes, meanings, Context(inference, findings, count(), start))
+    value = lower(nodes, meanings, Context(inference, findings, count(), start, things=table.things))
     _check_format(field, findings)
     if value is None or findings.errors != errors:
         return None

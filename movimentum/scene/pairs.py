@@ -83,6 +83,8 @@ def _thing(argument: Expression, function: str, known: dict[str, Thing], finding
         return None
     thing = known.get(argument.name)
     fitting = [name for name, each in known.items() if _fits(each, function)]
+    if thing is None and findings.is_lost(argument.name):
+        return None
     if thing is None:
         guess = findings.nearest(argument.name, fitting) or findings.nearest(argument.name, known)
         helps = (replacement(f"did you mean `{guess}`?", argument.span, guess),) if guess else ()

@@ -11,7 +11,7 @@ from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef, GearPair, Thing
 from movimentum.scene.pairs import PAIRED, is_crossed, pair_of
 from movimentum.source import Span
-from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Number
+from movimentum.syntax.expression_tree import Call, Comparison, Expression, Member, Name, Number
 from movimentum.syntax.words import CLOCKS, REDUCTIONS, THING_MEMBERS, VECTOR_MEMBERS
 
 
@@ -90,12 +90,18 @@ class ThingTable:
 
 
 def resolve(
-    nodes: Sequence[Expression], table: ThingTable, findings: Findings, *, crossed: bool = False
+    nodes: Sequence[Expression],
+    table: ThingTable,
+    findings: Findings,
+    *,
+    crossed: bool = False,
+    sign: Comparison | None = None,
 ) -> Meanings | None:
     """The meanings of all names among ``nodes`` (an expression's, all of them); None after an error.
 
     What follows a thing is its anchor of that name, if it has one; otherwise one of the language's own words.
-    ``crossed``: the last call of ``.belt`` is that of a crossed belt.
+    ``crossed``: the last call of ``.belt`` is that of a crossed belt. ``sign``: that of the statement
+    that the last node ends.
     """
     meanings: Meanings = {}
     errors = findings.errors
@@ -116,6 +122,9 @@ def resolve(
             if isinstance(pair, GearPair):
                 meanings[id(node.operand)] = replace(pair, crossed=True)
             meanings[id(node)] = PassedOn()
+        elif sign is not None and isinstance(node, Member) and _is_option(node, nodes[-1], table, findings):
+            meanings |= {id(node): Swallowed(), id(node.operand): meanings.get(id(node.operand), Swallowed())}
+            _report_option(node, sign, findings)
         elif isinstance(node, Member):
             meaning = _member(node, table, findings)
             if meaning is not None:
@@ -130,6 +139,27 @@ def resolve(
             else:
                 _report_thing_as_value(node, table.things[thing], findings)
     return meanings if findings.errors == errors else None
+
+
+def _is_option(node: Member, last: Expression, table: ThingTable, findings: Findings) -> bool:
+    """Whether a word behind a statement, with a space before it, is meant as an option: it is nothing else."""
+    if node.span.end != last.span.end or node.name in {*VECTOR_MEMBERS, *CLOCKS, *REDUCTIONS}:
+        return False
+    if isinstance(node.operand, Name) and node.operand.name in table.number:
+        return False
+    gap = findings.source.slice(Span(node.operand.span.end, node.name_span.start)).rstrip(".")
+    return gap[-1:].isspace()
+
+
+def _report_option(node: Member, sign: Comparison, findings: Findings) -> None:
+    kind = {Comparison.EQUAL: "an equation", Comparison.WISH: "a wish"}.get(sign, "an inequality")
+    there_is = "a wish (`~`) can have `.speed(…)`" + ("" if sign is Comparison.WISH else f"; {kind} has no options")
+    findings.error(
+        "syntax/unknown-option",
+        f"there is no option `.{node.name}` for {kind}",
+        node.name_span,
+        helps=(replacement("leave it out", Span(node.operand.span.end, node.span.end), ""), there_is),
+    )
 
 
 def _member(node: Member, table: ThingTable, findings: Findings) -> Meaning | None:
@@ -159,6 +189,8 @@ def _member(node: Member, table: ThingTable, findings: Findings) -> Meaning | No
 
 def report_unknown_thing(name: str, anchor: str, span: Span, table: ThingTable, findings: Findings) -> None:
     """Report that there is no thing ``name``, with the nearest one (if possible one that has such an anchor)."""
+    if findings.is_lost(name):
+        return
     guess = findings.nearest(name, table.having(anchor)) or findings.nearest(name, table.number)
     helps: tuple[str | Fix, ...] = ()
     if guess is not None:

@@ -35,6 +35,8 @@ _POINTS = {Shape.TRACE: 1, Shape.VECTOR: 1, Shape.GROUND: 1, Shape.DIMENSION: 2,
     Shape.CYLINDER: 2,
 }
 """At how many anchors a follower is drawn; the others: 2 or more."""
+FARTHEST = 1e153
+"""Pixels from the origin to an anchor as drawn, in each coordinate: what squares of distances still hold."""
 MOST_TEETH = 2000
 
 
@@ -67,6 +69,8 @@ def build_things(
             )
     things = [_thing(number, item, assets, findings) for number, item in enumerate(kept.values())]
     things = [_placed(thing, placements[thing.name]) if thing.name in placements else thing for thing in things]
+    for thing in things:
+        _report_far(thing, findings)
     table = ThingTable(things)
     for number, definition in enumerate(kept.values()):
         if _follows(definition, things[number].shape):
@@ -246,6 +250,18 @@ def _placed(thing: Thing, placement: CopyFrame) -> Thing:
     """A thing of a placed copy."""
     anchors = tuple(moved(item, *placement.placed(*item.coordinates)) for item in thing.anchors)
     return replace(thing, anchors=anchors, placement=placement)
+
+
+def _report_far(thing: Thing, findings: Findings) -> None:
+    """The first anchor that is so far away that the square of a distance to it would overflow."""
+    far = next((anchor for anchor in thing.anchors if not max(map(abs, anchor.local)) <= FARTHEST), None)
+    if far is not None:
+        findings.error(
+            "kind/not-finite",
+            f"`{thing.name}.{far.name}` is drawn too far away",
+            far.span,
+            notes=(f"coordinates of anchors go from -{FARTHEST:g} to {FARTHEST:g}",),
+        )
 
 
 def _another_anchor(definition: Definition, shape: Shape) -> Fix:

@@ -278,13 +278,14 @@ class Assembly:
         one.
         """
         self.solved[places] = False
-        nodes = np.append(piece.begin, piece.nodes)
-        for place, instant in zip(places, tau, strict=True):
-            last = distinct(nodes[nodes <= instant])[-HELD:]
+        nodes = distinct(np.append(piece.begin, piece.nodes))
+        passed = np.searchsorted(nodes, tau, side="right")
+        for held in distinct(passed):  # one look for all the frames between two nodes
+            last = nodes[max(0, held - HELD) : held]
             state, bad = self._evaluated(piece, piece.instants(last))
             good = np.nonzero(~bad)[0]
             moment = snapshot(piece.plan, state, stretch.base.now, int(good[-1])) if len(good) else stretch.base.now
-            self._fill_moment(np.array([place]), moment)
+            self._fill_moment(places[passed == held], moment)
 
     def finished(self) -> Poses:
         """The poses, all finite."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from movimentum.planning.blocks.velocities import look_for_demands
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure
 from movimentum.scene.model import Scene
@@ -74,12 +75,16 @@ def begin_segment(work: Solving, task: SegmentTask, earlier: SegmentMotion | Non
     first = plan, selection
     merged = set[int]() if structure is None else set(structure.merged)
     while selection.choices is None and selection.contradiction is None:
+        if any(rejection.pole for rejection in selection.rejections):
+            return plan, selection
         before = len(merged)
         for rejection in selection.rejections:
             if rejection.block is not None and rejection.amount == -np.inf:
-                merged |= set(plan.blocks[rejection.block].unknowns)
+                merged |= plan.system.undifferentiated(plan.blocks[rejection.block].unknowns)
             elif rejection.check is not None:
-                merged |= plan.system.equations[rejection.check].unknowns
+                check = plan.system.equations[rejection.check]
+                look_for_demands(plan.system, plan.blocks, plan.owner, check.unknowns, check.constraint)
+                merged |= plan.system.undifferentiated(check.unknowns)
         if len(merged) == before:  # nothing else to try; the first plan tells best what is wrong
             plan, selection = first
             return plan, replace(selection, contradiction=_contradiction(plan, carry, selection.turned_down))
@@ -139,7 +144,7 @@ def _contradiction(
     """
     from movimentum.solver.start.contradictions import EFFORT, QUICK, find_contradiction
 
-    if not turned_down:
+    if not turned_down or any(item.rejection.pole for item in turned_down):
         return None
     singular = any(item.rejection.amount == -np.inf for item in turned_down)
     return find_contradiction(plan, 0.0, carry, turned_down, effort=QUICK if quick and singular else EFFORT)

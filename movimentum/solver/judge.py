@@ -11,6 +11,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr
 from movimentum.planning.codegen.generate import Clocks
+from movimentum.planning.lowering.calculus import rounded
 from movimentum.planning.lowering.equations import Equation, Form
 from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
 from movimentum.planning.plan import Plan
@@ -23,6 +24,9 @@ TOLERANCE = 1e-7
 """Relative to the scene's size. Far above what rounding makes of a well-posed frame (1e-14), far below what can be
 seen.
 """
+
+ROUNDING = 1e-15
+"""Relative to each number of a row: what a solver, and the evaluation of the row, make of it."""
 
 
 class Judge:
@@ -70,7 +74,10 @@ class Judge:
             return rows, self._beyond(state, instants)
 
     def worst(self, state: State, instants: Instants) -> FloatArray:
-        """(F,) the largest of all amounts, relative to the scene's size; inf where something has no finite value."""
+        """(F,) the largest of all amounts, relative to the scene's size; inf where something has no finite value.
+
+        Where one is large, what rounding makes of that row is no part of it: of 1e12, floats know four decimals.
+        """
         worst = np.zeros(len(instants))
         with np.errstate(all="ignore"):
             for part, off in self._off(state, instants):
@@ -78,18 +85,43 @@ class Judge:
                 np.max(off, axis=0, initial=0.0, out=worst[part])  # nan where one of them is
             for some in self._beyond(state, instants):
                 worst = np.maximum(worst, some / self.size)
+            if not (worst > TOLERANCE).any():
+                return np.where(np.isfinite(worst), worst, np.inf)
+            rows, beyond = self.amounts(state, instants)
+            off = np.concatenate([rows, *(some[None] for some in beyond)])
+            off = np.maximum(off - np.nan_to_num(self._rounding(state, instants), posinf=0.0), 0.0)
+            off[: len(rows)] /= self._sizes
+            off[len(rows) :] /= self.size
+            worst = np.max(off, axis=0, initial=0.0)
         return np.where(np.isfinite(worst), worst, np.inf)
+
+    def _rounding(self, state: State, instants: Instants) -> FloatArray:
+        """(rows and inequalities, F) what rounding makes of each."""
+        values = [e.original or e.residual for e in self.rows] + [s.value for s in self.plan.system.selectors]
+        starts = (*self.plan.clocks, *self._more)
+        function, starts = remembered(
+            lambda: ("rounding", tuple(values), starts), lambda: _evaluating([rounded(v) for v in values], starts)
+        )
+        far = max(map(abs, self.plan.system.shift))  # where the script's own numbers are rounded
+        clocks = self._clocks(instants, starts[len(self.plan.clocks) :])
+        found = np.empty((len(values), len(instants)))
+        for part, some in function.values(state, clocks, len(instants)):
+            found[:, part] = ROUNDING * (some + far)
+        return found
 
     def _off(self, state: State, instants: Instants) -> Iterator[tuple[slice, FloatArray]]:
         """Some instants at a time: which, and (rows, F) what each row is off by; an array that is used again."""
-        begin = self.plan.system.segment.start
-        more = [float(begin - start) + instants.tau for start in self._more]
-        for part, off in self._function.values(state, (*instants.clocks, *more), len(instants)):
+        for part, off in self._function.values(state, self._clocks(instants, self._more), len(instants)):
             np.abs(off, out=off)
             if self._turns.any():
                 off[self._turns] -= 360.0 * np.rint(off[self._turns] / 360.0)
                 np.abs(off, out=off)
             yield part, off
+
+    def _clocks(self, instants: Instants, more: Sequence[Fraction]) -> list[FloatArray]:
+        """The plan's clocks, and those that count from ``more``."""
+        begin = self.plan.system.segment.start
+        return [*instants.clocks, *(float(begin - start) + instants.tau for start in more)]
 
     def _beyond(self, state: State, instants: Instants) -> list[FloatArray]:
         slacks = (selector(state, instants.clocks)[0] for selector in self.plan.selectors)

@@ -14,7 +14,7 @@ from movimentum.diagnostics import Diagnostic
 from movimentum.solver.assembly import Assembly
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import SegmentMotion
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.timeline.model import Timeline
 
 BATCH = 4096
@@ -139,6 +139,19 @@ class PathMotion:
             assembly.add(stretch, slice(place, end), instants)
             place = end
         return assembly.finished()
+
+    def nodes(self, unit: Fraction) -> list[Fraction]:
+        """Times, in whole ``unit``s but for those of steps, that are close enough together for nothing that is periodic
+        to be missed between them: the nodes on which the path was followed, and where its pieces begin.
+        """
+        found: set[Fraction] = set()
+        for stretch in self.stretches:
+            start = stretch.segment.start
+            found.add(start)
+            for piece in stretch.pieces:
+                offsets = [piece.begin] if isinstance(piece, Unsolved) else [piece.begin, *piece.nodes.tolist()]
+                found |= {start + round(offset / unit) * unit for offset in offsets}
+        return sorted(found)
 
     def _assembly(self, frames: IntArray, times: FloatArray, *, angles: bool = True) -> Assembly:
         judged = self.size if self.doubted else None

@@ -57,15 +57,16 @@ class FailureKind(StrEnum):
 class Failure:
     """No solution from offset ``begin`` to ``until``.
 
-    START has a ``selection`` with the reasons; GAP the number of the ``block``; SELECTOR that of the inequality,
-    ``selector`` (without a ``selection``: what satisfies it violates it again at once, over and over); CHECK that of
-    the equation, ``check``.
+    START has a ``selection`` with the reasons; GAP the number of the ``block`` (what that computes is at
+    infinity at the time ``pole``); SELECTOR that of the inequality, ``selector`` (without a ``selection``:
+    what satisfies it violates it again at once, over and over); CHECK that of the equation, ``check``.
     """
 
     kind: FailureKind
     begin: float
     until: float = float("inf")
     block: int | None = None
+    pole: float | None = None
     selector: int | None = None
     selection: Selection | None = None
     check: int | None = None

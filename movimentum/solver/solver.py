@@ -47,7 +47,7 @@ def solve(
 
     ``known``: what was solved before; segments known from there are taken over, the same to the last bit. Never raises
     for what a scene may do: its ``troubles`` say where there is no solution. Unless it ``resumes``, it ends with the
-    segment of the first one. Raises `planning.planner.CyclicRateError` for a derivative that depends on itself.
+    segment of the first one. Raises `planning.structure.rates.RateError` for a derivative that nothing tells.
     """
     scene = timeline.scene
     size = scene_size(scene)
@@ -138,7 +138,8 @@ def _planned_anew(work: Solving, task: SegmentTask, stretch: SegmentMotion, wron
     check, time = wrong
     segment, carry, length, ahead = task.segment, task.carry, task.length, task.ahead
     structure = work.known.structure(task.key, work.scene, segment)
-    merged = structure.with_merged(structure.merged | stretch.plan.system.equations[check].unknowns)
+    system = stretch.plan.system
+    merged = structure.with_merged(structure.merged | system.undifferentiated(system.equations[check].unknowns))
     plan = work.known.plan(task.key, merged, work.size)
     selection = selected(plan, ahead, carry)
     if selection.choices is not None:
@@ -228,10 +229,13 @@ def _beyond_gap(
     times = times_after(gap.begin, piece.nodes, length)
     if gap.begin < gap.end < length:  # known to the last digit, unless something else is in the way
         times = np.union1d(times, [gap.end])
-    found = branch.first(times, gap.begin) if resumes else None
-    stretch.troubles.append(
-        Failure(FailureKind.GAP, gap.begin, until=length if found is None else found[0], block=gap.block)
-    )
+    found = None
+    if resumes and gap.pole is not None and gap.end < length and (choices := branch.beyond(gap, length)) is not None:
+        found = gap.end, choices
+    elif resumes:
+        found = branch.first(times, gap.begin)
+    until = length if found is None else found[0]
+    stretch.troubles.append(Failure(FailureKind.GAP, gap.begin, until=until, block=gap.block, pole=gap.pole))
     if found is None:
         _die(stretch, piece, gap.begin, length)
         return None, length

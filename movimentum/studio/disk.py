@@ -95,30 +95,16 @@ def take_along(source: SourceText, folder: Path) -> None:
 
 
 def script_from(path: Path) -> str:
-    """A script, or what a linkage or mechanism file becomes as one; `MovimentumError` if it is neither."""
+    """A script, or what another program's file becomes as one; `MovimentumError` if it is neither."""
     source = read(str(path))
     if path.suffix.lower() == ".mov":
         return source.text
-    from movimentum.interop.recognised import FileKind, kind_of
+    from movimentum.interop.scripts import script_of
 
-    title = visible(path.name)
-    match kind_of(source):
-        case FileKind.MECHANISM:
-            from movimentum.interop.mechanisms import mechanism_script, read_mechanism
-
-            return mechanism_script(read_mechanism(source), (), title)
-        case FileKind.FORMULAS:
-            from movimentum.interop.formula_script import formula_script
-            from movimentum.interop.formulas import read_formulas
-
-            return formula_script(read_formulas(source), title)[0]
-        case FileKind.LINKAGE:
-            from movimentum.interop.linkages import linkage_script, read_linkage
-
-            return linkage_script(read_linkage(source)[0], title)
+    return script_of(source, visible(path.name))[0]
 
 
-OPENED = (".mov", ".txt")
+OPENED = (".mov", ".txt", ".linkage2", ".pyslvs")
 
 
 def openable(folder: Path) -> tuple[str, ...]:

@@ -49,16 +49,8 @@ def whole_film(motion: PathMotion, frames: int | None = None) -> tuple[dict[str,
     timeline = motion.timeline
     shown = frames_shown(timeline) if frames is None else frames
     chunks = tuple(PoseChunks(motion, range(shown), False, drawn=True))
-    film = _film(timeline.scene, chunks, timeline.fps, film_options(motion))
+    film = _film(timeline.scene, chunks, timeline.fps, PictureOptions(motion=motion))
     return _data(film), film
-
-
-def film_options(motion: PathMotion) -> PictureOptions:
-    """How a film is drawn: with the pose that closes traces, if it begins again."""
-    timeline = motion.timeline
-    if not timeline.loops:
-        return PictureOptions()
-    return PictureOptions(closing=motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
 
 
 def moved_marks(film: Film, poses: Poses) -> dict[str, Any] | None:

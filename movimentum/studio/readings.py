@@ -14,7 +14,7 @@ from movimentum.studio.answers import RatesTold, StillMade
 from movimentum.studio.desk import Desk, TextJob, exact_time
 from movimentum.studio.hands import Hands
 from movimentum.studio.messages import RatesAsked, StillAsked
-from movimentum.studio.pictures import film_options, frames_shown
+from movimentum.studio.pictures import frames_shown
 
 MOST_RATES = 20_000
 """Velocities in one answer: some tenths of a second."""
@@ -50,16 +50,15 @@ def still(desk: Desk, hands: Hands, message: StillAsked) -> None:
 
 
 def _svg(job: TextJob, hands: Hands, instant: Fraction) -> str:
+    from movimentum.drawing.options import PictureOptions
     from movimentum.rendering.prepare import prepare_drawing
     from movimentum.vector.film import make_film
     from movimentum.vector.svg import svg_document
     from movimentum.workflow.frames import PoseChunks
 
     motion, timeline = job.motion, job.motion.timeline
-    reached = -int((timeline.start - instant) * timeline.fps // 1)
     every = PoseChunks(motion, range(timeline.frame_count), skip=False, drawn=True)
-    before = PoseChunks(motion, range(min(reached, timeline.frame_count)), skip=False, drawn=True)
-    prepared = prepare_drawing(timeline.scene, every, film_options(motion), before=before)
+    prepared = prepare_drawing(timeline.scene, every, PictureOptions(motion=motion, until=instant))
     (poses,) = PoseChunks(motion, (instant,), skip=False, drawn=True)
     poses = hands.shown(job, instant) or poses
     title = job.film.title if job.film is not None else ""

@@ -78,13 +78,13 @@ def write_recording(
     """Write a recording that ends at ``until`` milliseconds; returns the number of frames. `UsageError` if nothing was
     recorded, else as `run`.
     """
-    from movimentum.encoding.write import check_output
+    from movimentum.encoding.write import check_output, format_of
     from movimentum.rendering.stream import concatenate
     from movimentum.workflow.ways import way_to
 
     if not shots:
         raise usage_error("output/no-frames", "nothing was recorded", "drag something, or play, while it records")
-    kind = check_output(target)
+    check_output(target)
     job = shots[-1].job
     timeline = job.motion.timeline
     scene, fps = timeline.scene, timeline.fps
@@ -93,7 +93,7 @@ def write_recording(
     poses = concatenate([made[number] for number in numbers])
     frames = np.arange(len(numbers), dtype=np.int64)
     poses = replace(poses, frames=frames, times=frames / float(fps))
-    write = way_to(kind, scene, (poses,), PictureOptions(scale=picture.scale))
+    write = way_to(format_of(target), scene, (poses,), PictureOptions(scale=picture.scale))
     return write((poses,), target, fps, picture, progress).frames
 
 

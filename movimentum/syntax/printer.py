@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
@@ -246,6 +247,8 @@ def _constant_text(value: Fraction | float) -> tuple[str, int]:
             return f"{value.numerator}/{value.denominator}", _SUM if value < 0 else _PRODUCT
         digits = abs(value.numerator) * (10**tens // value.denominator)
         text = number_text(Decimal((0, tuple(map(int, str(digits))), -tens)))
+    elif not math.isfinite(value):  # an overflow, which the scene stage reports
+        return "1/0", _PRODUCT
     else:
         text = number_text(Decimal(repr(abs(value))))
     return ("-" + text if value < 0 else text), _UNARY

@@ -8,13 +8,13 @@ from functools import lru_cache
 from typing import Any
 
 from movimentum.arrays import IntArray
-from movimentum.variants.family import Family
+from movimentum.variants.family import Family, block_size
 from movimentum.variants.outcomes import VariantRows
-from movimentum.variants.sweep import Solver, SweepJob
+from movimentum.variants.sweep import Solver, SweepJob, pieces
 from movimentum.workflow.clusters import done_by, threads_of, unpacked
 
-LARGEST, SMALLEST = 16_384, 16
-"""Variants of a piece of work, at most and at least."""
+LARGEST = 16
+"""Blocks of variants (`variants.family.block_size`) in a piece of work, at most; the least is one."""
 PIECES = 8
 """For each thread, where there are enough variants."""
 
@@ -28,10 +28,11 @@ class OnCluster(Solver):
     def solved(self, waiting: Iterator[IntArray]) -> Iterator[tuple[IntArray, VariantRows]]:
         """The variants in order."""
         total = len(self.job.grid)
-        size = min(max(total // (PIECES * threads_of(self.client)), SMALLEST), LARGEST)
-        pieces = ((numbers[k : k + size],) for numbers in waiting for k in range(0, len(numbers), size))
+        block = block_size(total)
+        size = min(max(total // (PIECES * threads_of(self.client) * block), 1), LARGEST) * block
+        work = ((numbers,) for numbers in pieces(waiting, size))
         job = replace(self.job, files=replace(self.job.files, complete=True))  # the workers need not share our disk
-        yield from done_by(self.client, solve_piece, job, pieces)
+        yield from done_by(self.client, solve_piece, job, work)
 
 
 @lru_cache(maxsize=1)
@@ -44,4 +45,4 @@ def _family(data: bytes) -> Family:
 def solve_piece(data: bytes, numbers: IntArray) -> tuple[IntArray, VariantRows]:
     """The rows of the variants ``numbers``; runs on a worker."""
     family = _family(data)
-    return numbers, family.rows(family.grid.rows(numbers))
+    return numbers, family.rows(numbers)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.variants.axes import VariantGrid
-from movimentum.variants.outcomes import OUTCOMES, VariantRows
+from movimentum.variants.outcomes import OUTCOMES, VariantRows, joined
 from movimentum.variants.single import Variants
 from movimentum.variants.together.batch import Batch
 from movimentum.variants.together.preparation import prepare
@@ -20,14 +20,17 @@ PROVEN = 3
 """Variants that are solved both ways before the others are solved together."""
 COLLECTED = 500
 """Variants solved one by one between two collections: each leaves 8 kB in cycles, which commands do not collect."""
+BLOCKS, SMALLEST, LARGEST = 16, 32, 1024
+"""Blocks that a sweep has at least, and variants in a block, at least and at most."""
 SAME = 1e-9
 """What the two ways may differ by, of a measure's size and of time."""
 
 
 @dataclass(eq=False)
 class Family:
-    """Solves variants of ``grid``. ``alone`` and ``together`` count them by the way they were solved; ``reasons`` tell
-    why a structure is solved one by one.
+    """Solves variants of ``grid``, block by block (see `block_size`): the last digits of what is solved together depend
+    on the company, so the company of each variant is always the same, whoever asks for which of them. ``alone`` and
+    ``together`` count them by the way they were solved; ``reasons`` tell why a structure is solved one by one.
     """
 
     variants: Variants
@@ -43,11 +46,29 @@ class Family:
         self._structural: tuple[str, ...] | None = None
         self._batches: dict[tuple[float, ...], Batch | None] = {}
 
-    def rows(self, constants: FloatArray) -> VariantRows:
-        """(V, C) values of the constants -> the rows of these variants."""
-        total = len(self.grid)
-        if total < FEW or self._structural == self.grid.names:
-            return self._one_by_one(constants)
+    def rows(self, numbers: IntArray) -> VariantRows:
+        """The rows of the variants ``numbers`` (V,), in rising order."""
+        size = block_size(len(self.grid))
+        blocks = np.split(numbers, np.nonzero(np.diff(numbers // size))[0] + 1) if len(numbers) else [numbers]
+        return joined([self._of_block(some, size) for some in blocks])
+
+    @property
+    def one_by_one(self) -> bool:
+        """Whether no two variants are solved together, so that blocks do not matter."""
+        if len(self.grid) >= FEW and self._structural is None:
+            self._structural = self._found_structural()
+        return len(self.grid) < FEW or self._structural == self.grid.names
+
+    def _of_block(self, some: IntArray, size: int) -> VariantRows:
+        """The rows of some variants of one block."""
+        if self.one_by_one or len(some) == 0:
+            return self._one_by_one(self.grid.rows(some))
+        first = int(some[0]) // size * size
+        rows = self._block(self.grid.rows(np.arange(first, min(first + size, len(self.grid)), dtype=np.int64)))
+        place = some - first
+        return VariantRows(rows.constants[place], rows.measures[place], rows.outcomes[place], rows.times[place])
+
+    def _block(self, constants: FloatArray) -> VariantRows:
         count = len(constants)
         result = VariantRows(
             constants,
@@ -57,7 +78,7 @@ class Family:
         )
         left = np.ones(count, dtype=np.bool_)
         for key, chosen in self._groups(constants):
-            batch = self._batch(key, constants[chosen])
+            batch = self._batch(key)
             if batch is not None:
                 self._solve(batch, constants, chosen, result, left)
         self._put(result, left, self._one_by_one(constants[left]))
@@ -87,22 +108,20 @@ class Family:
 
     def _groups(self, constants: FloatArray) -> list[tuple[tuple[float, ...], BoolArray]]:
         """The variants by the values of the constants that decide their structure."""
-        if self._structural is None:
-            self._structural = self._found_structural(constants)
+        assert self._structural is not None
         columns = [self.grid.names.index(name) for name in self._structural]
         if not columns:
             return [((), np.ones(len(constants), dtype=np.bool_))]
-        if len(columns) == len(self.grid.names):
-            return []
         keys, inverse = np.unique(constants[:, columns], axis=0, return_inverse=True)
         inverse = np.ravel(inverse)
         return [(tuple(key), inverse == k) for k, key in enumerate(keys.tolist())]
 
-    def _found_structural(self, constants: FloatArray) -> tuple[str, ...]:
+    def _found_structural(self) -> tuple[str, ...]:
         """The constants on which more depends than the numbers in equations."""
         names = self.grid.names
         found: list[str] = []
-        middle = dict(zip(names, constants[len(constants) // 2].tolist(), strict=True))
+        (row,) = self.grid.rows(np.array([len(self.grid) // 2])).tolist()
+        middle = dict(zip(names, row, strict=True))
         try:
             prepare(self.variants, {}, self._intervals)
             return ()
@@ -119,7 +138,7 @@ class Family:
                 found.append(name)
         return tuple(found)
 
-    def _batch(self, key: tuple[float, ...], constants: FloatArray) -> Batch | None:
+    def _batch(self, key: tuple[float, ...]) -> Batch | None:
         """What solves variants of one structure together; None where that is not possible, or does not pay."""
         if key in self._batches:
             return self._batches[key]
@@ -134,21 +153,33 @@ class Family:
         intervals = {name: each for name, each in self._intervals.items() if name not in fixed}
         try:
             batch = prepare(self.variants, fixed, intervals)
-            self._batches[key] = batch if self._proven(batch, constants) else None
+            self._batches[key] = batch if self._proven(batch, self._examples(fixed)) else None
         except Exception as error:  # whatever it is, the single solver has the last word
             self.reasons.append(str(error).split("\n")[0])
             self._batches[key] = None
         return self._batches[key]
 
-    def _proven(self, batch: Batch, constants: FloatArray) -> bool:
+    def _examples(self, fixed: dict[str, float]) -> FloatArray:
+        """(N, C) variants from all over the grid that have the values ``fixed``."""
+        columns: list[FloatArray] = []
+        for axis in self.grid.axes:
+            wanted = [(k, fixed[name]) for k, name in enumerate(axis.names) if name in fixed]
+            left = (
+                axis.values[np.all([axis.values[:, k] == value for k, value in wanted], axis=0)]
+                if wanted
+                else axis.values
+            )
+            columns.append(left[[round(k * (len(left) - 1) / (PROVEN - 1)) for k in range(PROVEN)]])
+        return np.unique(np.concatenate(columns, axis=1), axis=0)
+
+    def _proven(self, batch: Batch, examples: FloatArray) -> bool:
         """Whether some variants come out the same both ways."""
-        places = sorted({round(k * (len(constants) - 1) / (PROVEN - 1)) for k in range(PROVEN)})
         columns = [self.grid.names.index(name) for name in batch.pattern.names]
-        rows, unsure = batch.rows(constants[places][:, columns])
-        for k, place in enumerate(places):
+        rows, unsure = batch.rows(examples[:, columns])
+        for k, example in enumerate(examples.tolist()):
             if unsure[k]:
                 continue
-            values = dict(zip(self.grid.names, constants[place].tolist(), strict=True))
+            values = dict(zip(self.grid.names, example, strict=True))
             outcome, time, measures = self.variants.row(values)
             off = np.abs(rows.measures[k] - measures) > SAME * (1.0 + np.abs(measures))
             if OUTCOMES[int(rows.outcomes[k])] is not outcome or off.any() or abs(rows.times[k] - time) > SAME:
@@ -169,3 +200,8 @@ class Family:
             outcomes[place] = outcome.code
         self.alone += count
         return VariantRows(constants, measures, outcomes, times)
+
+
+def block_size(total: int) -> int:
+    """How many of ``total`` variants, from a multiple of that number on, are solved in each other's company."""
+    return min(max(total // BLOCKS, SMALLEST), LARGEST)

@@ -15,7 +15,8 @@ from movimentum.solver.segment_motion import FailureKind
 class VariantOutcome(StrEnum):
     """In the order of their codes in arrays.
 
-    ``ok``: it moves as the script says, all the time. ``binds``: from some time on it has no solution. ``cannot be
+    ``ok``: it moves as the script says, all the time. ``binds``: from some time on it has no solution, or
+    something is at infinity then. ``cannot be
     assembled``: it has none to begin with. ``jumps``: it moves, but something is suddenly elsewhere.
     """
 
@@ -77,7 +78,7 @@ def outcome_of(motion: PathMotion) -> tuple[VariantOutcome, float]:
             trouble = min(stretch.troubles, key=lambda item: item.begin)
             first = number == 0 and trouble.kind is FailureKind.START and trouble.begin == 0.0
             kind = VariantOutcome.UNASSEMBLED if first else VariantOutcome.BINDS
-            return kind, float(stretch.segment.start) + trouble.begin
+            return kind, float(stretch.segment.start) + (trouble.begin if trouble.pole is None else trouble.pole)
     with np.errstate(all="ignore"):
         if next(iter(misplaced_gears(motion)), None) is not None:
             return VariantOutcome.UNASSEMBLED, start

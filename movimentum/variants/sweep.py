@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -12,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
-from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
+from movimentum.output.files import explained, refuse_overwriting, refuse_unwritable, whole_file
 from movimentum.source import SourceText
 from movimentum.variants.axes import VariantGrid, check_constants
-from movimentum.variants.family import Family
+from movimentum.variants.family import LARGEST, SMALLEST, Family, block_size
 from movimentum.variants.measures import MeasureSet
 from movimentum.variants.outcomes import OUTCOMES, VariantOutcome, VariantRows
 from movimentum.variants.single import Variants
@@ -29,10 +28,8 @@ from movimentum.workflow.stages import arranged, understand
 if TYPE_CHECKING:
     from movimentum.scene.model import Scene
 
-FIRST, MOST = 64, 65_536
-"""Variants that are solved between two looks at the clock: at first, and at most."""
-PATIENCE_S = 0.5
-"""So long may some variants take before fewer are solved at a time."""
+MOST = 64 * LARGEST
+"""Numbers of variants that are listed at a time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,20 +87,9 @@ def prepared(source: SourceText, choices: Choices, grid: VariantGrid, measures: 
 
 
 def solved_chunks(family: Family, waiting: Iterator[IntArray]) -> Iterator[tuple[IntArray, VariantRows]]:
-    """The variants ``waiting`` (by their numbers), solved some at a time: more at once while that takes no time."""
-    size = FIRST
-    for numbers in waiting:
-        place = 0
-        while place < len(numbers):
-            some = numbers[place : place + size]
-            begun = time.monotonic()
-            yield some, family.rows(family.grid.rows(some))
-            took = time.monotonic() - begun
-            place += len(some)
-            if took < 0.5 * PATIENCE_S:
-                size = min(2 * size, MOST)
-            elif took > 2.0 * PATIENCE_S:
-                size = max(size // 2, 1)
+    """The variants ``waiting`` (by their numbers), block by block; fewer at a time where each takes long."""
+    size = SMALLEST if family.one_by_one else block_size(len(family.grid))
+    return ((some, family.rows(some)) for some in pieces(waiting, size))
 
 
 def sweep_to_file(
@@ -127,7 +113,7 @@ def sweep_to_file(
     said = [scene.source.text, repr(sorted(map(str, job.choices.settings))), str(job.choices.fps), own_version()]
     said += [f"{measure.name}={measure.text}" for measure in job.measures.measures]
     spool = open_spool(path, signature(said, job.grid), job.grid, len(job.measures.measures), resume=resume)
-    with spool.stream:
+    with explained(target, path), spool.stream:
         done = spool.finished() if resume else 0
         solver = solver or Here(job)
         for numbers, rows in solver.solved(spool.waiting()):
@@ -196,6 +182,12 @@ def numbered(total: int) -> Iterator[IntArray]:
     """The numbers of all variants, some at a time."""
     for first in range(0, total, MOST):
         yield np.arange(first, min(first + MOST, total), dtype=np.int64)
+
+
+def pieces(waiting: Iterator[IntArray], size: int) -> Iterator[IntArray]:
+    """What is ``waiting``, in pieces that end where a number is a multiple of ``size``."""
+    for numbers in waiting:
+        yield from np.split(numbers, np.nonzero(np.diff(numbers // size))[0] + 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -31,7 +31,7 @@ def check_table(path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix not in TABLE_SUFFIXES:
         message = f"{path}: a table of variants ends in one of {', '.join(TABLE_SUFFIXES)}"
-        raise usage_error("usage/output", message, f"-o {path.with_suffix('.csv')}")
+        raise usage_error("usage/output", message, f"-o {path.with_suffix('.csv') if path.name else 'table.csv'}")
     if suffix == ".parquet":
         _pyarrow()
 

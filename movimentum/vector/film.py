@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -68,6 +68,14 @@ class Film:
     def frames(self) -> int:
         """How many frames there are, F."""
         return len(self.poses.frames)
+
+    def first_frame(self) -> Film:
+        """The film of its first frame alone, measured from the same pivots."""
+        bodies = {
+            body: replace(motion, x=motion.x[:1], y=motion.y[:1], angle=motion.angle[:1], visible=motion.visible[:1])
+            for body, motion in self.bodies.items()
+        }
+        return replace(self, poses=self.poses.select(slice(0, 1)), bodies=bodies)
 
     def paint(self, item: PreparedMark) -> tuple[FloatArray, FloatArray]:
         """(F,) opacity, 0 where the mark is not drawn, and (F, 3) colour."""

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from movimentum.drawing.style import MIDDLE, SLANT, UNITS
 from movimentum.geometry import Affine
-from movimentum.rendering.prepare import PreparedDrawing
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,20 +20,13 @@ class Lettering:
     glyphs: tuple[tuple[str, float], ...] | None = None
 
 
-def lettering(
-    text: str, height: float, prepared: PreparedDrawing, align: str = "left", italic: bool = False
-) -> Lettering:
+def lettering(text: str, height: float, align: str = "left", italic: bool = False) -> Lettering:
     """A text whose origin is at the left, the centre or the right of its baseline, or in the middle of its letters."""
+    from movimentum.rendering.layout import width_of
     from movimentum.rendering.outlines import glyphs, text_outline
 
-    fineness = prepared.view.scale * prepared.fineness
     size = height / UNITS
-    x, y = 0.0, 0.0
-    if align != "left":
-        from movimentum.rendering.text import text_width
-
-        x = -(1.0 if align == "right" else 0.5) * text_width(text, height, fineness)
-        y = -MIDDLE * height if align == "middle" else 0.0
-    path = text_outline(text, height * fineness)
+    x = 0.0 if align == "left" else -(1.0 if align == "right" else 0.5) * height * width_of(text)
+    y = -MIDDLE * height if align == "middle" else 0.0
     place = Affine(size, SLANT * size if italic else 0.0, x, 0.0, size, y)
-    return Lettering(text, path, place, glyphs(text, height * fineness))
+    return Lettering(text, text_outline(text), place, glyphs(text))

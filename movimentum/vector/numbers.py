@@ -31,8 +31,8 @@ def short(value: float, decimals: int) -> str:
 
 
 def joined(*values: float, decimals: int) -> str:
-    """Several numbers with as few separators as SVG needs: ``3-.5 7``."""
-    return " ".join(short(value, decimals) for value in values).replace(" -", "-")
+    """Several numbers, each two with a separator between them: some readers need it in ``points``."""
+    return " ".join(short(value, decimals) for value in values)
 
 
 def texts(columns: Sequence[FloatArray], decimals: int) -> list[str]:

@@ -139,12 +139,6 @@ class _Data:
             "poses": base64.b64encode(data.astype("<f4").tobytes()).decode("ascii"),
         }
 
-    def _closing(self, trace: Trace) -> dict[str, Any]:
-        """The point at which a film begins again, if its last frame is shown."""
-        if trace.closing is None or self.film.poses.frames[-1] != trace.last:
-            return {}
-        return {"closing": [_short(x) for x in trace.closing[0].tolist()]}
-
     def _seen(self, item: PreparedMark) -> bool:
         return bool(self.film.paint(item)[0].any())
 
@@ -233,7 +227,7 @@ class _Data:
         numbers = {text: number for number, text in enumerate(dict.fromkeys(words))}
         found: list[dict[str, Any]] = []
         for text in numbers:
-            letters = lettering(text, height, self.film.prepared, align, italic)
+            letters = lettering(text, height, align, italic)
             place = Affine(1.0, 0.0, start[0], 0.0, 1.0, start[1]) @ letters.place
             found.append({"text": text, "path": letters.path, "matrix": _matrix(place)})
         which = np.array([numbers[text] for text in words], dtype=np.float64)
@@ -242,6 +236,9 @@ class _Data:
     def _trace(self, trace: Trace) -> dict[str, Any]:
         """A trace, or the whole of a path."""
         mark = trace.mark
+        path, ends = trace.through(self.film.poses)
+        if mark.whole:
+            path, ends = trace.path, np.full(self.film.frames, len(trace.path))
         opacity: FloatArray = np.ones(self.film.frames)
         colors: FloatArray = np.tile(np.array(mark.color, dtype=np.float64), (self.film.frames, 1))
         if mark.paint is not None:
@@ -255,15 +252,15 @@ class _Data:
             "dash": list(mark.dash),
             "cap": mark.cap,
             "tail": mark.tail,
-            "past": [] if trace.past is None else [[_short(x) for x in row] for row in trace.past.tolist()],
-            **self._closing(trace),
+            "rows": len(path),
+            "path": [self._number(column) for column in path.T],
+            "ends": self._number(ends.astype(np.float64)),
         }
 
     def _letters(self, text: str, height: float, start: Point) -> dict[str, Any]:
         from movimentum.rendering.outlines import text_outline
 
-        prepared = self.film.prepared
-        path = text_outline(text, height * prepared.view.scale * prepared.fineness)
+        path = text_outline(text)
         size = _short(height / UNITS)
         return {"text": text, "path": path, "matrix": [size, 0, 0, size, *map(_short, start)]}
 

@@ -65,7 +65,7 @@ class MovimentumPainter {
     const found = [];
     this.film.bodies.forEach((body, index) => {
       for (const point of Object.values(body.anchors)) {
-        const plain = {opacity: 1, dash: [], cap: "round", tail: null, past: []};
+        const plain = {opacity: 1, dash: [], cap: "round", tail: null};
         found.push({body: index, point, color: body.color, width: this.film.traceWidth, ...plain});
       }
     });
@@ -96,7 +96,7 @@ class MovimentumPainter {
     context.lineCap = context.lineJoin = "round";
     context.imageSmoothingEnabled = true;
     context.imageSmoothingQuality = "high";
-    for (const path of film.paths) this.drawPath(path, path.past.map(([x, y, shown]) => [x, y, shown]));
+    for (const path of film.paths) this.drawPath(path, this.rows(path));
     for (const mark of film.marks) this.drawMark(mark);
     if (this.tracing) for (const trace of this.traces) this.drawTrace(trace);
     for (const mark of film.overlays) this.drawMark(mark);
@@ -309,14 +309,25 @@ class MovimentumPainter {
   }
 
   drawTrace(trace) {
-    const body = this.film.bodies[trace.body];
-    const points = trace.past.slice();
+    const points = trace.path ? this.rows(trace) : this.throughFrames(trace);
+    if (trace.tail) this.drawTail(trace, points); else this.drawPath(trace, points);
+  }
+
+  /* What the frame shows of a path: x, y, whether it is visible, and when. */
+  rows(trace) {
+    const count = this.value(trace.ends, this.frame), points = [];
+    for (let row = 0; row < count; row += 1) points.push(trace.path.map((column) => this.value(column, row)));
+    return points;
+  }
+
+  /* The path of an anchor that the film does not trace: only its places in the frames are known. */
+  throughFrames(trace) {
+    const body = this.film.bodies[trace.body], points = [];
     for (let frame = 0; frame <= this.frame; frame += 1) {
       const shown = this.value(body.visible, frame) > 0;
       points.push([...(shown ? this.world(trace.body, ...trace.point, frame) : [0, 0]), shown, this.time(frame)]);
     }
-    if (trace.closing && this.frame === this.film.frames - 1) points.push(trace.closing);
-    if (trace.tail) this.drawTail(trace, points); else this.drawPath(trace, points);
+    return points;
   }
 
   drawPath(trace, points) {

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.drawing.model import Point, TraceMark
+from movimentum.drawing.model import TraceMark
 from movimentum.drawing.motion import paint_over
 from movimentum.drawing.style import BANDS, FAINT
 from movimentum.rendering.prepare import Trace
@@ -33,8 +33,7 @@ class PathWriter:
 
     def whole(self, trace: Trace) -> Iterator[str]:
         """The whole path, faint, in all frames."""
-        assert trace.past is not None
-        points = self._rounded(trace.past)
+        points = self._rounded(trace.path)
         for first, end in _runs(points[:, 2] > 0.0):
             corners = _without_repetition(points[first:end, :2])
             path = self._path(trace.mark, corners)
@@ -48,7 +47,9 @@ class PathWriter:
         return points
 
     def _path(self, mark: TraceMark, corners: FloatArray) -> XmlElement:
-        line = self._points([(x, y) for x, y in corners.tolist()])
+        line = joined(*corners.ravel().tolist(), decimals=self._decimals + 1).replace(
+            " -", "-"
+        )  # all read that in paths
         path = XmlElement("path", [f'd="M{line}{"h0" if len(corners) == 1 else ""}"'])
         width = short(mark.width, self._decimals + 1)
         path.attributes += [f'stroke="{hex_color(mark.color)}"', f'stroke-width="{width}"']
@@ -75,23 +76,18 @@ class PathWriter:
 
     def _growing(self, trace: Trace) -> Iterator[str]:
         """A path for each interval in which the body is visible: a dash that becomes longer."""
-        news = trace.points(self.film.poses)
-        past = np.zeros((0, 3)) if trace.past is None else trace.past
-        now = np.arange(len(past), len(past) + len(news))  # the places of the frames drawn
-        if trace.closing is not None and self.film.poses.frames[-1] == trace.last:
-            news = np.concatenate([news, trace.closing])
-            now[-1] += 1
-        points = self._rounded(np.concatenate([past, news]))
+        rows, ends = trace.through(self.film.poses)
+        points = self._rounded(rows)
         for first, end in _runs(points[:, 2] > 0.0):
             where = points[first:end, :2]
             far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(where, axis=0).T))])
             path = self._path(trace.mark, _without_repetition(where))
             if far[-1] > 0.0:
-                long = far[np.clip(now - first, 0, end - first - 1)]
+                long = far[np.clip(ends - 1 - first, 0, end - first - 1)]
                 gap = short(max(_FAR, 2.0 * float(far[-1])), 0)
                 self._animate(path, "stroke-dasharray", [self._dashes(trace.mark, x, gap) for x in long.tolist()])
-            if first > len(past):
-                self._animate(path, "opacity", texts([(now >= first).astype(np.float64)], 0))
+            if first >= ends[0]:
+                self._animate(path, "opacity", texts([(ends > first).astype(np.float64)], 0))
             yield self._painted(path, trace.mark)
 
     def _dashes(self, mark: TraceMark, long: float, gap: str) -> str:
@@ -112,10 +108,8 @@ class PathWriter:
         """The path several times over itself, each time less of it: what is newer is covered more often."""
         tail = trace.mark.tail
         assert tail is not None
-        news = trace.points(self.film.poses)
-        past = np.zeros((0, 4)) if trace.past is None else trace.past
-        points = self._rounded(np.concatenate([past, news]))
-        now = news[:, 3]
+        rows, _ = trace.through(self.film.poses)
+        points, now = self._rounded(rows), self.film.poses.times
         for first, end in _runs(points[:, 2] > 0.0):
             where, times = points[first:end, :2], points[first:end, 3]
             far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(where, axis=0).T))])
@@ -133,9 +127,6 @@ class PathWriter:
                 line.attributes.append(f'opacity="{short(1.0 / (BANDS - band + 1), 4)}"')
                 lines.inside.append(str(line))
             yield self._painted(lines, trace.mark)
-
-    def _points(self, points: Sequence[Point]) -> str:
-        return joined(*(value for point in points for value in point), decimals=self._decimals + 1)
 
 
 def _runs(shown: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[list[int]]:

@@ -31,6 +31,7 @@ from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
 from movimentum.rendering.prepare import PreparedMark
+from movimentum.text import listed
 from movimentum.vector.elements import XmlElement, escaped, hex_color
 from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
@@ -39,6 +40,9 @@ from movimentum.vector.numbers import FilmClock, held, joined, short, texts
 from movimentum.vector.parts import moving_part, still_part
 from movimentum.vector.paths import PathWriter
 
+LONG = 240
+"""Characters of a shape that is written once, even if it is drawn twice."""
+
 
 def svg_document(film: Film) -> Iterator[str]:
     """The lines of the file; the same each time."""
@@ -46,30 +50,41 @@ def svg_document(film: Film) -> Iterator[str]:
     title = escaped(film.title)
     size = f'width="{view.width}" height="{view.height}" viewBox="0 0 {view.width} {view.height}"'
     yield f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img" aria-label="{title}">\n'
-    yield f"<title>{title}</title>\n"
+    yield f"<title>{title}</title>\n<desc>{escaped(_description(film))}</desc>\n"
     writer = _SvgWriter(film)
     yield from writer.definitions()
     background = film.prepared.drawing.background
     if background is not None:
         yield f'<rect width="100%" height="100%" fill="{hex_color(background)}"/>\n'
-    yield f'<g {_matrix(view.to_image)} fill="none" stroke-linecap="round" stroke-linejoin="round">\n'
-    paths = writer.paths()
-    for path in film.prepared.paths:
-        yield from paths.whole(path)
-    for number, item in enumerate(film.prepared.things):
-        yield writer.mark(item, number)
-    for trace in film.prepared.traces:
-        yield from paths.trace(trace)
-    for item in film.prepared.overlays:
-        yield writer.mark(item)
-    yield "</g>\n</svg>\n"
+    drawn = f'{_matrix(view.to_image)} fill="none" stroke-linecap="round" stroke-linejoin="round"'
+    lines = [*writer.marks()]
+    if not any("<animate" in line for line in lines):
+        yield from (f"<g {drawn}>\n", *lines, "</g>\n</svg>\n")
+        return
+    # who wants less motion sees the first frame; readers that do not know of this see the film
+    yield "<style>@media (prefers-reduced-motion:reduce){#film{display:none}#still{display:inline}}</style>\n"
+    yield from (f'<g id="film" {drawn}>\n', *lines, "</g>\n")
+    still = _SvgWriter(film.first_frame(), writer)
+    yield from (f'<g id="still" display="none" {drawn}>\n', *still.definitions(), *still.marks(), "</g>\n</svg>\n")
+
+
+def _description(film: Film) -> str:
+    names = [thing.name for thing in film.scene.things if thing.is_body and not thing.hidden]
+    what = listed([*dict.fromkeys(names)], 5) or "nothing"
+    if film.frames == 1:
+        return f"A drawing of {what}."
+    times = "again and again" if film.loop == 0 else "once" if film.loop == 1 else f"{film.loop} times"
+    return f"An animation of {what}: {short(float(film.frames / film.fps), 2)} s, {times}."
 
 
 class _SvgWriter:
-    """Writes the marks of one film."""
+    """Writes the marks of one film. ``moving``: who wrote the film of which this is one frame, in the same file."""
 
-    def __init__(self, film: Film) -> None:
+    def __init__(self, film: Film, moving: _SvgWriter | None = None) -> None:
         self.film = film
+        self._moving_one = moving
+        self._shapes: dict[str, str] = {} if moving is None else moving._shapes
+        self._prefix = "" if moving is None else "s"
         view = film.prepared.view
         self._clock = FilmClock(film.frames, film.fps, film.loop)
         self._timing = self._clock.timing()
@@ -78,15 +93,26 @@ class _SvgWriter:
         self._turns = max(1, math.ceil(math.log10(max(view.width, view.height) / 6.0)))
         self._fineness = view.scale * film.prepared.fineness
         self._words = 0
-        self._pictures, self._places = embedded(film.prepared.things)
+        self._pictures, self._places = (
+            embedded(film.prepared.things) if moving is None else (moving._pictures, moving._places)
+        )
 
-    def paths(self) -> PathWriter:
-        """What writes the traces."""
-        return PathWriter(self.film, self._decimals, self._animate)
+    def marks(self) -> Iterator[str]:
+        """All that is drawn, back to front."""
+        prepared = self.film.prepared
+        paths = PathWriter(self.film, self._decimals, self._animate)
+        for path in prepared.paths:
+            yield from paths.whole(path)
+        for place, item in enumerate(prepared.things):
+            yield self.mark(item, place)
+        for trace in prepared.traces:
+            yield from paths.trace(trace)
+        for item in prepared.overlays:
+            yield self.mark(item)
 
     def definitions(self) -> Iterator[str]:
         """The pictures, each once, and the filters of things that are tinted."""
-        for number, (sprite, data) in enumerate(self._pictures):
+        for number, (sprite, data) in enumerate(self._pictures if self._moving_one is None else ()):
             width, height = sprite.image.size
             picture = f'<image id="i{number}" width="{width}" height="{height}" href="{data}"/>'
             yield f"<defs>{picture}</defs>\n"
@@ -103,7 +129,7 @@ class _SvgWriter:
             self._animate(function, "slope", texts([tint[:, column] / 255.0], 4))
             functions.append(str(function))
         transfer = f"<feComponentTransfer>{''.join(functions)}</feComponentTransfer>"
-        return f'<filter id="t{number}" color-interpolation-filters="sRGB">{transfer}</filter>'
+        return f'<filter id="{self._prefix}t{number}" color-interpolation-filters="sRGB">{transfer}</filter>'
 
     def mark(self, item: PreparedMark, number: int = -1) -> str:
         """One line of the file; ``number`` is that of a thing's mark."""
@@ -122,7 +148,7 @@ class _SvgWriter:
             case ImageMark():
                 group = self._moving(self._image(mark, number, (colors != 255.0).any()), mark.body, opacity)
             case _:
-                group = self._moving(self._shape(mark, ink), mark.body, opacity)
+                group = self._moving(self._shared(self._shape(mark, ink)), mark.body, opacity)
         if ink == "currentColor" and not isinstance(mark, ImageMark):  # which has a filter for its tint
             self._animate(group, "color", [hex_color(row) for row in held(colors, opacity)])
         values = texts([opacity], 3)
@@ -130,11 +156,23 @@ class _SvgWriter:
             self._animate(group, "opacity", values)
         return f"{group}\n"
 
+    def _shared(self, shape: XmlElement) -> XmlElement:
+        """A shape that takes much room, so that the film and its first frame both use it."""
+        text = str(shape)
+        if (self.film.frames == 1 and self._moving_one is None) or len(text) < LONG or "<animate" in text:
+            return shape
+        if text in self._shapes:
+            return XmlElement("g", inside=[f'<use href="#{self._shapes[text]}"/>'])
+        if self._moving_one is not None:
+            return shape
+        name = self._shapes[text] = f"f{len(self._shapes)}"
+        return XmlElement("g", inside=[f'<g id="{name}">{text}</g>'])
+
     def _image(self, mark: ImageMark, number: int, tinted: np.bool_) -> XmlElement:
         place = self._places[number]
         x, y = self.film.bodies[mark.body].pivot
         to_pivot = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ self._pictures[place][0].to_local
-        tint = [f'filter="url(#t{number})"'] if tinted else []
+        tint = [f'filter="url(#{self._prefix}t{number})"'] if tinted else []
         return XmlElement("g", inside=[str(XmlElement("use", [f'href="#i{place}"', *tint, _matrix(to_pivot)]))])
 
     def _symbol(self, mark: SymbolMark, ink: str, opacity: FloatArray) -> XmlElement:
@@ -159,16 +197,16 @@ class _SvgWriter:
         def spelled(path: str, x: float) -> str:
             if path not in letter:
                 self._words += 1
-                letter[path] = f"w{self._words}"
-                found.append(f'<path id="w{self._words}" fill-rule="evenodd" d="{path}"/>')
+                letter[path] = f"{self._prefix}w{self._words}"
+                found.append(f'<path id="{letter[path]}" fill-rule="evenodd" d="{path}"/>')
             return f'<use href="#{letter[path]}" x="{short(x, 1)}"/>'
 
         for text in dict.fromkeys(words):
-            letters = lettering(text, height, self.film.prepared, align, italic)
+            letters = lettering(text, height, align, italic)
             inside = None if letters.glyphs is None else "".join(spelled(*glyph) for glyph in letters.glyphs)
             self._words += 1
-            numbers[text] = f"#w{self._words}"
-            start = f'id="w{self._words}" {_matrix(letters.place)}'
+            numbers[text] = f"#{self._prefix}w{self._words}"
+            start = f'id="{self._prefix}w{self._words}" {_matrix(letters.place)}'
             if inside is None:
                 found.append(f'<path {start} fill-rule="evenodd" d="{letters.path}"/>')
             else:
@@ -198,7 +236,7 @@ class _SvgWriter:
                     inside = self._changing(words, mark.height, mark.align, mark.italic, drawn)
                     inside.attributes.append(f'transform="translate({joined(x, y, decimals=self._decimals)})"')
                     return XmlElement("g", inside=[str(inside)])
-                letters = lettering(mark.text, mark.height, self.film.prepared, mark.align, mark.italic)
+                letters = lettering(mark.text, mark.height, mark.align, mark.italic)
                 place = _matrix(Affine(1.0, 0.0, x, 0.0, 1.0, y) @ letters.place)
                 path = f'<path {place} fill-rule="evenodd" {drawn} d="{letters.path}"/>'
                 return XmlElement("g", [_spoken(mark.text)], [path])
@@ -247,7 +285,7 @@ class _SvgWriter:
     def _letters(self, text: str, height: float, start: Point, drawn: str) -> str:
         from movimentum.rendering.outlines import text_outline
 
-        path = text_outline(text, height * self._fineness)
+        path = text_outline(text)
         size = height / UNITS
         place = _matrix(Affine(size, 0.0, start[0], 0.0, size, start[1]))
         return f'<path {place} fill-rule="evenodd" {drawn} d="{path}"/>'
@@ -261,24 +299,23 @@ class _SvgWriter:
         where = held(np.stack([motion.x, motion.y], axis=1), shown)
         places = texts(list(where.T), self._decimals)
         turns = texts([held(motion.angle, shown)], self._turns)
-        if _still(turns) and turns[0] != "0":
-            element.attributes.append(f'transform="rotate({turns[0]})"')
-            element = XmlElement("g", inside=[str(element)])
+        if set(turns) != {"0"}:
+            self._transform(element, "rotate", turns)
+            if set(places) != {"0 0"}:
+                element = XmlElement("g", inside=[str(element)])
         self._translate(element, places)
-        if not _still(turns):
-            element.inside.append(self._transform("rotate", turns, ' additive="sum"'))
         return element
 
     def _translate(self, element: XmlElement, places: list[str]) -> None:
-        if _still(places):
-            if places[0] != "0 0":
-                element.attributes.append(f'transform="translate({places[0]})"')
-        else:
-            element.inside.append(self._transform("translate", places))
+        if set(places) != {"0 0"}:
+            self._transform(element, "translate", places)
 
-    def _transform(self, kind: str, values: list[str], added: str = "") -> str:
-        how = f'attributeName="transform" type="{kind}"{added}'
-        return f"<animateTransform {how} {self._timing} {self._clock.values(values)}/>"
+    def _transform(self, element: XmlElement, kind: str, values: list[str]) -> None:
+        """A transformation with a text for each frame, the first of them also for readers that do not animate."""
+        element.attributes.append(f'transform="{kind}({values[0]})"')
+        if not _still(values):
+            how = f'attributeName="transform" type="{kind}"'
+            element.inside.append(f"<animateTransform {how} {self._timing} {self._clock.values(values)}/>")
 
     def _animate(self, element: XmlElement, name: str, values: list[str]) -> None:
         """An attribute with a text for each frame."""

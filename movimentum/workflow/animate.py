@@ -48,10 +48,10 @@ def animate(
     """
     from movimentum.analysis.diagnose.off_canvas import OUTSIDE
     from movimentum.drawing.options import Show
-    from movimentum.encoding.write import STILL_KINDS, VECTOR_KINDS, check_output
+    from movimentum.encoding.write import check_output, format_of
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
 
-    kind = check_output(target, transparent=picture.transparent)
+    kind, found = check_output(target, transparent=picture.transparent), format_of(target)
     background = None if picture.background is None else _color(picture.background)
     refuse_unwritable(target)
     timeline = solution.motion.timeline if solution else _arranged(source, choices, picture)
@@ -59,27 +59,27 @@ def animate(
     numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
     refuse_overwriting(target, reads(source, scene), numbers)
     options, frames = _options(scene, picture, background), _frames(timeline, picture)
-    shown = (picture.at,) if picture.at is not None else frames[:1] if kind in STILL_KINDS else frames
-    if kind in VECTOR_KINDS:
+    drawn = frames[:1] if found.still and kind != "sequence" else frames
+    shown = drawn if picture.at is None else (picture.at,)
+    if found.write is None:
         from movimentum.vector.write import refuse_too_long
 
         refuse_too_long(scene, len(shown), target)
     # what is too large is refused before the work
-    ready = way_to(kind, scene, (), options, (), elsewhere) if _is_ready(scene, options) else None
+    ready = way_to(found, scene, (), options, elsewhere) if _is_ready(scene, options) else None
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
     poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).held()
-    options = _closed(options, solution)
+    until = timeline.frame_time(drawn[-1]) if picture.at is None else picture.at
+    options = replace(options, motion=motion.path, until=until)
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
         options = replace(options, free=_free_marks(motion.path, times))
     if not any(len(chunk.frames) for chunk in poses):
         message = "none of the frames asked for has a solution"
         raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
-    every, earlier = (
-        PoseChunks(motion, some, skip, drawn=True) for some in (range(timeline.frame_count), range(frames.start))
-    )
-    write = ready or way_to(kind, scene, every, options, earlier, elsewhere)
+    every = PoseChunks(motion, range(timeline.frame_count), skip, drawn=True)
+    write = ready or way_to(found, scene, every, options, elsewhere)
     with ExitStack() as stack:
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
         place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
@@ -117,14 +117,6 @@ def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | 
         show=frozenset(Show(word) for word in picture.show),
         max_pixels=picture.max_pixels,
     )
-
-
-def _closed(options: PictureOptions, solution: Solution) -> PictureOptions:
-    """``options`` with the pose that closes traces, if the film begins again."""
-    timeline = solution.motion.timeline
-    if not timeline.loops:
-        return options
-    return replace(options, closing=solution.motion.poses_at([timeline.end]), last=timeline.frame_count - 1)
 
 
 def _frames(timeline: Timeline, picture: Picture) -> range:

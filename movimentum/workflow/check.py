@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from movimentum.workflow.stages import arranged, examined, moved, understand
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
+    from movimentum.solver.motion import PathMotion
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +60,23 @@ def check(
         return CheckReport(found, (), frames, duration, error.exit_code), source
     took, fault = time.thread_time() - begun, solution.fault
     found = with_fixes(limited(solution.diagnostics), source, choices, took=took, known=known)
-    if fault == 0:
-        from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
+    more: list[Diagnostic] = []
+    if fps_invariance and fault in (0, 3):
+        more += _at_other_rate(solution.motion.path, solution.diagnostics)
+    if reverse and fault == 0:
+        from movimentum.analysis.invariance import reverse_diagnostics
 
-        more = [*frame_rate_diagnostics(solution.motion.path)] if fps_invariance else []
-        more += reverse_diagnostics(solution.motion.path) if reverse else []
-        fault = 1 if any(item.severity is Severity.ERROR for item in more) else 0
-        found = (*found, *more)
+        more += reverse_diagnostics(solution.motion.path)
+    if fault == 0 and any(item.severity is Severity.ERROR for item in more):
+        fault = 1
+    found = (*found, *more)
     return CheckReport(limited(found), solution.steps, frames, duration, fault), source
+
+
+def _at_other_rate(motion: PathMotion, told: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """What is different at another frame rate."""
+    from movimentum.analysis.examine import examine
+    from movimentum.analysis.invariance import at_other_rate, frame_rate_diagnostics
+
+    other = at_other_rate(motion)
+    return frame_rate_diagnostics(motion, other, told, examine(other, advice=Advice.PLAIN).diagnostics)

@@ -27,6 +27,8 @@ LOST = 4
 """Workers that may be lost over one piece of work before it is given up."""
 AHEAD = 3
 """Pieces for each thread that are sent out before the first of them is back: nobody waits, and little is kept."""
+_DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+"""Ctrl-C in a terminal goes to the workers too: they are ended by the command, which tells what is left."""
 _LOCAL = re.compile(r"local(?::(\d{1,4}))?")
 
 
@@ -63,7 +65,12 @@ def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, No
                 raise usage_error("usage/dask", "a cluster has at least one worker", "--dask local:2")
             with (
                 distributed.LocalCluster(
-                    n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL + 1
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    dashboard_address=None,
+                    silence_logs=logging.CRITICAL + 1,
+                    preload=[_DEAF],
+                    preload_nanny=[_DEAF],
                 ) as started,
                 distributed.Client(started, set_as_default=False) as client,
             ):
@@ -84,7 +91,11 @@ def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, No
 @contextmanager
 def _quiet() -> Generator[None, None, None]:
     """The engine's own log lines are not for our users; lost workers are told by what becomes of their work."""
-    loggers = [logging.getLogger(name) for name in ("distributed", "tornado", "asyncio", "bokeh")]
+    libraries = ("distributed", "tornado", "asyncio", "bokeh")
+    known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in libraries]
+    loggers = [
+        logging.getLogger(name) for name in {*libraries, *known}
+    ]  # the engine's modules have levels of their own
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)

@@ -23,7 +23,7 @@ from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.same_statements import Items, items_of, shifted
-from movimentum.workflow.stages import arranged, built, moved, parsed
+from movimentum.workflow.stages import arranged, built, moved, parsed, visible
 
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
@@ -108,7 +108,7 @@ class Engine:
         if last is not None and last[0].same_as(items):
             return shifted(last[1], last[0], items)
         with remembering(self.known.memory):
-            found = shifted(examine(motion), items, items)
+            found = shifted(examine(motion, visible=visible), items, items)
         self._examined = items, found
         return found
 
@@ -227,7 +227,7 @@ class Revision:
         try:
             motion = self.motion
             with remembering(known.memory):
-                found = (*self.scene.diagnostics, *examine(motion, advice=Advice.FULL).diagnostics)
+                found = (*self.scene.diagnostics, *examine(motion, advice=Advice.FULL, visible=visible).diagnostics)
         except MovimentumError as error:
             found = error.diagnostics
         took = time.thread_time() - begun

@@ -30,38 +30,19 @@ class Import:
 def imported(source: SourceText, target: Path | None, how: Import, strict: bool) -> Outcome:
     """Write another program's file as a script to ``target`` (None: stdout); its content tells its format."""
     from movimentum.interop.recognised import FileKind, kind_of
+    from movimentum.interop.scripts import script_of
 
     title = visible(Path(source.path).name)  # it is in a comment of one line
     kind = kind_of(source)
-    if how.snap and kind in (FileKind.MECHANISM, FileKind.FORMULAS):
+    if how.snap and kind is not FileKind.LINKAGE:
         raise usage_error("usage/import", f"--snap is for linkage files: {kind.told} has no angles to repair")
-    if how.drives and kind is FileKind.FORMULAS:
-        raise usage_error(
-            "usage/import", "--drive is for Pyslvs' mechanism expressions: formulas name their own inputs"
-        )
-    if how.drives and kind is FileKind.LINKAGE:
-        raise usage_error("usage/import", "--drive is for Pyslvs' mechanism expressions; pull a linkage with a wish")
-    found: tuple[Diagnostic, ...] = ()
-    match kind:
-        case FileKind.MECHANISM:
-            from movimentum.interop.mechanisms import mechanism_script, read_mechanism
-
-            text = mechanism_script(read_mechanism(source), how.drives, title)
-        case FileKind.FORMULAS:
-            from movimentum.interop.formula_script import formula_script
-            from movimentum.interop.formulas import read_formulas
-
-            text, found = formula_script(read_formulas(source), title)
-        case FileKind.LINKAGE:
-            from movimentum.interop.linkages import linkage_script, read_linkage
-
-            linkage, found = read_linkage(source)
-            if how.snap:
-                from movimentum.interop.snapping import snapped
-
-                result = snapped(linkage, how.snap_angle)
-                linkage, found = result.linkage, (*found, *result.diagnostics)
-            text = linkage_script(linkage, title)
+    if how.drives and kind is not FileKind.MECHANISM:
+        instead = {
+            FileKind.FORMULAS: "formulas name their own inputs",
+            FileKind.LINKAGE: "pull a linkage with a wish",
+        }.get(kind, "this file says itself what is driven")
+        raise usage_error("usage/import", f"--drive is for Pyslvs' mechanism expressions: {instead}")
+    text, found = script_of(source, title, how.drives, how.snap_angle if how.snap else None)
     found, warned = judged(found, Choices(strict=strict))
     if warned:
         raise ScriptError(found)

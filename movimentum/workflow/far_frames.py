@@ -47,11 +47,11 @@ class FarFrames:
 
     def coded(self, painter: Painter, coder: Coder, source: PoseSource) -> Generator[Pieces, None, None]:
         """See `encoding.runs.Elsewhere`."""
-        from movimentum.encoding.runs import whole_runs
+        from movimentum.encoding.runs import runs
 
         client = self._stack.enter_context(cluster(self.address, self.say))
         self.say(f"drawn by {counted(threads_of(client), 'thread')} of {self.address}")
-        yield from done_by(client, draw_run, (painter, coder), ((run,) for run in whole_runs(painter, source)))
+        yield from done_by(client, draw_run, (painter, coder), ((run,) for run in runs(source)))
 
 
 def draw_run(data: bytes, run: FrameRun) -> Pieces:

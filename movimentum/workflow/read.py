@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,18 +28,39 @@ def read(path: str) -> SourceText:
                 data = stream.read(MAX_SCRIPT_BYTES + 1)
     except (OSError, ValueError, AttributeError) as problem:
         reason = (getattr(problem, "strerror", None) or str(problem)).lower()
-        raise usage_error("usage/script", f"cannot read {shown}: {reason}") from problem
+        helps = _alike(path) if isinstance(problem, FileNotFoundError) else ()
+        raise usage_error("usage/script", f"cannot read {shown}: {reason}", *helps) from problem
     if len(data) > MAX_SCRIPT_BYTES:
         raise script_error("limit/script", f"{shown} is larger than the limit of {MAX_SCRIPT_BYTES // 2**20} MiB")
     try:
         return SourceText(shown, data.decode("utf-8-sig"))
     except UnicodeDecodeError as problem:
+        if b"SolveSpaceREV" in data[:64]:
+            raise script_error(
+                "syntax/solvespace",
+                f"{shown} is a sketch of SolveSpace, which is solved by constraints that no script can state all",
+                "draw the mechanism as bars: `movimentum import --help` lists what can be imported",
+            ) from problem
         line = data.count(b"\n", 0, problem.start) + 1
         raise script_error(
             "syntax/encoding",
             f"{shown} is not text: byte {problem.start} (line {line}) is not UTF-8",
             "a script is a plain text file; save it as UTF-8",
         ) from problem
+
+
+def _alike(path: str) -> tuple[str, ...]:
+    """A help with the name of a script beside where ``path`` would be that it may have meant."""
+    from movimentum.syntax.suggest import nearest
+    from movimentum.terminal import typed
+
+    wanted = Path(path)
+    try:
+        names = [name for name in os.listdir(wanted.parent) if name.endswith((".mov", wanted.suffix or ".mov"))]
+    except OSError:
+        return ()
+    guess = nearest(wanted.name, names) or nearest(f"{wanted.stem}.mov", names)
+    return () if guess is None else (f"did you mean {typed(wanted.with_name(guess))}?",)
 
 
 NOT_SENT = "usage/dask"

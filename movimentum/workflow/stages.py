@@ -15,7 +15,7 @@ from movimentum.workflow.limits import MAX_PIXELS
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
-    from movimentum.scene.model import Scene
+    from movimentum.scene.model import Scene, Thing
     from movimentum.solver.motion import AnyMotion, PathMotion
     from movimentum.solver.reuse import Known
     from movimentum.source import SourceText
@@ -36,10 +36,18 @@ def understand(
 
 
 def parsed(source: SourceText, choices: Choices) -> ScriptTree:
-    """The syntax tree of a script; raises `ScriptError` with all syntax errors."""
+    """The syntax tree of a script; raises `ScriptError` with all syntax errors, or with one that names `import` for
+    another program's file.
+    """
     from movimentum.syntax.parser import parse
 
-    return parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
+    try:
+        return parse(source, max_nesting=choices.max_nesting, max_operations=choices.max_operations)
+    except ScriptError as error:
+        from movimentum.interop.recognised import not_a_script
+
+        found = not_a_script(source)
+        raise ScriptError([found] if found is not None else error.diagnostics) from error
 
 
 def built(
@@ -87,18 +95,18 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
 
 
 def moved(timeline: Timeline, known: Known | None = None, *, resumes: bool = True) -> PathMotion:
-    """The motion, as far as there is one; `ScriptError` if a derivative depends on itself. What is ``known`` from other
-    timelines is not solved again. Unless it ``resumes``, nothing is looked for behind the first failure.
+    """The motion, as far as there is one; `ScriptError` for a derivative that nothing tells. What is ``known`` from
+    other timelines is not solved again. Unless it ``resumes``, nothing is looked for behind the first failure.
     """
-    from movimentum.planning.planner import CyclicRateError
+    from movimentum.planning.structure.rates import RateError
     from movimentum.solver.solver import solve
 
     try:
         return solve(timeline, known=known, resumes=resumes)
-    except CyclicRateError as error:
-        from movimentum.analysis.diagnose.failure import cyclic_rate
+    except RateError as error:
+        from movimentum.analysis.diagnose.failure import untold_rate
 
-        found = real(cyclic_rate(timeline.scene, error.constraint), timeline.scene.source)
+        found = real(untold_rate(timeline.scene, error), timeline.scene.source)
         raise ScriptError([*timeline.scene.diagnostics, found]) from error
 
 
@@ -131,9 +139,11 @@ def examined(
         from movimentum.solver.accuracy.draft import drafted
 
         motion = drafted(path)
-        examination = examine(motion.drawn, every_frame=False, advice=advice)  # it says itself what it is off by
+        examination = examine(
+            motion.drawn, every_frame=False, advice=advice, visible=visible
+        )  # it says itself what it is off by
     else:
-        examination = examine(path, advice=advice)
+        examination = examine(path, advice=advice, visible=visible)
     found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
     fault = examination.fault or (1 if warned else 0)
     if examination.doubted:
@@ -143,6 +153,13 @@ def examined(
 
         motion = refined(path, choices.accuracy, choices.digits)
     return Solution(motion, found, examination.steps, fault)
+
+
+def visible(thing: Thing) -> list[tuple[float, float]] | None:
+    """See `rendering.visible`, which is needed only where something may leave the canvas."""
+    from movimentum.rendering.visible import visible_corners
+
+    return visible_corners(thing)
 
 
 def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:

@@ -12,7 +12,7 @@ from movimentum.workflow.choices import Picture, Progress
 if TYPE_CHECKING:
     from movimentum.drawing.options import PictureOptions
     from movimentum.encoding.runs import Elsewhere
-    from movimentum.encoding.write import WriteReport
+    from movimentum.encoding.write import OutputFormat, WriteReport
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
 
@@ -21,30 +21,25 @@ Way: TypeAlias = "Callable[[PoseSource, Path, Fraction, Picture, Progress], Writ
 
 
 def way_to(
-    kind: str,
+    form: OutputFormat,
     scene: Scene,
     source: PoseSource,
     options: PictureOptions,
-    before: PoseSource = (),
     elsewhere: Elsewhere | None = None,
 ) -> Way:
-    """Everything ready to write a file of ``kind`` (see `encoding.write.check_output`); what is too large or cannot be
-    read is refused here, see `rendering.prepare.prepare_drawing`. Pixels may be drawn ``elsewhere``.
+    """Everything ready to write a file of that ``form``; what is too large or cannot be read is refused here, see
+    `rendering.prepare.prepare_drawing`. Pixels may be drawn ``elsewhere``.
     """
-    from movimentum.encoding.write import VECTOR_KINDS
-
-    if kind in VECTOR_KINDS:
-        return _vectors(scene, source, options, before)
-    return _pixels(scene, source, options, before, elsewhere)
+    if form.write is None:
+        return _vectors(scene, source, options)
+    return _pixels(scene, source, options, elsewhere)
 
 
-def _pixels(
-    scene: Scene, source: PoseSource, options: PictureOptions, before: PoseSource, elsewhere: Elsewhere | None
-) -> Way:
+def _pixels(scene: Scene, source: PoseSource, options: PictureOptions, elsewhere: Elsewhere | None) -> Way:
     from movimentum.encoding.write import write_animation
     from movimentum.rendering.painter import make_painter
 
-    painter = make_painter(scene, source, options, before=before)
+    painter = make_painter(scene, source, options)
 
     def write(poses: PoseSource, path: Path, fps: Fraction, picture: Picture, progress: Progress) -> WriteReport:
         return write_animation(
@@ -61,11 +56,11 @@ def _pixels(
     return write
 
 
-def _vectors(scene: Scene, source: PoseSource, options: PictureOptions, before: PoseSource) -> Way:
+def _vectors(scene: Scene, source: PoseSource, options: PictureOptions) -> Way:
     from movimentum.rendering.prepare import prepare_drawing
     from movimentum.vector.write import write_film
 
-    prepared = prepare_drawing(scene, source, options, before=before)
+    prepared = prepare_drawing(scene, source, options)
 
     def write(poses: PoseSource, path: Path, fps: Fraction, picture: Picture, progress: Progress) -> WriteReport:
         return write_film(scene, prepared, poses, path, fps=fps, loop=picture.loop, progress=progress)

@@ -204,14 +204,19 @@ def test_going_over_to_another_solution_is_told():
 
 
 @pytest.mark.parametrize(
-    ("statement", "name"), [("y = 1/(.t-1);", "`y`"), ("y = .sqrt(0.5 - .t);", "`y`"), ("y = .exp(1000*.t);", "`y`")]
+    ("statement", "name", "code"),
+    [
+        ("y = 1/(.t-1);", "`y`", "solve/runs-away"),
+        ("y = .sqrt(0.5 - .t);", "`y`", "solve/not-converged"),
+        ("y = .exp(1000*.t);", "`y`", "solve/not-converged"),
+    ],
 )
-def test_values_that_do_not_exist_are_told_with_the_frame(statement, name):
+def test_values_that_do_not_exist_are_told_with_the_frame(statement, name, code):
     (error,), _, examination = found(
         f""".config(20); Dot : .disc(3) c=[0,0];
     @0 Dot.c=[y,0]; {statement}
     @3""",
-        "solve/not-converged",
+        code,
     )
     assert examination.fault == 3
     assert name in error.message or "Dot.x" in error.message

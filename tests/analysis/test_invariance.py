@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from movimentum.analysis.invariance import frame_rate_diagnostics, reverse_diagnostics
+from movimentum.analysis.invariance import at_other_rate, frame_rate_diagnostics, reverse_diagnostics
 from movimentum.diagnostics import Severity
 from tests.solver.scenes import motion_of
 
@@ -17,7 +17,7 @@ A : .bar O=[0,0] P=[50,0]; B : .bar O=[120,0] P=[170,0]; C : .bar P=[50,0] Q=[17
 
 def test_a_parallelogram_keeps_both_through_its_change_points():
     motion = motion_of(PARALLELOGRAM)
-    (told,) = frame_rate_diagnostics(motion)
+    (told,) = frame_rate_diagnostics(motion, at_other_rate(motion), (), ())
     assert (told.code, told.severity) == ("check/fps-invariance", Severity.NOTE)
     (told,) = reverse_diagnostics(motion)
     assert (told.code, told.severity) == ("check/reverse", Severity.NOTE)
@@ -39,6 +39,6 @@ def test_another_motion_is_told_with_where_and_when():
     # a motion whose poses are those of another crank: what a solver that depends on the frame rate would give
     motion = motion_of(PARALLELOGRAM)
     wrong = dataclasses.replace(motion_of(PARALLELOGRAM.replace("100*.t", "100*.t^1.001")), timeline=motion.timeline)
-    (told,) = frame_rate_diagnostics(wrong)
+    (told,) = frame_rate_diagnostics(wrong, at_other_rate(wrong), (), ())
     assert told.severity is Severity.ERROR
     assert "the motion is different from t = 0" in told.message

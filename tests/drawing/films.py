@@ -82,7 +82,8 @@ def everything(folder: Path) -> Path:
 
 
 def shot_of_svg(page: Any, seconds: Fraction, size: tuple[int, int]) -> Image.Image:
-    """The SVG that the page shows, stopped at a time."""
+    """The SVG that the page shows, stopped at a time, to somebody who likes motion."""
+    page.emulate_media(reduced_motion="no-preference")
     page.evaluate(
         "t => {document.documentElement.pauseAnimations(); document.documentElement.setCurrentTime(t)}", float(seconds)
     )

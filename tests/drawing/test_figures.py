@@ -169,10 +169,9 @@ def test_the_whole_path_of_a_film_that_begins_again_is_closed(loop, tmp_path):
     motion = mv.loads(f"{text} A.angle=40*.t; @9 {'.loop;' if loop else ''}").solve()
     motion.render(tmp_path / "a.png", frames=0)
     scene, whole = motion.solution.motion.timeline.scene, motion.solution.motion
-    options = PictureOptions(closing=whole.poses_at([whole.timeline.end]), last=89) if loop else PictureOptions()
-    (path,) = prepare_drawing(scene, (motion.poses(),), options).paths
-    assert len(path.past) == 91
-    assert path.past[-1] == pytest.approx(path.past[0])
+    (path,) = prepare_drawing(scene, (motion.poses(),), PictureOptions(motion=whole)).paths
+    assert path.path[-1, 3] == 9
+    assert path.path[-1, :2] == pytest.approx(path.path[0, :2])
 
 
 def test_pins_are_at_joints_only():

@@ -315,6 +315,35 @@ def test_video(tmp_path, suffix, fps):
         assert abs(frame.to_ndarray(format="rgb24").astype(int)[:79, :101] - theirs).mean() < 4
 
 
+@pytest.mark.parametrize("suffix", ["mp4", "webm"])
+@pytest.mark.parametrize("size", [(160, 120), (1280, 720)])
+def test_the_colours_of_a_video_are_those_of_the_film(suffix, size, tmp_path):
+    """As a player decodes them: by BT.709, as the file says."""
+    av = pytest.importorskip("av")
+    names = {"lime": (0, 255, 0), "red": (255, 0, 0), "blue": (0, 0, 255), "orange": (255, 165, 0), "gray": (128,) * 3}
+    discs = "".join(f"D{k} : .disc(9) O=[{20 + 24 * k}, 60] .color('{name}'); " for k, name in enumerate(names))
+    motion = mv.loads(f".config(10, {size[0]}, {size[1]}); {discs} @0 @1").solve()
+    motion.render(tmp_path / f"o.{suffix}")
+    with av.open(str(tmp_path / f"o.{suffix}")) as container:
+        context = container.streams.video[0].codec_context
+        assert (context.colorspace, context.color_primaries, context.color_trc, context.color_range) == (1, 1, 1, 1)
+        frame = next(container.decode(video=0))
+        pixels = frame.reformat(format="rgb24", src_colorspace="ITU709").to_ndarray().astype(int)
+    assert abs(pixels[5, 5] - 255).max() <= 2
+    for k, color in enumerate(names.values()):
+        assert abs(pixels[size[1] - 60, 20 + 24 * k] - color).max() <= 4, color
+
+
+@pytest.mark.parametrize(("suffix", "scale"), [("png", 1.0), ("png", 2.0), ("apng", 2.0)])
+def test_a_png_tells_its_colours_and_its_size(suffix, scale, tmp_path):
+    motion = mv.loads(".config(10, 96, 48); D : .disc(9) O=[20,20]; @0 D.O = [20 + .t, 20]; @1").solve()
+    motion.render(tmp_path / f"o.{suffix}", scale=scale)
+    with Image.open(tmp_path / f"o.{suffix}") as image:
+        assert image.info["srgb"] == 0
+        inches = [pixels / dpi for pixels, dpi in zip(image.size, image.info["dpi"], strict=True)]
+        assert inches == pytest.approx([1.0, 0.5], rel=2e-4)
+
+
 def test_the_same_pictures_are_the_same_video(tmp_path):
     """x264 chooses other bits now and then (for this film nearly every other time) unless it is told not to."""
     pytest.importorskip("av")

@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,7 +110,7 @@ class BrokenCoder:
 
 
 def test_what_goes_wrong_in_a_worker_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr(write, "ApngCoder", BrokenCoder)
+    monkeypatch.setitem(write.FORMATS, ".apng", replace(write.FORMATS[".apng"], coder=BrokenCoder))
     made, where = bars_only(100)
     with pytest.raises(Failure, match="in a worker"):
         write_animation(make_painter(made, where), where, tmp_path / "o.apng", fps=FPS, workers=2)
@@ -122,7 +123,7 @@ class DyingCoder:
 
 
 def test_a_worker_that_dies_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr(write, "ApngCoder", DyingCoder)
+    monkeypatch.setitem(write.FORMATS, ".apng", replace(write.FORMATS[".apng"], coder=DyingCoder))
     made, where = bars_only(100)
     with pytest.raises(MovimentumError) as caught:
         write_animation(make_painter(made, where), where, tmp_path / "o.apng", fps=FPS, workers=2)

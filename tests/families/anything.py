@@ -19,6 +19,7 @@ import click
 from movimentum.cli.app import commands, run_command_line
 from movimentum.repl.shell import COMMANDS
 from tests.command import CRANK, ROOT
+from tests.families import valid_scripts
 from tests.families.grammar_scripts import NUMBERS, Speller, mutated, script
 from tests.families.hostile_inputs import CONTROLS, saved
 from tests.interop.test_anything import torn
@@ -228,6 +229,12 @@ def _of_the_grammar(chance: random.Random, folder: Path) -> list[list[str]]:
     return [_checked(), _drawn(chance)]
 
 
+def _valid(chance: random.Random, folder: Path) -> list[list[str]]:
+    text = valid_scripts.script(chance)
+    (folder / "any.mov").write_text(text, encoding="utf-8")
+    return valid_scripts.lines(chance, text)
+
+
 def _with_characters_changed(chance: random.Random, folder: Path) -> list[list[str]]:
     (folder / "any.mov").write_text(mutated(chance.choice(GALLERY).read_text(), chance), encoding="utf-8")
     return [_checked(), _drawn(chance)]
@@ -284,6 +291,7 @@ def _pictured(chance: random.Random, folder: Path) -> list[list[str]]:
 
 
 KINDS: dict[str, Callable[[random.Random, Path], list[list[str]]]] = {
+    "valid": _valid,
     "grammar": _of_the_grammar,
     "character": _with_characters_changed,
     "word": _with_words_changed,
@@ -293,8 +301,18 @@ KINDS: dict[str, Callable[[random.Random, Path], list[list[str]]]] = {
     "import": _imported,
     "picture": _pictured,
 }
-SHARES = {"grammar": 8, "word": 4, "character": 3, "line": 5, "debugger": 4, "recording": 2, "import": 2, "picture": 1}
-"""How many of 29 inputs are of each kind."""
+SHARES = {
+    "valid": 8,
+    "grammar": 8,
+    "word": 4,
+    "character": 3,
+    "line": 5,
+    "debugger": 4,
+    "recording": 2,
+    "import": 2,
+    "picture": 1,
+}
+"""How many of 37 inputs are of each kind."""
 
 
 def kind_of(seed: int) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -232,3 +233,38 @@ def test_anchors_that_are_not_drawn_may_leave_the_canvas() -> None:
     for option, expected in (("", ["canvas/cut-off"]), (".through(A, B)", [])):
         _, examination = said(text.format(option))
         assert [d.code for d in examination.diagnostics if d.code.startswith("canvas/")] == expected
+
+
+def _canvas_codes(text: str, folder: Path | None = None) -> list[str]:
+    from movimentum.source import SourceText
+    from movimentum.workflow.choices import Choices
+    from movimentum.workflow.stages import arranged, examined, understand
+
+    source = SourceText("a.mov" if folder is None else str(folder / "a.mov"), text)
+    solution = examined(arranged(understand(source), Choices()), Choices())
+    return [d.code for d in solution.diagnostics if d.code.startswith("canvas/")]
+
+
+@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("letters", ["illi", "WWWW", "Illumination θ = 12°"])
+def test_a_text_is_cut_where_its_letters_are(letters: str, moving: bool) -> None:
+    from movimentum.rendering.layout import width_of
+
+    wide = 16.0 * width_of(letters)
+    for room, expected in ((wide + 4.0, []), (wide - 4.0, ["canvas/cut-off"])):
+        where = "at = [1, 20]" if not moving else "P=[0,0]"
+        text = f".config(10, {round(room)}, 60); L : .label('{letters}') {where}; @0"
+        text += " L.P = [1, 20 + .t];" if moving else ""
+        assert _canvas_codes(f"{text} @1") == expected, room
+
+
+def test_an_element_of_a_drawing_is_cut_where_it_is(tmp_path: Path) -> None:
+    pytest.importorskip("resvg_py")
+    wheel = '<circle id="wheel" cx="200" cy="150" r="20" fill="red"/>'
+    (tmp_path / "a.svg").write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="400" height="300"><rect width="9" height="9"/>{wheel}</svg>'
+    )
+    for x, expected in ((40, []), (12, ["canvas/cut-off"]), (-30, ["canvas/outside"])):
+        text = ".config(10, 120, 100); W : 'a.svg#wheel' O=[200,150]; "
+        text += f"@0 W.O = [{x}, 50]; W.angle = 90*.t; @1"
+        assert _canvas_codes(text, tmp_path) == expected, x

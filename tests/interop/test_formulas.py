@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from movimentum.errors import ScriptError
-from movimentum.interop.formulas import Formula, Formulas, evaluate, formulas_text, read_formulas
+from movimentum.interop.formulas import Formula, Formulas, evaluate, evaluate_each, formulas_text, read_formulas
 from movimentum.interop.triangles import Triangles, triangles_of
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
@@ -210,3 +210,44 @@ def test_the_command_exports_formulas() -> None:
     assert (
         movimentum("export", str(ROOT / "scripts" / "walschaerts.mov"), "--format", "pyslvs", "-o", "-").returncode == 1
     )
+
+
+def test_inputs_without_points_are_told_and_the_others_computed() -> None:
+    formulas = read_formulas(SourceText("x", "PLA[P0, 35, a0](P1); PLLP[P1, 30, 70, P2](P3); P0 = [0,0]; P2 = [90,0]"))
+    angles = np.linspace(0.0, 360.0, 25)
+    found = evaluate_each(formulas, {"a0": angles})
+    distance = np.hypot(35.0 * np.cos(np.radians(angles)) - 90.0, 35.0 * np.sin(np.radians(angles)))
+    bad = distance > 100.0
+    assert 0 < bad.sum() < 25
+    assert (np.isnan(found.points["P3"]).any(axis=1) == bad).all()
+    assert (np.isnan(found.points["P1"]).any(axis=1) == bad).all()
+    (unreachable,) = found.unreachable
+    assert unreachable.rows.tolist() == np.flatnonzero(bad).tolist()
+    assert f"at {bad.sum()} of 25 inputs, the first is input {np.argmax(bad)}: " in unreachable.diagnostic.message
+    good = evaluate(formulas, {"a0": angles[~bad]})
+    assert (found.points["P3"][~bad] == good["P3"]).all()
+    held = evaluate_each(formulas, {"a0": angles}, "hold").points["P3"]
+    last = int(np.argmax(bad)) - 1
+    assert (held[bad] == held[last]).all()
+    assert (held[~bad] == good["P3"]).all()
+    with pytest.raises(ScriptError):
+        evaluate_each(formulas, {"a0": angles}, "stop")
+
+
+def test_two_reasons_are_told_apart_and_no_input_twice() -> None:
+    text = "PLAP[A, 10, 30, B](T); PLLP[T, 5, 5, C](U); A = [0,0]; C = [30, 0]"
+    b = [[0, 0], [1, 0], [1, -1], [0, 0], [1, -0.577]]
+    found = evaluate_each(
+        read_formulas(SourceText("x", text)), {"B": b, "C": [[0, 0], [12, 5], [30, 0], [1, 1], [15, 0]]}
+    )
+    assert [each.rows.tolist() for each in found.unreachable] == [[0, 3], [2]]
+    assert "coincide" in found.unreachable[0].diagnostic.message
+    assert "do not meet" in found.unreachable[1].diagnostic.message
+    assert np.isfinite(found.points["U"][[1, 4]]).all()
+
+
+def test_a_hold_before_the_first_point_is_nan() -> None:
+    formulas = read_formulas(SourceText("x", "PLLP[A, L, 10, B](T); A = [0,0]; B = [15, 0]"))
+    held = evaluate_each(formulas, {"L": [1.0, 10.0, 1.0]}, "hold").points["T"]
+    assert np.isnan(held[0]).all()
+    assert (held[1] == held[2]).all()

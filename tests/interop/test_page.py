@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.interop.formulas import SHAPES
+from movimentum.interop.formula_words import SHAPES
 from tests.command import ROOT, movimentum
 
 PAGE = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
@@ -68,8 +68,10 @@ def test_every_function_and_every_code_is_told() -> None:
     used = {
         code
         for path in (ROOT / "movimentum" / "interop").glob("*.py")
-        for code in re.findall(r'"((?:import|export|mechanism|formula)/[a-z-]+)"', path.read_text(encoding="utf-8"))
+        for code in re.findall(
+            r'"((?:import|export|mechanism|formula|pmks|linkage2)/[a-z-]+)"', path.read_text(encoding="utf-8")
+        )
     }
-    assert used == set(re.findall(r"[`\[]((?:import|export|mechanism|formula)/[a-z-]+)[`\]]", PAGE)) | {
+    assert used == set(re.findall(r"[`\[]((?:import|export|mechanism|formula|pmks|linkage2)/[a-z-]+)[`\]]", PAGE)) | {
         "formula/unreachable"
     }

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -257,7 +259,15 @@ def test_traces_close(tmp_path: Path) -> None:
 def test_traces_close_in_vector_films(tmp_path: Path) -> None:
     motion = mv.loads(FILM.format(8, 0, 4, ".loop;")).solve()
     motion.render(tmp_path / "film.html", trace="A.Q")
-    assert '"closing":[110,60,1]' in (tmp_path / "film.html").read_text().replace(" ", "")
+    page = (tmp_path / "film.html").read_text().replace(" ", "")
+    trace = re.search(r'"rows":(\d+),"path":\[\[(\d+)\],\[(\d+)\],', page)
+    packed = re.search(r'"poses":"([^"]*)"', page)
+    assert trace is not None
+    assert packed is not None
+    numbers = np.frombuffer(base64.b64decode(packed[1]), dtype="<f4")
+    rows, *columns = map(int, trace.groups())
+    for column, place in zip(columns, (110.0, 60.0), strict=True):  # the path ends where it begins
+        assert numbers[[column, column + rows - 1]] == pytest.approx(place, abs=1e-3)
     motion.render(tmp_path / "film.svg", trace="A.Q")
     motion.render(tmp_path / "part.svg", trace="A.Q", frames="0:31")
     assert "indefinite" in (tmp_path / "film.svg").read_text()

@@ -7,7 +7,7 @@ import pytest
 
 from movimentum.analysis.examine import examine
 from movimentum.errors import MovimentumError
-from movimentum.planning.planner import CyclicRateError
+from movimentum.planning.structure.rates import RateError
 from tests.properties.scenes import Anything
 from tests.solver.scenes import motion_of, residuals
 
@@ -19,7 +19,7 @@ def outcome(seed):
         motion = motion_of(text)
     except MovimentumError as error:
         return error.diagnostics[0].code
-    except CyclicRateError:
+    except RateError:
         return "cyclic"
     examination = examine(motion)
     poses = motion.poses(0, motion.timeline.frame_count)

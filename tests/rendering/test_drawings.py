@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
 import time
@@ -157,3 +158,25 @@ def test_nothing_of_it_is_loaded_for_other_scripts():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("turn", [0, 23, 61])
+def test_a_drawing_that_turns_is_as_sharp_as_drawn_there(tmp_path, turn):
+    resvg = pytest.importorskip("resvg_py")
+    body = (
+        '<rect x="20" y="30" width="70" height="14" fill="#c33"/><path d="M20 90L100 20M30 100h60" stroke="#000"/>'
+        '<circle cx="60" cy="70" r="22" fill="none" stroke="#246" stroke-width="3"/>'
+    )
+    head = '<svg xmlns="http://www.w3.org/2000/svg" width="120" height="120">'
+    (tmp_path / "a.svg").write_text(f"{head}{body}</svg>")
+    text = f".config(10, 120, 120); W : 'a.svg' O=[60,60]; @0 W.O = [60.3, 59.4]; W.angle = {turn}; @1"
+    (tmp_path / "a.mov").write_text(text)
+    mv.load(tmp_path / "a.mov").solve().render(tmp_path / "a.png", at=0)
+    moved = f'<g transform="translate(60.3 60.6) rotate({-turn}) translate(-60 -60)">{body}</g>'
+    white = '<rect width="120" height="120" fill="#fff"/>'
+    data = bytes(resvg.svg_to_bytes(svg_string=f"{head}{white}{moved}</svg>"))
+    truth = np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(float)
+    found = np.asarray(Image.open(tmp_path / "a.png").convert("RGB")).astype(float)
+    assert np.sqrt(((found - truth) ** 2).mean()) < 6.0  # it was 10
+    steps = [sum((np.diff(picture, axis=axis) ** 2).mean() for axis in (0, 1)) for picture in (found, truth)]
+    assert 0.88 < steps[0] / steps[1] < 1.1  # it was 0.6

@@ -4,10 +4,24 @@ import numpy as np
 import pytest
 
 from movimentum.rendering import faces
+from movimentum.rendering.layout import laid_out, width_of
+from movimentum.rendering.outlines import text_outline
+from movimentum.rendering.painter import make_painter
 from movimentum.rendering.text import text_sprite
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined
+from tests.drawing.test_outlines import rings
 from tests.solver.scenes import scene_of
+
+
+def corners_of(path):
+    return [corner for ring in rings(path) for corner in ring]
+
+
+def picture_of(text):
+    solution = examined(arranged(scene_of(text), Choices()), Choices())
+    poses = solution.motion.poses(0, 1)
+    return make_painter(solution.motion.timeline.scene, (poses,)).frame(poses, 0)
 
 
 def drawn(text):
@@ -30,9 +44,49 @@ def test_different_letters_look_different():
     assert len(set(pictures)) == 5
 
 
-def test_plain_letters_keep_the_font_they_had():
-    ((face, text),) = faces.runs("Crank 1: 90 deg")
-    assert (face.name, text) == ("", "Crank 1: 90 deg")
+LABELS = (
+    "θ = 47°", "crank", "Rod B", "φ₁₂ = 35.2°", "ω = 3 rad/s", "x₁ ≤ 260", "r = 50 mm", "A₀  B′  C″", "Δs = −0.25",
+    "2πr·n", "v_max → 12.5", "P(t)", "Σ F = 0", "α + β + γ", "½ m v²", "√2 ≈ 1.414", "Ωₙ ∞ ±5 %", "Gas 20 °C",
+    "Il1 O0 rn m", "Größe: Łódź, жук",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_all_labels_of_a_film_have_one_typeface(label):
+    assert [(face.name, text) for face, text in faces.runs(label)] == [("Inter-Regular.otf", label)]
+
+
+def test_only_what_the_typeface_lacks_is_drawn_in_another():
+    pieces = [(face.name, text) for face, text in faces.runs("F = ∮ a⃗ ds")]
+    assert pieces == [
+        ("Inter-Regular.otf", "F = "),
+        ("DejaVuSans.ttf", "∮ a⃗ "),
+        ("Inter-Regular.otf", "ds"),
+    ]
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_a_text_is_equally_wide_at_every_scale_and_in_every_output(label):
+    wide = width_of(label)
+    last = laid_out(label)[-1]
+    assert last.x + last.width == wide
+    for magnification in (0.7, 1.0, 1.3, 2.0, 5.0):
+        sprite = text_sprite(label, 16.0, magnification)
+        corners = [x for x, _ in sprite.local_corners()]
+        ink = [x for path in [text_outline(label)] for x, _ in corners_of(path)]
+        pixel = 1.0 / magnification
+        assert min(corners) - min(ink) * 16 / 1000 == pytest.approx(0.0, abs=2.6 * pixel)
+        assert max(corners) - max(ink) * 16 / 1000 == pytest.approx(0.0, abs=2.6 * pixel)
+
+
+@pytest.mark.parametrize("place", [(20.0, 30.0), (20.4, 30.3), (20.5, 29.8)])
+def test_a_label_stands_at_whole_pixels(place):
+    text = f".config(10, 120, 60); L : .label('Illumination') at = [{place[0]}, {place[1]}]; @0 @1"
+    pixels = np.asarray(picture_of(text).convert("L"))
+    whole = np.asarray(picture_of(text.replace(f"{place[0]}, {place[1]}", "20, 30")).convert("L"))
+    rows, columns = (int(np.flatnonzero((whole < 255).any(axis=axis))[0]) for axis in (1, 0))
+    moved = [int(np.flatnonzero((pixels < 255).any(axis=axis))[0]) for axis in (1, 0)]
+    assert np.array_equal(np.roll(whole, (moved[0] - rows, moved[1] - columns), (0, 1)), pixels)
 
 
 def test_an_accent_of_its_own_is_put_together():

@@ -336,5 +336,7 @@ def test_two_floats_are_thirty_digits(op: str, a: Fraction, b: Fraction) -> None
         (high,) = digits.values(ordered([expression]), [expression], lambda _: digits.rational(time))
         if op == "tand" and abs(high[0]) > 1e3:
             continue
+        if expression.op in ("mod", "floor") and (a + time) % (b if expression.op == "mod" else 1) == 0:
+            continue  # it jumps here, and a has been rounded
         off = abs(digits.arithmetic.floats(low.high)[0] + digits.arithmetic.floats(low.low)[0] - high[0])
         assert off <= 1e-26 * max(1, abs(high[0])), (expression, off)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 from pathlib import Path
@@ -27,6 +28,18 @@ def test_the_bundle_is_built_from_the_sources(tmp_path: Path) -> None:
     subprocess.run([npm, "run", "build"], cwd=tmp_path, capture_output=True, check=True, timeout=120)
     built = (tmp_path / "studio.js").read_bytes()
     assert built == (WEB / "studio.js").read_bytes(), "npm ci && npm run build in movimentum/studio/web"
+
+
+def test_the_notices_of_everything_in_the_bundle_are_beside_it() -> None:
+    packages = json.loads((WEB / "package-lock.json").read_text(encoding="utf-8"))["packages"]
+    bundled = {
+        name.removeprefix("node_modules/"): each for name, each in packages.items() if name and not each.get("dev")
+    }
+    text = (WEB / "studio.js.LICENSE").read_text(encoding="utf-8")
+    named = {line.partition(": Copyright (C) ")[0] for line in text.splitlines() if ": Copyright (C) " in line}
+    assert named == set(bundled)
+    assert {each["license"] for each in bundled.values()} == {"MIT"}
+    assert "Permission is hereby granted, free of charge" in text
 
 
 def test_the_page_asks_for_nothing_elsewhere() -> None:

@@ -49,7 +49,7 @@ def test_every_reduction_is_that_of_the_frames(script):
             np.maximum(x, motion["Rocker.C.y"]).max(), ".margin(1)": (190 - x).min(), ".margin()": (190 - x).min(),
         ".max(.abs(Crank.angle - 90))": np.abs(motion["Crank.angle"] - 90).max(), "R + L": 200.0,
     }  # fmt: skip
-    found = mv.load(script).sweep(R=[50], L=[150], measure=[(f"m{k}", text) for k, text in enumerate(measures)])
+    found = mv.load(script).sweep(R=[50], L=[150], measure={f"m{k}": text for k, text in enumerate(measures)})
     for k, (text, expected) in enumerate(measures.items()):
         assert found[f"m{k}"][0] == pytest.approx(float(expected), rel=1e-12), text
 

@@ -46,7 +46,7 @@ def compared(name: str, seed: int, spread: float, count: int, each: int = 1) -> 
     values = 1.0 + spread * np.random.default_rng(seed).uniform(-1.0, 1.0, (count, len(names)))
     job = SweepJob(source, Choices(), VariantGrid((Axis(names, values),)), read_measures(measured(source), names))
     family = job.family()
-    rows = family.rows(values)
+    rows = family.rows(np.arange(len(values)))
     alone = Variants(source, Choices(), names, job.measures)
     for k, row in list(enumerate(values.tolist()))[::each]:
         outcome, time, measures = alone.row(dict(zip(names, row, strict=True)))
@@ -105,7 +105,7 @@ def test_a_loop_of_variants_is_solved_side_by_side():
     grid = VariantGrid((Axis(("L", "s"), np.random.default_rng(1).uniform([118, 0.85], [140, 1.1], (14, 2))),))
     job = SweepJob(mv.loads(TRIAD).source, Choices(), grid, read_measures(["x = .range(Plat.A.x)"]))
     family = job.family()
-    family.rows(grid.rows(np.arange(14)))
+    family.rows(np.arange(14))
     assert family.together >= 12, family.reasons
 
 
@@ -155,7 +155,7 @@ def test_dyads_that_bind_are_solved_together():
     text = ".let L = 80; Rod : .bar A=[0,0] B=[L,0]; @0 Rod.A=[0,0]; Rod.B=[30 + 40*.t, y]; y > 0; @1"
     grid = VariantGrid((Axis(("L",), np.linspace(31, 69, 20)[:, None]),))
     family = SweepJob(mv.loads(text).source, Choices(), grid, read_measures([])).family()
-    rows = family.rows(grid.rows(np.arange(20)))
+    rows = family.rows(np.arange(20))
     assert (rows.outcomes == 1).all()
     assert family.alone <= 2, family.reasons
 
@@ -224,7 +224,7 @@ def test_a_loop_binds_when_its_legs_are_stretched():
     lengths = np.linspace(125, 255, 50)
     grid = VariantGrid((Axis(("L",), lengths[:, None]),))
     family = SweepJob(mv.loads(ROUND).source, Choices(), grid, read_measures([])).family()
-    rows = family.rows(grid.rows(np.arange(len(grid))))
+    rows = family.rows(np.arange(len(grid)))
     time = (lengths + 60 - 200) / 60
     binds = (time > 0.0) & (time < 1.0)
     assert binds.sum() > 20
@@ -246,7 +246,7 @@ def test_loops_that_bind_come_out_as_they_do_one_by_one(seed):
     source = mv.loads(".let A = 40; .let B = 20;" + SWUNG).source
     job = SweepJob(source, Choices(), VariantGrid((Axis(names, values),)), read_measures(["x = .range(Plat.A.x)"]))
     family = job.family()
-    rows = family.rows(values)
+    rows = family.rows(np.arange(len(values)))
     assert family.together >= 20, family.reasons
     assert set(rows.outcomes.tolist()) == {0, 1, 2}
     alone = Variants(source, Choices(), names, job.measures)

@@ -6,9 +6,11 @@ The libraries that it depends on are lent by this environment; `.ci/run` install
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
+import tarfile
 import venv
 import zipfile
 from pathlib import Path
@@ -43,7 +45,8 @@ def test_the_wheel_holds_the_grammar_and_nothing_foreign(wheel: Path) -> None:
         entry_points = archive.read(next(name for name in names if name.endswith("entry_points.txt"))).decode()
     assert grammar == (ROOT / "grammar" / "movimentum.lark").read_bytes()
     assert "movimentum/py.typed" in names
-    assert {f"movimentum/rendering/fonts/DejaVuSans.{end}" for end in ("ttf", "LICENSE")} <= set(names)
+    fonts = ("DejaVuSans.ttf", "DejaVuSans.LICENSE", "Inter-Regular.otf", "Inter-Regular.LICENSE")
+    assert {f"movimentum/rendering/fonts/{name}" for name in fonts} <= set(names)
     assert {"movimentum/vector/painter.js", "movimentum/vector/player.js", "movimentum/vector/page.css"} <= set(names)
     studio = {f"movimentum/studio/web/{name}" for name in ("index.html", "studio.css", "studio.js")}
     assert {*studio, "movimentum/studio/gallery/four-bar.mov"} <= set(names)
@@ -52,6 +55,53 @@ def test_the_wheel_holds_the_grammar_and_nothing_foreign(wheel: Path) -> None:
     assert {name.partition("/")[0].partition("-")[0] for name in names} == {"movimentum"}
     sources = {path.relative_to(ROOT).as_posix() for path in (ROOT / "movimentum").rglob("*.py")}
     assert sources <= set(names)
+
+
+def test_the_wheel_has_the_notices_of_all_that_others_wrote(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+        about = archive.read(next(name for name in names if name.endswith("METADATA"))).decode()
+    told = {line.partition(": ")[2] for line in about.splitlines() if line.startswith("License-File: ")}
+    notices = {path.relative_to(ROOT).as_posix() for path in (ROOT / "movimentum").rglob("*.LICENSE")}
+    assert told == {"LICENSE", *notices}
+    assert len(notices) == 2
+    assert {name.partition("licenses/")[2] for name in names if "dist-info/licenses/" in name} == told
+
+
+@pytest.fixture(scope="module")
+def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sdist of a copy of the tree in which somebody has rendered films beside the scripts."""
+    copy, folder = tmp_path_factory.mktemp("copy"), tmp_path_factory.mktemp("sdist")
+    for name in tracked():
+        (copy / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / name, copy / name)
+    for name in LEFT:
+        (copy / name).write_bytes(b"left")
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, copy, cwd=folder)
+    return folder
+
+
+LEFT = ("scripts/four-bar.gif", "scripts/four-bar.png", "scripts/four-bar.mp4", "scripts/sprites/old.gif", "poses.csv")
+
+
+def tracked() -> list[str]:
+    """The files of the project: those that git knows, or those of the unpacked sdist that this is."""
+    if not (ROOT / ".git").exists():
+        pytest.skip("not a checkout")
+    found = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return [name for name in found.split("\0") if name and (ROOT / name).exists()]
+
+
+def test_the_sdist_holds_the_whole_project_and_no_films(sdist: Path) -> None:
+    (made,) = sdist.glob("*.tar.gz")
+    with tarfile.open(made) as archive:
+        names = {member.name.partition("/")[2]: member.mode for member in archive.getmembers()}
+    assert set(names) - set(tracked()) == {"PKG-INFO"}
+    assert set(tracked()) - set(names) == set()
+    assert names[".ci/run"] & 0o100, "it can be run"
+    (wheel,) = sdist.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        assert [name for name in archive.namelist() if Path(name).name in {Path(each).name for each in LEFT}] == []
 
 
 def test_the_wheel_renders_a_script_without_the_checkout(wheel: Path, tmp_path: Path) -> None:

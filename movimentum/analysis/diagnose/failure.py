@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from movimentum.analysis.diagnose.differential import given_up
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, left_out, off_text
+from movimentum.analysis.diagnose.runaway import runaway
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
-from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Winding
+from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
+from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
 from movimentum.scene.model import Constraint, Scene, Thing
-from movimentum.scene.text_edits import lengthened, turned_round
+from movimentum.scene.text_edits import added, lengthened, turned_round
 from movimentum.settings import Advice
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
@@ -41,12 +44,16 @@ def failure_diagnostic(
     """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
     time).
     """
+    if (away := runaway(motion, stretch, trouble)) is not None:
+        return away, 3
     if (
         trouble.kind is FailureKind.GAP
         and trouble.block is not None
         and _is_formula(stretch.plan.blocks[trouble.block])
     ):
         return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
+    if trouble.kind is FailureKind.GAP and (ended := given_up(stretch, trouble)) is not None:
+        return ended, 3
     if trouble.kind is FailureKind.GAP and (bound := bind(motion, stretch, trouble, advice)) is not None:
         return bound, 3
     if trouble.kind is FailureKind.SELECTOR:
@@ -231,27 +238,34 @@ def _left_nothing(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, 
         span=constraint.span if constraint else None,
         notes=tuple(notes),
         fixes=() if own is None else (left_out(scene.source, own),),
-    ).advised(*(() if own is None else _ways_out(scene, own)))
+    ).advised(*(() if own is None else _ways_out(scene, own, step)))
 
 
-def _ways_out(scene: Scene, constraint: Constraint) -> tuple[str | Fix, ...]:
+def _ways_out(scene: Scene, constraint: Constraint, step: int) -> tuple[str | Fix, ...]:
+    """Helps about an inequality that leaves no solution in step number ``step``: kept from an earlier step, it can end
+    in this one.
+    """
     other = {"<": ">", ">": "<"}.get(str(constraint.relation), "=")
     edit = turned_round(scene, constraint)
-    return (
-        Fix(f"`{constraint.key} {other} …` selects the other side", () if edit is None else (edit,)),
-        f"`{constraint.key} {constraint.relation} _;` in an earlier step ends it",
-    )
+    side = Fix(f"`{constraint.key} {other} …` selects the other side", () if edit is None else (edit,))
+    if constraint.step == step:
+        return (side,)
+    ending = f"{constraint.key} {constraint.relation} _;"
+    when = time_text(float(scene.steps[step].time))
+    return side, Fix(f"`{ending}` in the step `@{when}` ends it", (added(scene, step, ending),))
 
 
 def _is_formula(block: Block) -> bool:
     """Whether a block only computes: it has no solution if its formula has no finite value."""
-    return isinstance(block, Assign | Linear | Winding | Integral)
+    return isinstance(block, Assign | Linear | Winding | Integral | Velocity)
 
 
 def _undefined(stretch: SegmentMotion, block: Block, tau: float) -> Diagnostic:
     """A formula without a finite value."""
     plan = stretch.plan
     numbers = [plan.system.equations[e].constraint for e in block.equations]
+    if plan.system.differentiated(block.unknowns[0])[1]:
+        numbers.append(reader_of(plan.system, set(block.unknowns)))
     spans = [c.span for n in numbers if (c := constraint_of(stretch, n)) is not None]
     name, note = f"`{plan.system.unknowns[block.unknowns[0]].name}`", "the root of a negative number, or an overflow"
     if isinstance(block, Integral):
@@ -288,13 +302,45 @@ def _not_found(stretch: SegmentMotion, selection: Selection) -> Diagnostic:
     )
 
 
-def cyclic_rate(scene: Scene, number_: int | None) -> Diagnostic:
-    """A derivative that depends on itself: a differential equation, which is stated with an integral."""
-    constraint = next((c for c in scene.constraints() if c.number == number_), None)
+def untold_rate(scene: Scene, error: RateError) -> Diagnostic:
+    """A derivative that nothing tells."""
+    constraint = next((c for c in scene.constraints() if c.number == error.constraint), None)
+    who = "a free motion" if error.thing is None else f"the free motion of `{scene.things[error.thing].name}`"
+    code, message, help_ = _UNTOLD[error.trouble]
     return Diagnostic(
-        code="constraint/cyclic-derivative",
+        code=f"constraint/{code}",
         severity=Severity.ERROR,
-        message="this derivative depends on itself",
+        message=message.format(who=who),
         span=constraint.span if constraint else None,
-        helps=("state the equation with `.i(…)` instead: `x = 5 - .i(x)`",),
+        helps=(help_,),
     )
+
+
+_UNTOLD = {
+    RateTrouble.CYCLE: (
+        "cyclic-derivative",
+        "this derivative depends on itself",
+        "state the equation with `.i(…)` instead: `x = 5 - .i(x)`",
+    ),
+    RateTrouble.FED_BACK: (
+        "cyclic-derivative",
+        "{who} depends on its own velocity",
+        "take the derivative of something that this statement does not move",
+    ),
+    RateTrouble.HIGHER: (
+        "no-acceleration",
+        "{who} has a velocity, but no derivative of that",
+        "`.d(.d(…))` needs a motion that equations say, or one that only trails; toward a wish there is none",
+    ),
+    RateTrouble.FLOWING: (
+        "no-velocity",
+        "nothing tells the velocity of {who}, in which an integral has a part",
+        "state what is left free, or leave the integral out",
+    ),
+    RateTrouble.DEMANDED: (
+        "demanded-velocity",
+        "this says how fast {who} should be, but `.d(…)` only tells how fast it is",
+        "a wish moves it (`… ~ […] .speed(20);`), and so does an equation with `.i(…)`",
+    ),
+}
+"""By what is wrong with a derivative: a code, a message and a help."""

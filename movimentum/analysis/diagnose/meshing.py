@@ -1,7 +1,8 @@
-"""Gears whose centres are too near to each other or too far apart for their teeth."""
+"""Gears whose centres are too near or too far apart for their teeth, and gears turned until their teeth fit."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -20,6 +21,8 @@ from movimentum.text import number, time_text
 
 PLAY = 0.05
 """In modules: how far from where they belong centres may be."""
+TURNED_DEG = 1e-6
+"""Degrees: a smaller turn is rounding."""
 MOST = 400
 """Instants of a segment that are looked at."""
 
@@ -39,6 +42,26 @@ class _Meshing:
             return pitch_radius(self.second)
         other = pitch_radius(self.second)
         return pitch_radius(self.first) + (-other if self.first.inner else other)
+
+    @property
+    def ratio(self) -> float:
+        """Degrees that the first has to turn for a degree of the second, where centres stand still."""
+        quotient = (self.second.teeth or 1) / (self.first.teeth or 1)
+        return quotient if self.first.inner else -quotient
+
+    def added_deg(self, poses: Poses) -> float:
+        """The turn of the second at the first pose beyond what rolling from where all is drawn would give it."""
+        t1, t2 = (float(poses.angle[each.number][0]) for each in (self.first, self.second))
+        here, there = (poses.world(each.number, each.anchors[0].local)[0] for each in (self.first, self.second))
+        drawn = np.subtract(self.second.anchors[0].local, self.first.anchors[0].local)
+        apart = there - here
+        if self.first.shape is Shape.RACK:
+            along, before = (math.radians(angle + tooth_direction(self.first)) for angle in (t1, 0.0))
+            moved = apart @ (math.cos(along), math.sin(along)) - drawn @ (math.cos(before), math.sin(before))
+            return t2 - t1 + math.degrees(moved / pitch_radius(self.second))
+        swung = math.degrees(math.atan2(apart[1], apart[0]) - math.atan2(drawn[1], drawn[0]))
+        swung = (swung + 180.0) % 360.0 - 180.0
+        return t2 - swung - (t1 - swung) / self.ratio
 
     def distances(self, poses: Poses) -> FloatArray:
         """(F,) the same as it is; of a rack, negative if the gear is on the side that has no teeth."""
@@ -72,6 +95,31 @@ def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
                 place = int(np.argmax(bad))
                 del rest[item.constraint.number]
                 yield _told(item, float(distances[place]), poses, place)
+
+
+def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A note for each ``.mesh`` that turns a thing at its beginning, so that its teeth are in gaps: by which angle."""
+    scene = motion.timeline.scene
+    rest = {item.constraint.number: item for item in _meshings(scene)}
+    for stretch in motion.stretches:
+        here = [rest.pop(item.number) for item in stretch.segment.active if item.number in rest]
+        if not here:
+            continue
+        poses = motion.poses_at([stretch.segment.start])
+        for item in here if poses.solved[0] else ():
+            turned, other, added = item.second, item.first, item.added_deg(poses)
+            if abs(poses.angle[item.second.number][0]) <= TURNED_DEG:
+                turned, other = other, turned
+                added *= -item.ratio
+            if abs(added) > TURNED_DEG and turned.shape is not Shape.RACK:
+                message = f"`{turned.name}` is turned by {number(added, 6)} degrees, so that its teeth fit"
+                yield Diagnostic(
+                    code="mesh/fitted",
+                    severity=Severity.NOTE,
+                    message=f"{message} into the gaps of `{other.name}`",
+                    span=item.constraint.span,
+                    notes=("as drawn, a tooth points from the first anchor to the second (or to the right)",),
+                )
 
 
 def _meshings(scene: Scene) -> Iterator[_Meshing]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 
 import numpy as np
@@ -24,17 +24,21 @@ MOST = 200_000
 """Poses of things that are examined; for a longer animation, evenly spread frames."""
 SLACK = 1.0
 """World pixels that may stick out: round ends, and things drawn up to the edge."""
-LETTERS = (0.3, 0.8)
-"""Of a font's size: the width of narrow and of wide letters."""
+LETTERS = (0.3, 1.2)
+"""Of a font's size: the width of narrow and of the widest letters."""
 Points = list[tuple[float, float]]
 
 
-def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
+Visible = Callable[[Thing], Points | None]
+"""The local corners of what is to be seen of a text or a picture; None for other things."""
+
+
+def leaving(motion: PathMotion, visible: Visible | None = None) -> Iterator[Diagnostic]:
     """A note for things of which nothing is left to see at some time, and one for moving things that are cut off.
 
     A thing may be meant to leave, so this is not a warning. It is checked only if the script gives the canvas a size.
     Lines follow other things, hidden and faded-out things are not seen anyway, and a backdrop may be larger than the
-    picture.
+    picture. A text is never cut on purpose. What may leave is measured by ``visible`` (None: estimated).
     """
     scene = motion.timeline.scene
     if scene.config.size is None:
@@ -43,29 +47,43 @@ def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
     if not things:
         return
     outlines = [_outlines(thing) for thing in things]
+    measured: set[int] = set()
+    size = np.array(scene.config.size, dtype=np.float64)
     gone: dict[int, float] = {}
     cut: dict[int, float] = {}
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for poses in _looked_at(motion, len(things)):
-        for thing, (sure, whole) in zip(things, outlines, strict=True):
-            box, seen = _box(thing, poses, whole), _box(thing, poses, sure)
+        for place, thing in enumerate(things):
+            box = _box(thing, poses, outlines[place][1])
+            if visible is not None and place not in measured and not _inside(box, size):
+                measured.add(place)
+                corners = visible(thing)
+                if corners is not None:
+                    outlines[place] = corners, corners
+                    box = _box(thing, poses, corners)
+            seen = _box(thing, poses, outlines[place][0])
             shown = poses.visible[thing.number] & poses.solved & _opaque(thing, poses)
             if not shown.any():
                 continue
             low = np.minimum(low, box[shown, :2].min(axis=0))
             high = np.maximum(high, box[shown, 2:].max(axis=0))
-            size = np.array(scene.config.size, dtype=np.float64)
             over = np.maximum(-seen[:, :2], seen[:, 2:] - size) >= SLACK
-            over &= seen[:, 2:] - seen[:, :2] <= size  # a thing larger than the picture is not meant to fit
+            if thing.shape is not Shape.LABEL:
+                over &= seen[:, 2:] - seen[:, :2] <= size  # a thing larger than the picture is not meant to fit
             away = np.maximum(box[:, :2] - size, -box[:, 2:]) >= _half_width(thing)
             for found, bad in ((cut, over.any(axis=1) & shown), (gone, away.any(axis=1) & shown)):
                 if bad.any() and thing.number not in found:
                     found[thing.number] = float(poses.times[int(np.argmax(bad))])
-    cut = {t: time for t, time in cut.items() if t in scene.mentioned and t not in gone}
+    told = {*scene.mentioned, *(thing.number for thing in things if thing.shape is Shape.LABEL)}
+    cut = {t: time for t, time in cut.items() if t in told and t not in gone}
     if gone:
         yield _told(motion, gone, OUTSIDE, "outside the canvas", low, high)
     if cut:
         yield _told(motion, cut, CUT_OFF, "cut off by the edge of the canvas", low, high)
+
+
+def _inside(box: FloatArray, size: FloatArray) -> bool:
+    return bool(((box[:, :2] >= 0.0) & (box[:, 2:] <= size)).all())
 
 
 def _looked_at(motion: PathMotion, things: int) -> Iterator[Poses]:

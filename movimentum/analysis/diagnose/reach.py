@@ -56,7 +56,7 @@ def bind(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, advice: A
     length = float(stretch.segment.end - stretch.segment.start)
     piece = next((p for p in stretch.pieces if isinstance(p, Piece) and p.begin <= trouble.begin <= p.end), None)
     carry = stretch.base if piece is None else carry_at(stretch, piece, trouble.begin, stretch.base)
-    until = _until(motion, stretch, trouble)
+    until = until_when(motion, stretch, trouble)
     tau, conflict = _conflict(motion, stretch, trouble, block, carry)
     if trouble.kind is FailureKind.START and isinstance(block, Newton | Ode) and conflict is None:
         return None
@@ -65,7 +65,7 @@ def bind(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, advice: A
     if conflict is not None:
         chosen = [c for n in conflict.constraints if (c := constraint_of(stretch, n)) is not None]
         amount = _amount(plan.system.scene, conflict)
-        where = f"; at t = {_at(stretch, tau, length)} {amount}" if amount else ""
+        where = f"; at t = {time_in_step(stretch, tau, length)} {amount}" if amount else ""
         labels = [Label(c.span, off_text(conflict, c.number)) for c in chosen[:-1]]
         labels += [Label(plan.system.scene.things[t].span, "rigid") for t in conflict.things]
         label = off_text(conflict, conflict.constraints[-1]) if conflict.constraints else "binds"
@@ -78,7 +78,7 @@ def bind(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, advice: A
         code="solve/unreachable",
         severity=Severity.ERROR,
         message=f"{names or 'the scene'} bind{'s' if ',' not in names else ''} at"
-        f" t = {_at(stretch, trouble.begin, length)}: there is no solution from then {until}{where}",
+        f" t = {time_in_step(stretch, trouble.begin, length)}: there is no solution from then {until}{where}",
         span=chosen[-1].span if chosen else None,
         label=label,
         labels=tuple(labels),
@@ -154,13 +154,13 @@ def _block(stretch: SegmentMotion, trouble: Failure) -> Block:
     return stretch.plan.blocks[nearest.block or 0]
 
 
-def _at(stretch: SegmentMotion, tau: float, length: float) -> str:
+def time_in_step(stretch: SegmentMotion, tau: float, length: float) -> str:
     """A time, to a small fraction of the step's length."""
     places = DECIMALS - int(np.floor(np.log10(length))) - 1 if length > 0.0 else DECIMALS
     return number(round(float(stretch.segment.start) + tau, places), 15)
 
 
-def _until(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> str:
+def until_when(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> str:
     """When there is a solution again, perhaps because a later step states something else."""
     length = float(stretch.segment.end - stretch.segment.start)
     end = trouble.until
@@ -169,7 +169,7 @@ def _until(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> str:
         if not following or any(t.kind is FailureKind.START and t.begin == 0.0 for t in following[0].troubles):
             return "on"
         end = length
-    return f"until t = {_at(stretch, end, length)}"
+    return f"until t = {time_in_step(stretch, end, length)}"
 
 
 def _conflict(

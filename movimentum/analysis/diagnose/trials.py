@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from movimentum.errors import MovimentumError
 from movimentum.planning.blocks.kinds import Newton, Ode
-from movimentum.planning.planner import CyclicRateError
+from movimentum.planning.structure.rates import RateError
 from movimentum.scene.amended import Amender
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.continuation.tracks import NodeTrack
@@ -63,7 +63,7 @@ class Trials:
             except GivenUp:
                 self._known[key] = None
                 self._left = 0
-            except (MovimentumError, CyclicRateError, ArithmeticError, ValueError):
+            except (MovimentumError, RateError, ArithmeticError, ValueError):
                 self._known[key] = None
             self._effort = max(left[0], 0)
         return self._known[key]

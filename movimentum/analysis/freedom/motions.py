@@ -12,6 +12,7 @@ import numpy as np
 from movimentum.analysis.freedom.rank import RANK_TOLERANCE, at_one, rank_at, values_of
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
+from movimentum.planning.lowering.builder import can_be_seen_turning
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import AnchorRef, ThingAngle
@@ -305,8 +306,13 @@ def _way(
     reference = next(a.name for a in body.anchors if a.local == (rx, ry))
     if abs(turn) * plan.size <= 1e-6 * max(abs(vx), abs(vy)):
         along = 0 if abs(vx) >= abs(vy) else 1
-        place = at[along]
-        remedy = (f"{body.name}.{reference}.{'xy'[along]} = {number(0.0 if place is None else place, 6)};",)
+        point = f"{body.name}.{reference}"
+        if can_be_seen_turning(body):
+            place = at[along]
+            remedy = (f"{point}.{'xy'[along]} = {number(0.0 if place is None else place, 6)};",)
+        else:  # a point alone is meant where it is drawn, wherever it has been taken
+            x, y = number(rx, 12), number(ry, 12)
+            remedy = (f"{point} = [{x}, {y}];", f"{point}.{'xy'[along]} = {(x, y)[along]};")
         if abs(vy) <= 1e-6 * abs(vx):
             return "move along x", remedy
         if abs(vx) <= 1e-6 * abs(vy):

@@ -13,6 +13,7 @@ from movimentum.planning.blocks.kinds import Integral, Ode, Winding
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.solver.continuation.tracks import SignTrack
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 LARGEST = 4000
@@ -51,8 +52,8 @@ def short_formula(stretch: SegmentMotion, tau: float, expression: Expr, seconds:
     made = [one for one in found if not isinstance(one, Obstacle)]
     if not made and found and found[-1].block is not None:
         return found[-1]
-    good = [one for one in made if _operations(one) <= REASONABLE]
-    return min(good, key=_operations) if good else Obstacle(None, UNREASONABLE)
+    good = [one for one in made if operations(one) <= REASONABLE]
+    return min(good, key=operations) if good else Obstacle(None, UNREASONABLE)
 
 
 def readable(expression: Any) -> Any:
@@ -75,15 +76,9 @@ def formula(stretch: SegmentMotion, tau: float, expression: Expr, *, tidy: bool 
         return Obstacle(None, "there is no solution at this time")
     owner = {n: block for block in plan.blocks for n in block.unknowns}
     roots = {n: root for block in plan.blocks for n, root in block.formulas}
-    signs: dict[object, float] = {}
-    for block, track in zip(plan.blocks, piece.tracks, strict=True):
-        if isinstance(track, SignTrack):
-            import numpy as np
-
-            signs[block.number] = first_of(track.sign(np.array([tau])))
+    signs = branch_signs(stretch, piece, tau)
     import sympy
 
-    t = sympy.Symbol("t", real=True)
     done: dict[int, Any] = {}
     size = 0
 
@@ -94,7 +89,7 @@ def formula(stretch: SegmentMotion, tau: float, expression: Expr, *, tidy: bool 
             case "sign":
                 return sympy.Integer(int(signs.get(node.payload, 1.0)))
             case _:
-                return t + _rational(Fraction(system.segment.start) - node.start)
+                return clock(stretch, node)
 
     lowered = _lowered(stretch, expression)
     if isinstance(lowered, Obstacle):
@@ -120,9 +115,28 @@ def formula(stretch: SegmentMotion, tau: float, expression: Expr, *, tidy: bool 
         if size > LARGEST:
             return Obstacle(None, f"it takes more than {LARGEST:,} operations")
         done[n] = _tidy(to_sympy(root, leaf)) if tidy else to_sympy(root, leaf)
-        if _operations(done[n]) > LARGEST:
+        if operations(done[n]) > LARGEST:
             return Obstacle(None, f"it takes more than {LARGEST:,} operations")
     return _tidy(to_sympy(lowered, leaf)) if tidy else to_sympy(lowered, leaf)
+
+
+def branch_signs(stretch: SegmentMotion, piece: Piece, tau: float) -> dict[object, float]:
+    """The sign that each block with two solutions has at offset ``tau``, by the block's number."""
+    signs: dict[object, float] = {}
+    for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
+        if isinstance(track, SignTrack):
+            import numpy as np
+
+            signs[block.number] = first_of(track.sign(np.array([tau])))
+    return signs
+
+
+def clock(stretch: SegmentMotion, node: Expr) -> Any:
+    """The time since a statement's step, in SymPy's terms: t counts from the segment's step."""
+    import sympy as library
+
+    sympy: Any = library
+    return sympy.Symbol("t", real=True) + _rational(Fraction(stretch.plan.system.segment.start) - node.start)
 
 
 def _obstacle(stretch: SegmentMotion, unknown: int, block: int | None) -> Obstacle:
@@ -185,7 +199,8 @@ def _rational(value: Fraction) -> Any:
     return sympy.Rational(value.numerator, value.denominator)
 
 
-def _operations(expression: Any) -> int:
+def operations(expression: Any) -> int:
+    """The number of operations of a SymPy expression."""
     return int(expression.count_ops())
 
 
@@ -193,7 +208,7 @@ def _tidy(expression: Any) -> Any:
     import sympy as library
 
     sympy: Any = library
-    if _operations(expression) > SIMPLIFIED:
+    if operations(expression) > SIMPLIFIED:
         return expression
     return sympy.simplify(expression)
 

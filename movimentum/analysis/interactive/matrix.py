@@ -39,22 +39,27 @@ class RowName:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PartMatrix:
-    """The equations of a connected part, linearized: ``jacobian`` (m, n), rows of length 1, unknowns in units of
-    ``scale`` (n,).
+class Matrix:
+    """``jacobian`` (m, n) with the names of its ``columns``, and its ``rank``.
 
     ``singular``: the singular values, descending, min(m, n) of them. ``null`` (n, n - rank): a basis of the velocities
     that the equations allow, each with as many zeros as possible and a largest entry of 1.
     """
 
-    things: tuple[int, ...]
-    rows: tuple[RowName, ...]
     columns: tuple[str, ...]
-    scale: FloatArray
     jacobian: FloatArray
     rank: int
     singular: FloatArray
     null: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartMatrix(Matrix):
+    """The equations of a connected part, linearized: rows of length 1, unknowns in units of ``scale`` (n,)."""
+
+    things: tuple[int, ...]
+    rows: tuple[RowName, ...]
+    scale: FloatArray
 
 
 def part_matrices(stretch: SegmentMotion, piece: Piece, tau: float) -> list[PartMatrix]:
@@ -134,9 +139,8 @@ def _matrix(
     payloads = [system.unknowns[n].payload for n in unknowns]
     things = sorted({p.thing for p in payloads if isinstance(p, PosePart | ThingAngle)})
     columns = tuple(system.unknowns[n].name for n in unknowns)
-    return PartMatrix(
-        tuple(things), tuple(rows[e] for e in equations), columns, scale, jacobian, rank, singular, _sparse_basis(null)
-    )
+    names = tuple(rows[e] for e in equations)
+    return PartMatrix(columns, jacobian, rank, singular, sparse_basis(null), tuple(things), names, scale)
 
 
 def _rows(system: System, equations: Sequence[Equation]) -> Iterator[RowName]:
@@ -155,7 +159,7 @@ def _rows(system: System, equations: Sequence[Equation]) -> Iterator[RowName]:
             yield RowName(None, equation.thing, target if equation.polynomial is None else "")
 
 
-def _sparse_basis(null: FloatArray) -> FloatArray:
+def sparse_basis(null: FloatArray) -> FloatArray:
     """A basis (n, p) of the same space in reduced row echelon form, scaled to a largest entry of 1: it depends only on
     the space.
     """

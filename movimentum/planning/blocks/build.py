@@ -19,7 +19,13 @@ from movimentum.planning.blocks.kinds import (
     QuadraticShape,
     Winding,
 )
-from movimentum.planning.blocks.reduction import back_substituted, eliminated_linear, line_and_conic, size_of_terms
+from movimentum.planning.blocks.reduction import (
+    back_substituted,
+    divided_by,
+    eliminated_linear,
+    line_and_conic,
+    size_of_terms,
+)
 from movimentum.planning.blocks.roots import Roots, line_conic_roots, quadratic_roots, sign_of
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
@@ -38,7 +44,7 @@ DENSE = 50
 @dataclass(frozen=True, slots=True, eq=False)
 class _Making:
     """What a block is made of: its number, the system and its group; ``moving`` are the unknowns of earlier blocks that
-    change with time.
+    change with time. ``states`` are given from outside while the block is solved, and integrated.
     """
 
     number: int
@@ -46,11 +52,16 @@ class _Making:
     group: Group
     clocks: Clocks
     moving: set[int]
+    states: tuple[int, ...] = ()
 
     def common(
-        self, core: tuple[int, ...], explicit: Sequence[tuple[int, Expr]], outputs: Sequence[Expr]
+        self,
+        core: tuple[int, ...],
+        explicit: Sequence[tuple[int, Expr]],
+        outputs: Sequence[Expr],
+        leading: Expr | None = None,
     ) -> dict[str, Any]:
-        """The fields that all kinds have; ``outputs`` are read besides ``explicit``."""
+        """The fields that all kinds have; ``outputs`` are read besides ``explicit``, and divide by ``leading``."""
         unknowns = set(self.group.unknowns)
         roots = [expr for _, expr in explicit] + list(outputs)
         inputs = symbol_numbers(*roots) - unknowns
@@ -58,8 +69,10 @@ class _Making:
         phases = {  # a dict for its order
             node.args[0]: None
             for node in walk(*roots)
-            if node.op in ("sind", "cosd", "tand") and not symbol_numbers(node.args[0]) & unknowns
+            if node.op in ("sind", "cosd", "tand") and not symbol_numbers(node.args[0]) & unknowns.union(self.states)
         }
+        divisors = divided_by([self.system.equations[e].residual for e in self.group.equations], unknowns)
+        divisors += [] if leading is None or leading.value is not None else [leading]
         return {
             "number": self.number,
             "unknowns": self.group.unknowns,
@@ -71,6 +84,7 @@ class _Making:
             "inputs": frozenset(inputs),
             "moving": timed or bool(inputs & self.moving),
             "phases": compiled(list(phases), self.clocks) if phases else None,
+            "divisors": tuple(divisors),
         }
 
 
@@ -183,7 +197,7 @@ def _quadratic_block(
     """A block whose core is given by ``roots``."""
     outputs = [roots.margin, *roots.values]
     return Quadratic(
-        **making.common(core, explicit, outputs),
+        **making.common(core, explicit, outputs, roots.leading),
         shape=shape,
         solution=compiled(outputs, making.clocks),
         formulas=(*zip(core, roots.values, strict=True), *explicit),
@@ -203,17 +217,20 @@ class _Rows:
 
 def _stated_rows(system: System, group: Group) -> _Rows:
     """The rows of a group as they are, nothing eliminated."""
-    return _Rows(group.unknowns, [_row(system.equations[e]) for e in group.equations], list(group.equations))
+    inside = set(group.unknowns)
+    return _Rows(group.unknowns, [_row(system.equations[e], inside) for e in group.equations], list(group.equations))
 
 
-def _row(equation: Equation) -> Expr:
-    """The residual of an equation among others. A continuous angle is a direction but for whole turns: where the
-    direction passes 180 degrees, nothing jumps.
+def _row(equation: Equation, inside: set[int]) -> Expr:
+    """The residual of an equation among others that find the unknowns ``inside``. A continuous angle is a direction but
+    for whole turns: where the direction passes 180 degrees, nothing jumps. What was multiplied by a length that is
+    found here is taken as it was stated: else two points that become one would seem to solve it.
     """
-    if equation.form is not Form.WINDING:
-        return equation.residual
+    row, turning = equation.residual, equation.form is Form.WINDING
+    if equation.original is not None and equation.length is not None and symbol_numbers(equation.length) & inside:
+        row, turning = equation.original, equation.length.op != "sqrt"
     half = const(180.0)
-    return sub(call("mod", add(equation.residual, half), const(360.0)), half)
+    return sub(call("mod", add(row, half), const(360.0)), half) if turning else row
 
 
 def _newton_fields(making: _Making, rows: _Rows, explicit: Sequence[tuple[int, Expr]]) -> dict[str, Any]:
@@ -303,19 +320,60 @@ def _ode_block(making: _Making) -> Ode:
             tuple(e for e in group.equations if system.equations[e].form is not Form.INTEGRAL),
             group.free,
         ),
+        states=states,
     )
-    rows = _stated_rows(system, inner.group)
-    algebraic = _small_free_block(inner, rows) if group.free else _newton_block(inner, rows)
     integrands = [equation.integrand for equation in integrals if equation.integrand is not None]
+    explicit: list[tuple[int, Expr]] = []
+    if group.free:
+        algebraic = _small_free_block(inner, _stated_rows(system, inner.group))
+    else:
+        explicit, rows = _without_assigned(inner)
+        algebraic = _newton_block(inner, rows, explicit)
+        values = {symbol(n): expr for n, expr in explicit}
+        integrands = [substitute(integrand, values.get) for integrand in integrands]
     return Ode(
         number=making.number,
         unknowns=(*inner.group.unknowns, *states),
         equations=group.equations,
         core=algebraic.core,
+        targets=algebraic.targets,
+        explicit=algebraic.explicit,
+        given=algebraic.given,
         inputs=(algebraic.inputs | symbol_numbers(*integrands)) - set(group.unknowns),
         moving=True,
         phases=algebraic.phases,
         algebraic=algebraic,
         states=states,
         integrands=compiled(integrands, making.clocks),
+        derivatives=tuple(integrands),
     )
+
+
+def _without_assigned(making: _Making) -> tuple[list[tuple[int, Expr]], _Rows]:
+    """The unknowns of a group that equations give one after the other (as formulas of what is not in the group), and
+    the rows that are left.
+    """
+    system, group = making.system, making.group
+    left = list(group.equations)
+    open_unknowns = set(group.unknowns)
+    explicit: list[tuple[int, Expr]] = []
+    values: dict[Expr, Expr] = {}
+    progress = True
+    while progress:
+        progress = False
+        for e in list(left):
+            equation = system.equations[e]
+            inside = equation.unknowns & open_unknowns
+            found = equation.solved_for(*inside) if len(inside) == 1 and equation.form is Form.PLAIN else None
+            if found is None or not found[0].value:
+                continue
+            slope, rest = (substitute(part, values.get) for part in found)
+            (unknown,) = inside
+            explicit.append((unknown, div(neg(rest), slope)))
+            values[symbol(unknown)] = explicit[-1][1]
+            open_unknowns -= inside
+            left.remove(e)
+            progress = True
+    found_here = set(group.unknowns)
+    residuals = [substitute(_row(system.equations[e], found_here), values.get) for e in left]
+    return explicit, _Rows(tuple(n for n in group.unknowns if n in open_unknowns), residuals, left)

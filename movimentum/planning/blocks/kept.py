@@ -123,4 +123,4 @@ _Body = tuple[int, tuple[tuple[float, float], ...], BodyFrame, tuple[int | None,
 
 def _row_key(row: Equation) -> Hashable:
     form = None if row.polynomial is None else tuple(row.polynomial.items())
-    return row.residual, row.unknowns, row.targets, form, row.form, row.original
+    return row.residual, row.unknowns, row.targets, form, row.form, row.original, row.length

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from movimentum.expressions import Expr
+from movimentum.expressions import Expr, add, mul
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
 from movimentum.planning.structure.metric import Metric
@@ -26,6 +26,8 @@ class BlockBase:
     ``inputs``     the unknowns of earlier blocks that it reads
     ``moving``     whether anything in it can change with time
     ``phases``     compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
+    ``divisors``   what its equations divide by, as far as earlier blocks and time determine it: where one is zero,
+                   something may run away
     ``identity``   blocks of one identity differ in the numbers of their equations and wishes at most; 0 is unlike any
                    other
     ``formulas``   closed forms, where the block has them: every unknown with its expression, the core first, in an
@@ -42,6 +44,7 @@ class BlockBase:
     inputs: frozenset[int]
     moving: bool
     phases: Compiled | None = None
+    divisors: tuple[Expr, ...] = ()
     formulas: tuple[tuple[int, Expr], ...] = ()
     identity: int = 0
 
@@ -93,7 +96,15 @@ class Quadratic(BlockBase):
     shape: QuadraticShape
     solution: Compiled
     margin: Expr
-    normal: Expr | None = None
+    normal: tuple[Expr, Expr] | None = None
+
+    @property
+    def apart(self) -> Expr | None:
+        """The square of the normal: of the distance of a dyad's two centres. None where it is always the same."""
+        if self.normal is None:
+            return None
+        square = add(*(mul(part, part) for part in self.normal))
+        return None if square.value is not None else square
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -175,12 +186,14 @@ class Ode(BlockBase):
     """Integrals that depend on what they drive: a differential equation.
 
     ``algebraic`` determines the core, given the ``states``, which are integrated along the path from ``integrands``
-    (compiled; one value each). The states come last in ``unknowns``.
+    (compiled; one value each, from the states, the core and the inputs), whose expressions are ``derivatives``. The
+    states come last in ``unknowns``.
     """
 
     algebraic: Newton | Free
     states: tuple[int, ...]
     integrands: Compiled
+    derivatives: tuple[Expr, ...]
 
     @property
     def free(self) -> bool:
@@ -193,7 +206,20 @@ class Ode(BlockBase):
         return self.algebraic.rows
 
 
-Block = Assign | Linear | Quadratic | Newton | Free | Winding | Integral | Ode
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Velocity(BlockBase):
+    """Rates of what moves freely, by the law that moves it: its velocity, or (``order`` 2) its acceleration.
+
+    ``law`` is the number of the free block, ``behind`` are those of the blocks whose own rates are needed for that, in
+    order, ``law`` the last of them.
+    """
+
+    law: int
+    behind: tuple[int, ...]
+    order: int
+
+
+Block = Assign | Linear | Quadratic | Newton | Free | Winding | Integral | Ode | Velocity
 """A group of equations, made ready to be solved."""
 
 
@@ -213,7 +239,7 @@ def method_of(block: Block) -> str:
             return "linear"
         case Newton() | Ode():
             return "newton"
-        case Assign() | Winding() | Integral():
+        case Assign() | Winding() | Integral() | Velocity():
             return "assign"
 
 

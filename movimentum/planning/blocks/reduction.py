@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, neg, substitute, symbol
+from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, neg, substitute, symbol, walk
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.polynomial import Polynomial
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 
 
 def eliminated_linear(
@@ -74,6 +74,49 @@ def size_of_terms(expr: Expr) -> Expr:
         else:
             total = add(total, call("abs", node))
     return total
+
+
+def divided_by(roots: Sequence[Expr], inside: set[int]) -> list[Expr]:
+    """What ``roots`` divide by, where that varies and the unknowns ``inside`` have no part in it."""
+    found: dict[Expr, None] = {}  # a dict for its order
+    for node in walk(*roots):
+        match node.op:
+            case "div":
+                divisor = node.args[1]
+            case "tand":
+                divisor = call("cosd", node.args[0])
+            case "pow" if node.exponent < 0.0:
+                divisor = node.args[0]
+            case _:
+                continue
+        if divisor.value is None and inside.isdisjoint(symbol_numbers(divisor)):
+            found[divisor] = None
+    return list(found)
+
+
+def size_in_rounding(root: Expr, least: Callable[[Expr], Expr]) -> Expr:
+    """The size of the numbers that ``root`` is computed from: its rounding error is some 1e-16 of that. ``least``: the
+    size of a symbol where its value is smaller.
+    """
+    memo: dict[Expr, Expr] = {}
+    for node in walk(root):
+        sizes = [memo[arg] for arg in node.args]
+        match node.op:
+            case "symbol":
+                memo[node] = call("max", call("abs", node), least(node))
+            case "add":
+                memo[node] = add(*sizes)
+            case "mul":
+                memo[node] = mul(*sizes)
+            case "neg":
+                memo[node] = sizes[0]
+            case "div":
+                memo[node] = div(sizes[0], call("abs", node.args[1]))
+            case "sind" | "cosd":
+                memo[node] = ONE
+            case _:
+                memo[node] = call("abs", node)
+    return memo[root]
 
 
 def _is_circle(form: Polynomial, core: Sequence[int]) -> bool:

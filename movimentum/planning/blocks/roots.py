@@ -22,12 +22,14 @@ class Roots:
     """``margin``: the discriminant relative to the size of the terms it is made of (so that its rounding error is some
     1e-16): negative where there is no real solution, zero where the two solutions meet. ``values``: one expression for
     each core unknown, in terms of the inputs and the sign; a negative discriminant is taken as zero. ``normal``: the
-    square of the line's normal vector, where there is a line that can vanish (its two circles become one).
+    line's normal vector, where there is a line that can vanish (its two circles become one). ``leading``: the
+    coefficient of the square, where it varies: where it is zero, a root is at infinity.
     """
 
     margin: Expr
     values: tuple[Expr, ...]
-    normal: Expr | None = None
+    normal: tuple[Expr, Expr] | None = None
+    leading: Expr | None = None
 
 
 def _root(square: Expr) -> Expr:
@@ -39,7 +41,7 @@ def quadratic_roots(sign: Expr, a: Expr, b: Expr, c: Expr, size: Expr) -> Roots:
     """a u^2 + b u + c = 0; ``size`` is the sum of the sizes of c's terms."""
     if b == ZERO:  # u^2 = -c / a
         square = neg(div(c, a))
-        return Roots(div(square, call("abs", div(size, a))), (mul(sign, _root(square)),))
+        return Roots(div(square, call("abs", div(size, a))), (mul(sign, _root(square)),), leading=a)
     four = const(4.0)
     discriminant = sub(mul(b, b), mul(four, mul(a, c)))
     scale = add(mul(b, b), mul(four, mul(call("abs", a), size)))
@@ -49,7 +51,7 @@ def quadratic_roots(sign: Expr, a: Expr, b: Expr, c: Expr, size: Expr) -> Roots:
     side = mul(signed, b)
     q = sub(call("le", side, ZERO, signed, neg(signed)), b)
     other = call("le", call("abs", q), ZERO, ZERO, div(mul(const(2.0), c), q))
-    return Roots(margin, (call("le", side, ZERO, div(q, mul(const(2.0), a)), other),))
+    return Roots(margin, (call("le", side, ZERO, div(q, mul(const(2.0), a)), other),), leading=a)
 
 
 def line_conic_roots(sign: Expr, line: Sequence[Expr], conic: Sequence[Expr]) -> Roots:
@@ -70,7 +72,7 @@ def line_conic_roots(sign: Expr, line: Sequence[Expr], conic: Sequence[Expr]) ->
         margin = div(square, mul(const(2.0), call("abs", radius2)))
         p = add(m1, sub(mul(distance, n1), mul(step, n2)))
         q = add(m2, add(mul(distance, n2), mul(step, n1)))
-        return Roots(margin, (p, q), normal)
+        return Roots(margin, (p, q), (l1, l2))
     foot = mul(l0, inverse)
     p, q = mul(foot, n1), mul(foot, n2)
     t1, t2 = neg(n2), n1
@@ -88,4 +90,4 @@ def line_conic_roots(sign: Expr, line: Sequence[Expr], conic: Sequence[Expr]) ->
     margin = div(discriminant, call("le", scale, ZERO, ONE, scale))
     twice = mul(two, alpha)
     step = div(sub(mul(sign, _root(discriminant)), beta), twice)
-    return Roots(margin, (add(p, mul(step, t1)), add(q, mul(step, t2))), normal)
+    return Roots(margin, (add(p, mul(step, t1)), add(q, mul(step, t2))), (l1, l2), alpha)

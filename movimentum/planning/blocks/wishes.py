@@ -9,11 +9,12 @@ from math import inf
 from movimentum.expressions import Expr, add, call, const, div, neg, sub, substitute, symbol
 from movimentum.planning.blocks.kinds import Block, Free, Newton, Ode, WishRows
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.lowering.calculus import with_respect_to
+from movimentum.planning.lowering.calculus import slopes_of, with_respect_to
 from movimentum.planning.lowering.equations import Form, System, Wish
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.planning.structure.decompose import Group
 from movimentum.planning.structure.graph import strong_components
+from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
 from movimentum.scene.model import ThingAngle
 
 
@@ -70,9 +71,11 @@ def in_what_moves(system: System, driven: frozenset[int], measured: Mapping[Expr
 
 
 def ordered(groups: Sequence[Group], system: System) -> list[Group]:
-    """``groups`` in an order in which a wish's target is found before what it draws.
+    """``groups`` in an order in which a wish's target is found before what it draws, and a free motion before its
+    velocity.
 
-    Parts that are drawn by one wish together, or each toward the other, become one group.
+    Parts that are drawn by one wish together, or each toward the other, become one group. Raises `RateError` where a
+    free motion depends on its own velocity.
     """
     of = {n: i for i, group in enumerate(groups) for n in group.unknowns}
     depends = [{of[n] for e in group.equations for n in system.equations[e].unknowns if n in of} for group in groups]
@@ -82,7 +85,8 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
             if isinstance(payload, PosePart):
                 parts = (system.number_of.get(kind(payload.thing)) for kind in (PoseX, PoseY, PoseCos, PoseSin))
                 depends[i] |= {of[m] for m in parts if m in of} - {i}
-    moved = False
+    rates = [bool(group.equations) and system.equations[group.equations[0]].form is Form.VELOCITY for group in groups]
+    moved = any(rates)
     for wish in system.wishes:
         drawn = sorted({of[n] for n in wish.about if n in of and groups[of[n]].free})
         targets = {of[n] for n in symbol_numbers(*wish.errors) if n in of}.difference(drawn)
@@ -93,6 +97,10 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
         return list(groups)
     result: list[Group] = []
     for component in strong_components([sorted(others) for others in depends]):
+        if len(component) > 1 and any(rates[i] for i in component):
+            fed = {n for i in component if rates[i] for n in groups[i].unknowns}
+            thing = system.unknowns[system.differentiated(min(fed))[0]].thing
+            raise RateError(RateTrouble.FED_BACK, reader_of(system, fed), thing)
         together = [groups[i] for i in component if groups[i].free]
         if together:
             members = tuple(sorted(n for group in together for n in group.unknowns))
@@ -127,14 +135,7 @@ def with_wishes(block: Block, wishes: Sequence[Wish], known: set[int], clocks: C
             errors.extend(inner)
     if not errors:
         return block
-    entries: list[tuple[int, int]] = []
-    slopes: list[Expr] = []
-    for i, error in enumerate(errors):
-        present = symbol_numbers(error)
-        for j, n in enumerate(block.core):
-            if n in present:
-                entries.append((i, j))
-                slopes.append(with_respect_to(error, n))
+    entries, slopes = slopes_of(errors, block.core)
     rows = WishRows(
         compiled(errors, clocks),
         len(errors),

@@ -61,7 +61,7 @@ def ease(u: FloatArray) -> FloatArray:
 
 def mod(a: FloatArray, b: FloatArray) -> FloatArray:
     """Remainder with the sign of the divisor."""
-    return a - b * np.floor(a / b)
+    return a - b * np.floor(np.divide(a, b))  # a Python float divides by zero in its own way
 
 
 def le(e: FloatArray, b: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray:

@@ -14,8 +14,11 @@ from movimentum.expressions import (
     Expr,
     add,
     call,
+    clock,
     const,
     mul,
+    neg,
+    ratio,
     sub,
     substitute,
     symbol,
@@ -28,6 +31,7 @@ from movimentum.planning.lowering.equations import Equation, Form, Inequality, W
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.rewriting import along_line, angle_rows, cancelled, squared
+from movimentum.planning.lowering.shift import gathered
 from movimentum.planning.lowering.unknowns import (
     Accumulated,
     PoseCos,
@@ -113,7 +117,13 @@ class SystemBuilder:
 
     def lower(self, expr: Expr) -> Expr:
         """An expression of the scene in unknowns."""
-        return substitute(expr, self._leaf, self.memo)
+        return self._gathered(substitute(expr, self._leaf, self.memo))
+
+    def _gathered(self, lowered: Expr) -> Expr:
+        return lowered if self.shift == (0.0, 0.0) else gathered(lowered)
+
+    def _difference(self, left: Expr, right: Expr) -> Expr:
+        return self._gathered(sub(left, right))
 
     def _leaf(self, node: Expr) -> Expr | None:
         if node.op == "integral":
@@ -206,7 +216,18 @@ class SystemBuilder:
                 if equation.form is Form.INTEGRAL and equation.targets == (unknown,):
                     assert equation.integrand is not None
                     return equation.integrand
-        return symbol(self.unknown(Rate(unknown), f"{self.unknowns[unknown].name}'"))
+        return symbol(self.unknown(Rate(unknown), f".d({self._said(unknown)})"))
+
+    def _said(self, unknown: int) -> str:
+        """An unknown in the script's words: a direction is that of an angle, a place that of the anchor there."""
+        payload, name = self.unknowns[unknown].payload, self.unknowns[unknown].name
+        if not isinstance(payload, PosePart):
+            return name
+        thing, origin = self.scene.things[payload.thing], self.frames[payload.thing].origin
+        if isinstance(payload, PoseCos | PoseSin):
+            return f"{thing.name}.angle"
+        anchors = [anchor.name for anchor in thing.anchors if anchor.local == origin]
+        return f"{thing.name}.{anchors[0]}.{name[-1]}" if anchors else name
 
     def total_derivative(self, expr: Expr) -> Expr:
         """The time derivative of a lowered expression, in rates."""
@@ -220,7 +241,10 @@ class SystemBuilder:
                 return node.args[0]
             return ZERO
 
-        return differentiate(expr, leaf)
+        # as time goes on; where it ends, as it came there
+        since, last = self.segment.start, self.scene.steps[-1].time
+        toward = call("le", ratio(last - since), clock(since), neg(ONE), ONE)
+        return differentiate(expr, leaf, toward=toward)
 
     # rows
 
@@ -231,8 +255,9 @@ class SystemBuilder:
         constraint: int | None,
         thing: int | None = None,
         original: Expr | None = None,
+        length: Expr | None = None,
     ) -> None:
-        """``residual`` is zero; ``form`` is its polynomial, if it is one."""
+        """``residual`` is zero; ``form`` is its polynomial, if it is one; ``original``, ``length``: see `Equation`."""
         if form is not None and frozenset(poly.occurring(form)) != symbols(residual):
             original, residual = original or residual, poly.to_expression(form)  # something cancelled
         unknowns = poly.occurring(form) if form is not None else symbol_numbers(residual)
@@ -246,6 +271,7 @@ class SystemBuilder:
                 constraint=constraint,
                 thing=thing,
                 original=original,
+                length=length,
             )
         )
 
@@ -260,14 +286,14 @@ class SystemBuilder:
                     self._equate(left, right, constraint.number)
             case Relation.BELOW:
                 self.selectors.append(
-                    Inequality(sub(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
+                    Inequality(self._difference(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
                 )
             case Relation.ABOVE:
                 self.selectors.append(
-                    Inequality(sub(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
+                    Inequality(self._difference(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
                 )
             case Relation.WISH:
-                errors = tuple(_apart(a, b) for a, b in pairs)
+                errors = tuple(_modulo_turn(a, b, self._difference(a, b)) for a, b in pairs)
                 about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
                 self.wishes.append(Wish(errors, constraint.number, about, constraint.speed))
         self.constraint = None
@@ -277,34 +303,42 @@ class SystemBuilder:
         places = {n for n in symbol_numbers(right) if isinstance(self.unknowns[n].payload, PosePart)}
         return None if places and right.op != "atan2d" else angle_rows(left, right)
 
+    def _of_places(self, side: Expr) -> bool:
+        """Whether what an angle is multiplied by may vanish: it reads where things are, and not only how they turn."""
+        form = poly.from_expression(side)
+        read = symbol_numbers(side) if form is None else poly.occurring(form)
+        return any(isinstance(self.unknowns[n].payload, PoseX | PoseY) for n in read)
+
     def _form(self, residual: Expr) -> Polynomial | None:
         if self.forms is None or self.constraint is None:
             return poly.from_expression(residual)
         return self.forms(self.constraint, residual)
 
     def _equate(self, left: Expr, right: Expr, number: int) -> None:
-        residual = sub(left, right)
+        residual = self._difference(left, right)
         form = self._form(residual)
         if form is None:
             measure = along_line(left, right) or along_line(right, left)
             if measure is not None:
-                self.add_equation(measure, poly.from_expression(measure), number, original=residual)
+                row, length = measure
+                self.add_equation(row, poly.from_expression(row), number, original=residual, length=length)
                 return
-            rewritten = self._angle(left, right) or self._angle(right, left) or squared(residual)
+            angle = self._angle(left, right) or self._angle(right, left)
+            rewritten = angle or squared(residual)
             if rewritten is not None:
                 row, side = rewritten
                 if symbols(row):
                     self.selectors.append(Inequality(side, None, equation_of=number))
-                    self.add_equation(row, poly.from_expression(row), number, original=residual)
+                    length = side if angle is not None and self._of_places(side) else None
+                    self.add_equation(row, poly.from_expression(row), number, original=residual, length=length)
                     return
             self.add_equation(cancelled(residual), form, number)
             return
         self.add_equation(residual, form, number)
 
 
-def _apart(left: Expr, right: Expr) -> Expr:
-    """What the sides of a wish differ by; an angle between vectors is meant modulo a turn."""
-    error = sub(left, right)
+def _modulo_turn(left: Expr, right: Expr, error: Expr) -> Expr:
+    """What the sides of a wish differ by, ``error``; an angle between vectors is meant modulo a turn."""
     if "atan2d" not in (left.op, right.op):
         return error
     half = const(180.0)

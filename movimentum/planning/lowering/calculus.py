@@ -2,27 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 
-from movimentum.expressions import ONE, ZERO, Expr, add, div, mul, neg, rebuild, walk
+from movimentum.expressions import ONE, ZERO, Expr, add, call, div, mul, neg, rebuild, sub, walk
 from movimentum.expressions.operations import BY_NAME
+from movimentum.planning.lowering.unknowns import symbol_numbers
 
 
-def differentiate(root: Expr, leaf: Callable[[Expr], Expr], memo: dict[Expr, Expr] | None = None) -> Expr:
+def differentiate(
+    root: Expr, leaf: Callable[[Expr], Expr], memo: dict[Expr, Expr] | None = None, toward: Expr | None = None
+) -> Expr:
     """The derivative of ``root`` given ``leaf``, which tells the derivative of each leaf (and of integral nodes).
 
-    Where a function has a kink (abs, min, floor, ranges) the derivative is the one of the piece it is on.
+    Where a function has a kink (abs, min, floor, ranges) the derivative is the one of the piece it is on; or, just at
+    the kink, that of the piece ``toward`` which it goes: 1 as what is differentiated by grows, -1 as it shrinks.
     """
     memo = {} if memo is None else memo
     for node in walk(root):
         if node not in memo:
-            memo[node] = _rule(node, leaf, [memo.get(arg, ZERO) for arg in node.args])
+            d = [memo.get(arg, ZERO) for arg in node.args]
+            memo[node] = _rule(node, leaf, d) if toward is None else _one_sided(node, leaf, d, toward)
     return memo[root]
 
 
 def with_respect_to(root: Expr, unknown: Hashable, memo: dict[Expr, Expr] | None = None) -> Expr:
     """The partial derivative with respect to the symbol ``unknown``."""
     return differentiate(root, lambda node: ONE if node.op == "symbol" and node.payload == unknown else ZERO, memo)
+
+
+def rounded(root: Expr) -> Expr:
+    """What rounding makes of ``root``, to first order, in units of the relative rounding of each number: the sum over
+    all its nodes of their size times how much ``root`` changes with them (Higham 2002, *Accuracy and Stability of
+    Numerical Algorithms*, 3.3).
+    """
+    memo: dict[Expr, Expr] = {}
+    for node in walk(root):
+        total = call("abs", node)
+        for place, arg in enumerate(node.args):
+            d = [ONE if k == place else ZERO for k in range(len(node.args))]
+            total = add(total, mul(call("abs", _rule(node, lambda _: ZERO, d)), memo[arg]))
+        memo[node] = total
+    return memo[root]
 
 
 def affine(root: Expr, unknown: Hashable) -> tuple[Expr, Expr] | None:
@@ -52,6 +72,25 @@ def affine(root: Expr, unknown: Hashable) -> tuple[Expr, Expr] | None:
     return memo[root]
 
 
+def _one_sided(node: Expr, leaf: Callable[[Expr], Expr], d: list[Expr], toward: Expr) -> Expr:
+    """`_rule`, at a kink on one side: what is compared there is told apart by how it changes."""
+    match node.op, node.args:
+        case "abs", (x,):
+            x, bound, change, below, above = x, ZERO, d[0], neg(d[0]), d[0]
+        case "min", (x, bound):
+            change, below, above = sub(d[0], d[1]), d[0], d[1]
+        case "max", (x, bound):
+            change, below, above = sub(d[0], d[1]), d[1], d[0]
+        case "le", (x, bound, _, _):
+            change, below, above = sub(d[0], d[1]), d[2], d[3]
+        case _:
+            return _rule(node, leaf, d)
+    if below == above:
+        return below
+    beside = call("le", mul(toward, change), ZERO, below, above)
+    return call("le", x, bound, call("le", bound, x, beside, below), above)
+
+
 def _rule(node: Expr, leaf: Callable[[Expr], Expr], d: list[Expr]) -> Expr:
     if not node.args or node.op == "integral":
         return leaf(node)
@@ -61,3 +100,16 @@ def _rule(node: Expr, leaf: Callable[[Expr], Expr], d: list[Expr]) -> Expr:
     if operation is None:
         raise NotImplementedError(node.op)
     return operation.derivative(node, d)
+
+
+def slopes_of(rows: Sequence[Expr], unknowns: Sequence[int]) -> tuple[list[tuple[int, int]], list[Expr]]:
+    """The places (row, column) of a Jacobian at which a row reads an unknown, and the derivatives there."""
+    entries: list[tuple[int, int]] = []
+    slopes: list[Expr] = []
+    for i, row in enumerate(rows):
+        present = symbol_numbers(row)
+        for j, n in enumerate(unknowns):
+            if n in present:
+                entries.append((i, j))
+                slopes.append(with_respect_to(row, n))
+    return entries, slopes

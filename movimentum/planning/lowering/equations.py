@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -21,6 +21,7 @@ from movimentum.planning.lowering.unknowns import (
     PoseSin,
     PoseX,
     PoseY,
+    Rate,
     Unknown,
     symbol_numbers,
 )
@@ -30,12 +31,13 @@ from movimentum.timeline.model import Segment
 
 class Form(StrEnum):
     """How an equation is solved: PLAIN ones by any kernel; a WINDING gives a continuous angle from a direction; an
-    INTEGRAL accumulates.
+    INTEGRAL accumulates; a VELOCITY is that of a free motion, by the law that moves it.
     """
 
     PLAIN = "plain"
     WINDING = "winding"
     INTEGRAL = "integral"
+    VELOCITY = "velocity"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +47,8 @@ class Equation:
     ``constraint`` is the scene's constraint number, or None for what rigidity and bookkeeping add (then ``thing`` tells
     whose). ``targets`` are the unknowns that the equation may be used to determine (usually all of its ``unknowns``).
     ``integrand`` belongs to INTEGRAL equations. ``original`` is the residual as the script states it, where
-    ``residual`` was rewritten: what a solution is verified against.
+    ``residual`` was rewritten: what a solution is verified against. ``length`` is what it was multiplied by (a length,
+    or of an angle both vectors'): where that is zero, the residual is too, and nothing is solved.
     """
 
     number: int
@@ -58,6 +61,7 @@ class Equation:
     form: Form = Form.PLAIN
     integrand: Expr | None = None
     original: Expr | None = None
+    length: Expr | None = None
 
     def solved_for(self, unknown: int) -> tuple[Expr, Expr] | None:
         """(slope, rest): slope * ``unknown`` + rest = 0, as the script states it; None where it is not of that form."""
@@ -137,6 +141,18 @@ class System:
             BodyUnknowns(t, get(PoseX(t)), get(PoseY(t)), get(PoseCos(t)), get(PoseSin(t)), get(ThingAngle(t)))
             for t in self.mentioned()
         )
+
+    def differentiated(self, unknown: int) -> tuple[int, int]:
+        """The unknown that a rate is a rate of, and how many times it is differentiated (0: it is no rate)."""
+        order, payload = 0, self.unknowns[unknown].payload
+        while isinstance(payload, Rate):
+            unknown, order = payload.of, order + 1
+            payload = self.unknowns[unknown].payload
+        return unknown, order
+
+    def undifferentiated(self, unknowns: Iterable[int]) -> set[int]:
+        """``unknowns`` with what each rate is a rate of in its place."""
+        return {self.differentiated(n)[0] for n in unknowns}
 
     def frame(self, thing: int) -> BodyFrame:
         """The frame in which a thing's pose is measured."""

@@ -21,13 +21,13 @@ def angle_rows(left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
     return sub(mul(y, c), mul(x, s)), add(mul(x, c), mul(y, s))
 
 
-def along_line(left: Expr, right: Expr) -> Expr | None:
-    """``n / length = e`` (how far along or across a line) as n - e length = 0: a polynomial if e is 0, and linear as
-    soon as the line stands still.
+def along_line(left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
+    """``n / length = e`` (how far along or across a line) as n - e length = 0, with the length: a polynomial if e is 0,
+    and linear as soon as the line stands still.
     """
     if left.op != "div" or left.args[1].op != "sqrt" or not symbols(left.args[1]):
         return None
-    return sub(left.args[0], mul(right, left.args[1]))
+    return sub(left.args[0], mul(right, left.args[1])), left.args[1]
 
 
 def cancelled(residual: Expr) -> Expr:

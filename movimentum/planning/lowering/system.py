@@ -7,7 +7,7 @@ unknowns at all. Every equation keeps the number of its constraint (or of the ri
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 from movimentum.expressions import (
@@ -138,6 +138,26 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
                 targets=(angle,),
                 thing=t,
                 form=Form.WINDING,
+            )
+        )
+    return _finished(builder)
+
+
+def with_velocities(system: System, rates: Collection[int], reads: Collection[int]) -> System:
+    """``system`` with ``rates`` given by the law of the free motion that they are rates of; ``reads`` are the unknowns
+    that this motion depends on.
+    """
+    builder = _reopened(system)
+    for rate in sorted(rates):
+        of, _ = system.differentiated(rate)
+        builder.equations.append(
+            Equation(
+                number=len(builder.equations),
+                residual=sub(symbol(rate), Expr("derivative", (symbol(of),))),
+                unknowns=frozenset({*rates, *reads}),
+                targets=tuple(sorted(rates)),
+                thing=system.unknowns[of].thing,
+                form=Form.VELOCITY,
             )
         )
     return _finished(builder)

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from movimentum.planning.lowering.equations import Equation, System
-from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin
+from movimentum.planning.lowering.equations import Equation, Form, System
+from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, Rate
 from movimentum.planning.structure.graph import groups, in_order, maximum_matching, reachable, strong_components
 from movimentum.scene.model import ThingAngle
 
@@ -34,17 +34,20 @@ class Decomposition:
     checks: tuple[int, ...]
 
 
-def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposition:
-    """Group all equations of ``system``.
+def decompose(
+    system: System, merged: frozenset[int] = frozenset(), known: frozenset[int] = frozenset()
+) -> Decomposition:
+    """Group all equations of ``system``; unknowns that are ``known`` need none.
 
     Whatever is connected to an unknown in ``merged`` is kept together in one group with all its equations, redundant
-    ones included: the fallback for what is singular by its geometry although its structure looks sound.
+    ones included: the fallback for what is singular by its geometry although its structure looks sound. Rates connect
+    nothing: they are found by themselves.
     """
     equations = sorted(system.equations, key=lambda e: (e.priority, len(e.unknowns), e.number))
     held: list[Group] = []
     if merged:
         held, equations = _held_together(system, equations, merged)
-    taken = {n for group in held for n in group.unknowns}
+    taken = known.union(*(group.unknowns for group in held))
     uses = [0] * len(system.unknowns)
     for equation in equations:
         for n in equation.targets:
@@ -57,7 +60,7 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
     users: list[list[int]] = [[] for _ in system.unknowns]
     for i, equation in enumerate(equations):
         if of_row[i] >= 0:
-            for n in equation.unknowns:
+            for n in _tied(equation):
                 users[n].append(of_row[i])
     free_columns = reachable(open_columns, users)
     _give_variables_their_rows(system, equations, (of_row, of_column), free_columns)
@@ -66,7 +69,7 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
     depends: list[list[int]] = [[] for _ in system.unknowns]
     for n, row in enumerate(of_column):
         if row >= 0:
-            depends[n] = sorted(equations[row].unknowns - {n})
+            depends[n] = sorted(_tied(equations[row]) - {n})
     # held groups stand for one node each: tie their unknowns into a cycle
     for group in held:
         members = group.unknowns
@@ -79,12 +82,21 @@ def decompose(system: System, merged: frozenset[int] = frozenset()) -> Decomposi
     for component in in_order(strong_components(depends), depends):
         if component[0] in of_held:
             result.append(of_held[component[0]])
+        elif component[0] in known:
+            continue
         elif component[0] not in free_columns:
             numbers = tuple(equations[of_column[n]].number for n in component)
             group = Group(tuple(component), tuple(sorted(numbers)))
             (after if component[0] in hanging else result).append(group)
     result.extend(_free_groups(system, equations, of_row, free_columns))
     return Decomposition((*result, *after), tuple(sorted(checks)))
+
+
+def _tied(equation: Equation) -> frozenset[int]:
+    """The unknowns that an equation may leave as free as others of them are: a velocity is told by a law, however free
+    the motion is (what has to come first, `blocks.wishes.ordered` sees to).
+    """
+    return frozenset(equation.targets) if equation.form is Form.VELOCITY else equation.unknowns
 
 
 def _give_variables_their_rows(
@@ -166,9 +178,11 @@ def _held_together(
 ) -> tuple[list[Group], list[Equation]]:
     """Groups of what is connected to ``merged``, and the equations that are left."""
     links: list[tuple[int, int]] = []
-    plain = _without_measures(system, equations)  # what only measures is found afterwards
+    rates = {unknown.number for unknown in system.unknowns if isinstance(unknown.payload, Rate)}
+    # what only measures is found afterwards
+    plain = [e for e in _without_measures(system, equations) if not e.targets or not rates.issuperset(e.targets)]
     for equation in plain:
-        members = sorted(equation.unknowns)
+        members = sorted(equation.unknowns - rates)
         links.extend((members[0], other) for other in members[1:])
     links.extend(_pose_links(system, range(len(system.unknowns))))
     held: list[Group] = []
@@ -178,6 +192,8 @@ def _held_together(
         if not members & merged:
             continue
         own = [e.number for e in plain if members & set(e.targets)]
+        if not own:  # what only measures is still found from its own equation
+            continue
         gone |= set(own)
         held.append(Group(tuple(component), tuple(sorted(own)), free=True))
     return held, [e for e in equations if e.number not in gone]

@@ -19,6 +19,7 @@ from movimentum.scene.expansion.scopes import (
     PartEntry,
     Scope,
     ThingEntry,
+    defined_in,
 )
 from movimentum.scene.findings import Findings
 from movimentum.source import Span, Unfolding
@@ -231,6 +232,8 @@ class Declarer:
 
     def _loop(self, item: Loop, scope: Scope) -> Iterator[Body]:
         bounds = self._range(item.first, item.last, item.first.span.to(item.last.span), scope)
+        if bounds is None:
+            scope.owner.broken.update(defined_in(item.items))
         if bounds is None or not item.items:
             return
         span = Span(item.items[0].span.start, max(each.span.end for each in item.items))

@@ -174,7 +174,9 @@ class _Expansion:
 
     def _definition(self, item: Made) -> None:
         made = self.writer.definition(item)
-        if made is not None:
+        if made is None:
+            self.findings.broken.add(item.name)
+        else:
             self.definitions.append(made)
             if not item.scope.owner.placement.is_here:
                 self.placements[item.name] = item.scope.owner.placement

@@ -143,6 +143,8 @@ class Rewriter:
         constant = inner.constants.get(node.name)
         if constant is not None:
             return self._constant(constant, span)
+        if node.name in inner.broken:
+            return None
         self.asked.append((inner, node.name, name_span, operand.name))
         return Name(inner.prefix + node.name, span=span)
 

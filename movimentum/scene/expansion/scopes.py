@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Constant, Expression
-from movimentum.syntax.tree import Option, PartDefinition, Text
+from movimentum.syntax.tree import Copy, Definition, Item, Loop, Option, PartDefinition, Text
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,3 +140,12 @@ class Scope:
             found.update(dict.fromkeys(scope.constants))
             scope = scope.outer
         return list(found)
+
+
+def defined_in(items: Iterable[Item]) -> Iterator[str]:
+    """The names of the things and copies that ``items`` define, and loops among them."""
+    for item in items:
+        if isinstance(item, Definition | Copy):
+            yield item.name
+        elif isinstance(item, Loop):
+            yield from defined_in(item.items)

@@ -29,6 +29,9 @@ ROUNDING = 2e-14
 SAMPLES = 9
 ROUNDS = 16
 
+AT_ONCE = 4096
+"""So many brackets are sectioned at a time, for the memory that the states at their samples take."""
+
 
 @dataclass(frozen=True, slots=True)
 class Events:
@@ -44,10 +47,8 @@ def find_events(margin: Margin, tau: FloatArray, values: FloatArray) -> Events:
     gaps = _gaps(margin, tau, values)
     low, middle, high = _minima(tau, values)
     touch, below, place = _refined(margin, low, middle, high)
-    for i in np.nonzero(below)[0]:
-        left = _crossing(margin, float(low[i]), float(place[i]))
-        right = _crossing(margin, float(high[i]), float(place[i]))
-        gaps.append((left, right))
+    left, right = (_crossings(margin, outer[below], place[below]) for outer in (low, high))
+    gaps += zip(left.tolist(), right.tolist(), strict=True)
     low, high, place = low[touch], high[touch], place[touch]
     width = np.minimum(place - low, high - place)
     through = _passes_through(margin, place, width)
@@ -57,20 +58,13 @@ def find_events(margin: Margin, tau: FloatArray, values: FloatArray) -> Events:
 
 def _gaps(margin: Margin, tau: FloatArray, values: FloatArray) -> list[tuple[float, float]]:
     below = values < -MARGIN_TOLERANCE
-    gaps: list[tuple[float, float]] = []
-    i = 0
-    while i < len(tau):
-        if not below[i]:
-            i += 1
-            continue
-        j = i
-        while j + 1 < len(tau) and below[j + 1]:
-            j += 1
-        left = tau[i] if i == 0 else _crossing(margin, tau[i - 1], tau[i])
-        right = tau[j] if j == len(tau) - 1 else _crossing(margin, tau[j + 1], tau[j])
-        gaps.append((float(left), float(right)))
-        i = j + 1
-    return gaps
+    change = np.diff(below.astype(np.int8), prepend=0, append=0)
+    first, last = np.nonzero(change == 1)[0], np.nonzero(change == -1)[0] - 1
+    left, right = tau[first], tau[last]
+    enters, leaves = first > 0, last < len(tau) - 1
+    left[enters] = _crossings(margin, tau[first[enters] - 1], tau[first[enters]])
+    right[leaves] = _crossings(margin, tau[last[leaves] + 1], tau[last[leaves]])
+    return list(zip(left.tolist(), right.tolist(), strict=True))
 
 
 def _minima(tau: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -173,18 +167,26 @@ def _located(margin: Margin, place: FloatArray, width: FloatArray) -> FloatArray
     return np.where(np.abs(root) < 0.5, place + w * root, place)
 
 
-def _crossing(margin: Margin, good: float, bad: float) -> float:
-    """The time between ``good`` (solvable) and ``bad`` at which the solution ends, by repeated sectioning.
+def _crossings(margin: Margin, good: FloatArray, bad: FloatArray) -> FloatArray:
+    """The times (B,) between ``good`` (solvable) and ``bad``, both (B,), at which the solution ends, by repeated
+    sectioning of all brackets at once.
 
     Where the margin falls below zero for good, that is where it passes zero, not where it passes the tolerance.
     """
+    if len(good) > AT_ONCE:
+        parts = range(0, len(good), AT_ONCE)
+        return np.concatenate([_crossings(margin, good[i : i + AT_ONCE], bad[i : i + AT_ONCE]) for i in parts])
+    good, bad = good.copy(), bad.copy()
+    left_over = np.arange(len(good))
     for _ in range(18):
-        points = np.linspace(good, bad, SAMPLES + 2)
-        below = np.nonzero(~(margin(points) >= -ROUNDING))[0]
-        first = int(below[0]) if len(below) else len(points) - 1
-        if first == 0:
-            return float(good)
-        good, bad = float(points[first - 1]), float(points[first])
-        if abs(bad - good) <= 1e-15 * max(abs(good), abs(bad)):
+        if len(left_over) == 0:
             break
+        points = np.linspace(good[left_over], bad[left_over], SAMPLES + 2, axis=-1)
+        below = ~(margin(points.reshape(-1)).reshape(points.shape) >= -ROUNDING)
+        first = np.where(below.any(axis=1), np.argmax(below, axis=1), SAMPLES + 1)
+        rows = np.nonzero(first > 0)[0]
+        left_over, first = left_over[rows], first[rows]
+        good[left_over], bad[left_over] = points[rows, first - 1], points[rows, first]
+        a, b = good[left_over], bad[left_over]
+        left_over = left_over[np.abs(b - a) > 1e-15 * np.maximum(np.abs(a), np.abs(b))]
     return good

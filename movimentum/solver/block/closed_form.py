@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, solutions
 from movimentum.planning.blocks.kinds import Block, Linear
 from movimentum.planning.blocks.kinds import Quadratic as QuadraticBlock
 
@@ -58,17 +58,7 @@ def linear(block: Linear, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray
     shape = np.broadcast_shapes(*(np.shape(value) for value in values))
     matrix = np.stack([np.broadcast_to(value, shape) for value in values[: m * m]], axis=-1).reshape(*shape, m, m)
     right = np.stack([np.broadcast_to(value, shape) for value in values[m * m :]], axis=-1)
-    try:
-        solution = np.linalg.solve(matrix, right[..., None])[..., 0]
-    except np.linalg.LinAlgError:
-        flat, rows = matrix.reshape(-1, m, m), right.reshape(-1, m)
-        solution = np.full_like(rows, np.nan)
-        for i in range(len(flat)):
-            try:
-                solution[i] = np.linalg.solve(flat[i], rows[i])
-            except np.linalg.LinAlgError:
-                continue
-        solution = solution.reshape(right.shape)
+    solution = solutions(matrix, right)
     return tuple(solution[..., j] for j in range(m))
 
 

@@ -23,11 +23,17 @@ STEP_TOLERANCE = 1e-14
 LAST_STEP = 1e-8
 SOLVED = 1e-9
 """Relative residual of a solution."""
+EXACT = 1e-14
+"""Relative residual of a start that Newton's method cannot make better."""
+ASTRAY = 1e5
+"""Of such a start's residual: a way from there that is longer is a singular pose's, and means nothing."""
 FAR = 0.05
 MOVING = 1e-4
 """Of a random motion: what is left of it where a large block has freedom."""
 
 
+AT_ONCE = 1_000_000
+"""Numbers of all instants' Jacobians that are held at a time; decompositions take ten times as much memory."""
 WELL_CONDITIONED = 1e8
 """Of the normal equations of rows: well below where their rank is in question, at 1 / `RANK_TOLERANCE` squared."""
 
@@ -105,14 +111,28 @@ def newton(
     x = np.array(start, dtype=np.float64)
     if problem.sparse is not None:
         return _sparse_newton(problem, x, iterations, limit)
+    many = max(1, AT_ONCE // max(1, x.shape[1]) ** 2)
+    if len(x) > many:
+        parts = [np.arange(first, min(first + many, len(x))) for first in range(0, len(x), many)]
+        found = [
+            newton(problem.at(part, len(x)), x[part], iterations=iterations, limit=limit, afar=afar) for part in parts
+        ]
+        return NewtonResult(
+            np.concatenate([one.x for one in found]),
+            np.concatenate([one.converged for one in found]),
+            np.concatenate([one.error for one in found]),
+        )
     scale, square = problem.scale, problem.block.is_square
-    last = np.full(len(x), np.inf)
+    last, before = np.full(len(x), np.inf), np.full(len(x), np.inf)
     going = np.ones(len(x), dtype=np.bool_)  # what has arrived moves no more: no instant depends on the others
     with np.errstate(all="ignore"):
         some, places = problem, np.arange(len(x))
         y, residual = x, problem.residual(x)
         for done in range(1, iterations + 1):
-            step = step_of(some.jacobian(y), residual, scale, square, afar=afar)
+            jacobian = some.jacobian(y)
+            if done == 1 and square:
+                before = relative_error(residual, jacobian, scale)
+            step = step_of(jacobian, residual, scale, square, afar=afar)
             size = np.max(np.abs(step) / scale, axis=1, initial=0.0)
             if limit is not None:
                 step = step * np.minimum(1.0, limit / np.maximum(size, 1e-300))[:, None]
@@ -130,6 +150,9 @@ def newton(
                 some = problem.at(places, len(x))
             residual = some.residual(y)
         error = relative_error(problem.residual(x), problem.jacobian(x), scale)
+        moved = np.max(np.abs(x - start) / scale, axis=1, initial=0.0)
+        kept = (before <= EXACT) & ~(moved <= ASTRAY * before)
+        x[kept], error[kept] = start[kept], before[kept]
     return NewtonResult(x, np.isfinite(error) & (error <= SOLVED), error)
 
 

@@ -25,7 +25,7 @@ LARGEST_TURN = 0.45
 FINEST = 2.0**-18
 """Of a path's length: nodes are no closer."""
 NEAR = 1e-5
-"""Of its largest value: a squared distance of two centres below which they may meet between two nodes."""
+"""Of its unit: a squared distance of two centres below which they may meet between two nodes."""
 ROUNDS, SAMPLES = 12, 9
 HALVINGS = range(20, 5, -2)
 POINTS = np.array([1.0, 2.0, 3.0, 4.0])

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
+from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
 from movimentum.solver.free.velocity import FreeVelocity
@@ -41,23 +43,39 @@ MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
 """By order: the corrector's error as a part of what it changed."""
 
 
-def drift(
-    plan: Plan, block: Free, probe: Probe, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float
-) -> NodeTrack:
-    """The least motion of a block with freedom left: of all velocities that keep the constraints, the one that moves
-    the anchors least (sum of squared speeds). Integrated with its own step control, brought back onto the constraints
-    after every step.
+class Integrable(Protocol):
+    """What moves, as `drift` integrates it."""
 
-    ``x`` (n,) are the core values at ``nodes[0]``; the track reaches ``until`` or the last node, or ends where a step
-    as short as `SMALLEST_STEP` still fails.
+    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> FloatArray:
+        """The velocity (n,) at ``x`` (n,); ``tangent``: one from near there."""
+        ...
+
+    def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
+        """The nearest values to ``x`` that are possible, whether they are, and the last tangent used."""
+        ...
+
+
+def least_motion(plan: Plan, block: Free, probe: Probe, nodes: FloatArray) -> FreeVelocity:
+    """The least motion of a block with freedom left: of all velocities that keep the constraints, the one that moves
+    the anchors least (sum of squared speeds).
+    """
+    low, high = float(nodes[0]), float(nodes[-1])
+    delta = 1e-6 * max((high - low) / max(min(len(nodes), MOST_NODES) - 1, 1), 1e-300)
+    return FreeVelocity(Local(block, probe, delta, low, high), plan)
+
+
+def drift(
+    motion: Integrable, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float, tolerance: float = TOLERANCE
+) -> NodeTrack:
+    """A ``motion`` integrated with its own step control, brought back onto the constraints after every step.
+
+    ``x`` (n,) are the values at ``nodes[0]``, ``scale`` (n,) their natural sizes; the track reaches ``until`` or the
+    last node, or ends where a step as short as `SMALLEST_STEP` still fails.
     """
     tau, high = float(nodes[0]), float(nodes[-1])
     total = high - tau
     if len(nodes) > MOST_NODES:
         nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
-    local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), tau, high)
-    motion = FreeVelocity(local, plan)
-    tolerance = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
     budget = STEPS + STEPS_PER_NODE * len(nodes)
     most = max(budget, MOST_FOR_THE_WAY)
     spent = stage = refused = begun = 0
@@ -94,8 +112,8 @@ def drift(
             new_rate = motion.velocity(tau + step, new, tangent) if good else np.full_like(x, np.nan)
             corrected = x + _advance([*past, step], [*rates[-order:], new_rate], step)
             error = MILNE[order - 1] * float(np.max(np.abs(corrected - new) / scale))
-            bend = _bend([*past, step], [*rates[-order:], new_rate])
-            error = max(error, step**4 / 384.0 * float(np.max(np.abs(bend) / scale)))
+            bend = _bend([*past, step], [*rates[-order:], new_rate], step)
+            error = max(error, step / 384.0 * float(np.max(np.abs(bend) / scale)))
             if np.isfinite(error) and error <= tolerance:
                 new, good, _ = motion.restored(tau + step, corrected, tangent)
             if not (np.isfinite(error) and error <= tolerance and good):
@@ -133,13 +151,13 @@ def _advance(times: Sequence[float], rates: Sequence[FloatArray], step: float) -
     return result
 
 
-def _bend(times: Sequence[float], rates: Sequence[FloatArray]) -> FloatArray:
-    """The third derivative of the polynomial through the last four ``rates``: what the cubic between two points of the
-    path, by which it is evaluated, knows nothing of. Zero where there are fewer.
+def _bend(times: Sequence[float], rates: Sequence[FloatArray], step: float) -> FloatArray:
+    """The third derivative, by time in units of ``step``, of the polynomial through the last four ``rates``: what the
+    cubic between two points of the path, by which it is evaluated, knows nothing of. Zero where there are fewer.
     """
     result = np.zeros_like(rates[0])
     if len(times) >= 4:
-        last = times[-4:]
+        last = [time / step for time in times[-4:]]
         for i, rate in enumerate(rates[-4:]):
             result = result + 6.0 / math.prod(last[i] - t for j, t in enumerate(last) if j != i) * rate
     return result

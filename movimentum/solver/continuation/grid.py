@@ -18,6 +18,8 @@ INITIAL_INTERVALS = 24
 LARGEST_PHASE = 15.0
 """Degrees that any driving angle may turn between two nodes."""
 MAXIMAL_NODES = 400_000
+HOPELESS = 1000
+"""Where so many times `MAXIMAL_NODES` would be needed, as many as there may be show no more than a few do."""
 
 
 class Grid:
@@ -55,7 +57,7 @@ class Grid:
         split = (np.abs(change) > limit) & (steps > FINEST * (self.path.end - self.path.begin))
         if not split.any():
             return False
-        if len(self.tau) >= MAXIMAL_NODES:
+        if len(self.tau) >= MAXIMAL_NODES or np.sum(np.abs(change[split])) > HOPELESS * MAXIMAL_NODES * limit:
             self.path.resolved = False
             return False
         parts = np.clip(np.ceil(np.abs(change[split]) / limit), 2, 64).astype(np.int64)
@@ -67,9 +69,9 @@ class Grid:
         self.insert(more)
         return True
 
-    def resolve_phases(self, block: Block) -> None:
-        """Nodes close enough together that no driving angle turns far between them, so that nothing periodic is
-        missed.
+    def resolve_phases(self, block: Block, until: float) -> None:
+        """Nodes close enough together that no driving angle turns far between them ``until`` what it depends on has no
+        solution, so that nothing periodic is missed.
         """
         if block.phases is None:
             return
@@ -81,7 +83,7 @@ class Grid:
                 if np.ndim(phase) > 0:
                     step = np.abs(np.diff(phase))
                     change = np.maximum(change, np.where(np.isfinite(step), step, 0.0))
-            if not self.refine(change, LARGEST_PHASE):
+            if not self.refine(np.where(self.tau[:-1] < until, change, 0.0), LARGEST_PHASE):
                 return
 
     def turning(self, plan: Plan, block: Block, until: float) -> FloatArray:
@@ -90,7 +92,8 @@ class Grid:
         change = np.zeros(1)
         for n in block.unknowns:
             if isinstance(plan.system.unknowns[n].payload, PoseCos | PoseSin) and np.ndim(state[n]) > 0:
-                step = np.abs(np.diff(state[n]))
+                with np.errstate(invalid="ignore"):  # where an input has run away
+                    step = np.abs(np.diff(state[n]))
                 change = np.maximum(change, np.where(np.isfinite(step), step, 0.0))
         if len(change) == 1:
             lengths = [len(state[n]) for n in block.unknowns if np.ndim(state[n]) > 0]

@@ -1,93 +1,310 @@
-"""Integrating a block with states (integrals that drive themselves, a differential equation), with the embedded
-Runge–Kutta pair of Dormand and Prince.
+"""Integrating a block with states (integrals that drive themselves, a differential equation) by collocation.
+
+Over each step the states are polynomials whose slopes are right at the points of Radau (IIA; Hairer & Wanner, *Solving
+Ordinary Differential Equations II*, IV.5 and IV.8). So all points of a step are evaluated by one call, steps are long,
+stiff equations need no other method, and the polynomial itself is what frames are taken from.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+
 import numpy as np
+from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Ode
-from movimentum.solver.block.local import SMALLEST_STEP, Probe
-from movimentum.solver.block.newton import newton
-from movimentum.solver.continuation.tracks import NodeTrack, node_track
+from movimentum.arrays import FloatArray
+from movimentum.solver.basis.effort import charge
+from movimentum.solver.continuation.tracks import FlowTrack, PolynomialTrack, Trouble, legendre
 
-# Dormand & Prince 5(4), Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, table II.5.2
-_C = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
-_A = (
-    (),
-    (1 / 5,),
-    (3 / 40, 9 / 40),
-    (44 / 45, -56 / 15, 32 / 9),
-    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
-    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
-    (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
-)
-_E = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+STAGES = 16
+"""Points in a step. The states are polynomials of this degree, and their order at a step's end is twice that."""
+TOLERANCE = 1e-12
+"""What the polynomial's slope may be off by between the points, times the step, of a state's size."""
+SMALL = 1e-3
+"""Of the largest state: a state that is smaller (a spring that the motion has not reached) counts as this large."""
+SMALLEST = 1e-12
+"""Of the stretch: where a step as short as this fails, its slope at the beginning is taken for all of it."""
+SWITCHES, AT_ONCE = 12, 1e-6
+"""So many such steps within this part of the stretch: something switches to and fro, and there is no solution."""
+MOST_STEPS, MANY = 20_000, 32
+"""Steps that are tried, and from how many states on they are fewer (by the square)."""
+FIRST, LONGEST, LONGEST_NODES = 0.01, 0.125, 32
+"""Of the stretch: the first step, and the longest; and how many of the path's nodes it may pass."""
+ARRIVED = 1e-15
+NEWTON_STEPS, SIMPLIFIED_STEPS = 12, 50
+DENSE = 64
+"""Unknowns of a step up to which all are solved for at once, with a Jacobian of each point. Larger systems are solved
+with one Jacobian a step."""
+BEND = 1e-5
+"""Of its scale: by how much the core may differ from its polynomial between two points before it counts as another
+branch."""
+TINY = 1e-6
+"""Of the largest state: the error of smaller ones is told relative to this."""
+TWIN = 0.7
+"""Steps of the second solution, by which the error is told, of those of the first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Points:
+    """Of a step [0, 1], s points ``at``, the last of which is 1, and s + 1 points ``between``: ``slopes`` makes
+    Legendre coefficients of values at the points, ``integrals`` integrates those up to the points, ``values`` and
+    ``totals`` evaluate and integrate them between the points. ``core`` makes coefficients of values at 0 and at the
+    points.
+    """
+
+    at: FloatArray
+    between: FloatArray
+    slopes: FloatArray
+    matrix: FloatArray
+    values: FloatArray
+    totals: FloatArray
+    core: FloatArray
+    core_values: FloatArray
+    eigenvalues: NDArray[np.complex128]
+    modes: NDArray[np.complex128]
+    amplitudes: NDArray[np.complex128]
+
+
+@cache
+def points() -> _Points:
+    """The points of Radau, as eigenvalues (Golub 1973, *Some modified matrix eigenvalue problems*)."""
+    s = STAGES
+    k = np.arange(1.0, s)
+    off = k / np.sqrt(4.0 * k * k - 1.0)
+    jacobi = np.diag(off, 1) + np.diag(off, -1)
+    last = np.zeros(s - 1)
+    last[-1] = off[-1] ** 2
+    jacobi[-1, -1] = 1.0 + np.linalg.solve(jacobi[:-1, :-1] - np.eye(s - 1), last)[-1]
+    u = np.asarray(np.linalg.eigvalsh(jacobi), dtype=np.float64)
+    u[-1] = 1.0
+    edges = np.concatenate([[-1.0], u])
+    test = 0.5 * (edges[:-1] + edges[1:])
+    slopes = np.asarray(np.linalg.inv(legendre(u, s)), dtype=np.float64)
+    core = np.asarray(np.linalg.inv(legendre(edges, s + 1)), dtype=np.float64)
+    matrix = 0.5 * _integrals(u) @ slopes
+    found, modes = np.linalg.eig(matrix.astype(np.complex128))
+    eigenvalues = np.asarray(found, dtype=np.complex128)
+    pairs = eigenvalues.imag > 0.0
+    inverse = np.asarray(np.linalg.inv(modes), dtype=np.complex128)
+    return _Points(
+        0.5 * (u + 1.0), 0.5 * (test + 1.0), slopes, matrix, legendre(test, s), 0.5 * _integrals(test), core,
+        legendre(test, s + 1), eigenvalues[pairs], np.asarray(modes, dtype=np.complex128)[:, pairs], inverse[pairs],
+    )  # fmt: skip
+
+
+def _integrals(u: FloatArray) -> FloatArray:
+    """(F, s) integrals of the Legendre polynomials from -1 to ``u``."""
+    p = legendre(u, STAGES + 1)
+    k = np.arange(1, STAGES)
+    return np.column_stack([u + 1.0, (p[:, 2:] - p[:, :-2]) / (2.0 * k + 1.0)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slopes:
+    """The equation at F instants: ``rates`` gives, from states (F, p) and core values near by (F, n), the core (F, n)
+    and the states' rates (F, p), nan where there is no solution. ``slopes`` gives the derivatives (F, p, p) of the
+    rates by the states.
+    """
+
+    rates: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+    slopes: Callable[[FloatArray, FloatArray], FloatArray]
+
+
+Equation = Callable[[FloatArray], Slopes]
+"""The equation at the given times (F,)."""
+
+
+@dataclass(slots=True, eq=False)
+class _Step:
+    """A step that was solved: the states' and the core's coefficients, and both at its end with the rates there.
+    ``error``: in units of what is allowed.
+    """
+
+    states: FloatArray
+    core: FloatArray
+    z: FloatArray
+    x: FloatArray
+    rate: FloatArray
+    error: float
+
+
+class Flow:
+    """The solution of an equation from ``low`` to ``high``, step by step. ``nodes`` are the path's, ``scale`` (n,) the
+    core's natural sizes.
+    """
+
+    def __init__(self, equation: Equation, nodes: FloatArray, scale: FloatArray, factor: float = 1.0) -> None:
+        self._equation = equation
+        self._nodes = nodes
+        self._scale = scale
+        self._factor = factor
+        self._low, self._high = float(nodes[0]), float(nodes[-1])
+        self._total = self._high - self._low
+        self._points = points()
+
+    def track(self, x: FloatArray, z: FloatArray, until: float) -> FlowTrack:
+        """From core values ``x`` (n,) and states ``z`` (p,) at the first node to ``until``, the last node, or where
+        there is no solution any more.
+        """
+        total, tau = self._total, self._low
+        times = [tau]
+        found: list[_Step] = []
+        switches = [-np.inf] * SWITCHES
+        trouble = Trouble.NONE
+        x, rate = self._at(tau, x, z)
+        largest = np.abs(z)
+        length = FIRST * total
+        left = MOST_STEPS / (1.0 + (len(z) / MANY) ** 2)
+        while tau < self._high and tau < until and np.isfinite(rate).all():
+            charge()
+            left -= 1
+            if left < 0:
+                trouble = Trouble.WORK
+                break
+            place = min(int(np.searchsorted(self._nodes, tau, side="right")) + LONGEST_NODES, len(self._nodes) - 1)
+            longest = min(LONGEST * total, float(self._nodes[place]) - tau, self._high - tau)
+            step = min(self._factor * length, longest)
+            one = self._step(tau, step, x, z, rate, largest)
+            if one is None or one.error > 1.0:
+                if step > SMALLEST * total:
+                    far = 1.0 if one is None else one.error ** (-1.0 / STAGES)
+                    length = max(min(0.9 * far, 0.5) if far < 1.0 else 0.25, 0.1) * step / self._factor
+                    continue
+                switches = [*switches[1:], tau]
+                fast = np.any(np.abs(rate) * AT_ONCE * total > largest)
+                if tau - switches[0] < AT_ONCE * total and not fast:
+                    trouble = Trouble.SWITCHES
+                    break
+                one = self._straight(tau, step, x, z, rate)
+            if not np.isfinite(one.states).all():  # it leads nowhere
+                break
+            tau = self._high if self._high - tau - step < 1e-14 * total else tau + step
+            x, z, rate = one.x, one.z, one.rate
+            times.append(tau)
+            found.append(one)
+            largest = np.maximum(largest, np.abs(z))
+            length = step / self._factor * min(4.0, 0.9 * max(one.error, 1e-12) ** (-1.0 / STAGES))
+        if not found:
+            return FlowTrack(PolynomialTrack.still(tau, x), PolynomialTrack.still(tau, z), trouble=trouble)
+        nodes, end = np.array(times), tau if tau < self._high and tau < until else max(until, self._high)
+        cores, states = np.array([one.core for one in found]), np.array([one.states for one in found])
+        return FlowTrack(PolynomialTrack(nodes, cores, end), PolynomialTrack(nodes, states, end), trouble=trouble)
+
+    def _at(self, tau: float, x: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The core (n,) and the states' rates (p,) at one instant."""
+        core, rates = self._equation(np.array([tau])).rates(z[None], x[None])
+        return core[0], rates[0]
+
+    def _straight(self, tau: float, step: float, x: FloatArray, z: FloatArray, rate: FloatArray) -> _Step:
+        """A step along the slope at its beginning."""
+        later = z + step * rate
+        core, slope = self._at(tau + step, x, later)
+        states, cores = np.zeros((STAGES + 1, len(z))), np.zeros((STAGES + 1, len(x)))
+        states[:2] = 0.5 * (z + later), 0.5 * (later - z)
+        cores[:2] = 0.5 * (x + core), 0.5 * (core - x)
+        return _Step(states, cores, later, core, slope, 0.0)
+
+    def _step(
+        self, tau: float, step: float, x: FloatArray, z: FloatArray, rate: FloatArray, largest: FloatArray
+    ) -> _Step | None:
+        """A step from core values ``x`` and states ``z`` with their ``rate``; None where it was not solved."""
+        p = self._points
+        equation = self._equation(tau + step * p.at)
+        guess = z + step * p.at[:, None] * rate
+        size = np.maximum(np.maximum(largest, step * np.abs(rate)), 1e-300)
+        size = np.maximum(size, SMALL * np.max(size))
+        solved = self._collocated(equation, step, np.repeat(x[None], STAGES, axis=0), guess, z, size)
+        if solved is None:
+            return None
+        core, rates, states = solved
+        slopes = p.slopes @ rates
+        size = np.maximum(size, np.max(np.abs(states), axis=0))
+        cores = p.core @ np.concatenate([x[None], core])
+        expected = p.core_values @ cores
+        test, slope = self._equation(tau + step * p.between).rates(z + step * (p.totals @ slopes), expected)
+        off = float(np.max(np.abs(slope - p.values @ slopes) * step / (TOLERANCE * size)))
+        early = (
+            rate - legendre(-np.ones(1), STAGES)[0] @ slopes
+        )  # a switch just after the beginning is nowhere else seen
+        off = max(off, float(np.max(np.abs(early) * step / (TOLERANCE * size))))
+        bend = float(np.max(np.abs(test - expected) / self._scale, initial=0.0)) / BEND
+        error = max(off, bend)
+        if not np.isfinite(error):
+            return None
+        coefficients = np.zeros((STAGES + 1, len(z)))
+        coefficients[0] = z + 0.5 * step * (slopes[0] - slopes[1] / 3.0)
+        k = np.arange(1, STAGES + 1)[:, None]
+        after = np.concatenate([slopes[2:], np.zeros((2, len(z)))])
+        coefficients[1:] = 0.5 * step * (slopes / (2.0 * k - 1.0) - after / (2.0 * k + 3.0))
+        return _Step(coefficients, cores, states[-1], core[-1], rates[-1], error)
+
+    def _collocated(
+        self, equation: Slopes, step: float, x: FloatArray, states: FloatArray, z: FloatArray, size: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """The core (s, n), the states' rates (s, p) and the states at the points; None where they are not found."""
+        matrix = step * self._points.matrix
+        dense, far = STAGES * len(z) <= DENSE, np.inf
+        inverses = None
+        for sweep in range(NEWTON_STEPS if dense else SIMPLIFIED_STEPS):
+            x, rates = equation.rates(states, x)
+            change = z + matrix @ rates - states
+            if not np.isfinite(change).all():
+                break
+            if dense:
+                change = self._newton(matrix, equation.slopes(states, x), change)
+            else:
+                if inverses is None:
+                    inverses = self._inverses(step, equation.slopes(states, x))
+                change = self._simplified(inverses, change)
+            states = states + change
+            far, before = float(np.max(np.abs(change) / size)), far
+            squared = dense and far < 1e-8 and far < 1e-3 * before  # the next change would be its square
+            if far <= ARRIVED or squared or before < 1e-12:
+                return *equation.rates(states, x), states
+            if not far < 1e6 or (sweep > 8 and far > 0.5 * before):
+                break
+        return None
+
+    def _inverses(self, step: float, slopes: FloatArray) -> NDArray[np.complex128]:
+        """(s/2, p, p) inverses, one for each system into which a step with the mean Jacobian falls apart."""
+        scaled = step * self._points.eigenvalues[:, None, None] * np.mean(slopes, axis=0)
+        try:
+            return np.asarray(np.linalg.inv(np.eye(slopes.shape[-1]) - scaled), dtype=np.complex128)
+        except np.linalg.LinAlgError:
+            return np.full_like(scaled, np.nan)
+
+    def _simplified(self, inverses: NDArray[np.complex128], change: FloatArray) -> FloatArray:
+        """The Newton step (s, p) with one Jacobian."""
+        p = self._points
+        found = inverses @ (p.amplitudes @ change)[:, :, None]
+        return 2.0 * (p.modes @ found[:, :, 0]).real
+
+    @staticmethod
+    def _newton(matrix: FloatArray, slopes: FloatArray, change: FloatArray) -> FloatArray:
+        """The Newton step (s, p) for what the states are off by."""
+        stages, count = change.shape
+        whole = np.eye(stages * count) - np.einsum("ij,jab->iajb", matrix, slopes).reshape(stages * count, -1)
+        try:
+            return np.asarray(np.linalg.solve(whole, change.reshape(-1)), dtype=np.float64).reshape(stages, count)
+        except np.linalg.LinAlgError:
+            return np.full_like(change, np.nan)
 
 
 def flow(
-    block: Ode, probe: Probe, x: FloatArray, z: FloatArray, nodes: FloatArray, until: float
-) -> tuple[NodeTrack, NodeTrack]:
-    """A block with states: integrate z' = integrands(x, z, t) where x solves the block's equations for the given z.
+    equation: Equation, nodes: FloatArray, scale: FloatArray, x: FloatArray, z: FloatArray, until: float
+) -> FlowTrack:
+    """Integrate ``equation`` from core values ``x`` (n,) and states ``z`` (p,) at ``nodes[0]``.
 
-    ``x`` (n,) are the core values and ``z`` (p,) the integrals at ``nodes[0]``. Returns the tracks of x and of z. Steps
-    are chosen by the embedded error estimate and by how well a cubic between the nodes meets the solution (which is
-    what later evaluations use).
+    It is solved a second time with other steps: by what the two differ the error is told.
     """
-    low, high = float(nodes[0]), float(nodes[-1])
-    total = high - low
-    latest = x
-
-    def solved(tau: float, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-        nonlocal latest
-        problem = probe(np.array([tau]))
-        inputs = {n: np.array([value]) for n, value in zip(block.states, states, strict=True)}
-        problem = problem.given(inputs)
-        outcome = newton(problem, latest[None], iterations=12)
-        latest = outcome.x[0]
-        slopes = np.array([first_of(v) for v in block.integrands(problem.values(outcome.x), problem.clocks)])
-        return outcome.x[0], slopes if outcome.converged[0] else np.full(len(slopes), np.nan)
-
-    def rate_of(tau: float, here: FloatArray, states: FloatArray, slope: FloatArray) -> FloatArray:
-        delta = 1e-6 * total
-        later, _ = solved(tau + delta, states + delta * slope)
-        return (later - here) / delta
-
-    tau = low
-    x, slope = solved(tau, z)
-    times, xs, zs, slopes_at, rates = [tau], [x], [z], [slope], [rate_of(tau, x, z, slope)]
-    largest = np.abs(z)
-    length = 0.02 * total
-    while tau < high and tau < until:
-        length = min(length, high - tau)
-        stages = [slope]
-        y = z
-        for c, row in zip(_C[1:], _A[1:], strict=True):
-            y = z + length * sum((a * s for a, s in zip(row, stages, strict=True) if a), np.zeros_like(z))
-            stages.append(solved(tau + c * length, y)[1])
-        largest = np.maximum(largest, np.maximum(np.abs(z), np.abs(y)))  # a state may pass through zero
-        size = np.maximum(largest, 1e-12)
-        error = float(np.max(np.abs(length * sum(e * s for e, s in zip(_E, stages, strict=True))) / size))
-        # the cubic through both ends against the equation itself, where its slope is most wrong
-        cubic = (27 * z + 5 * y) / 32 + length * (9 * slope - 3 * stages[-1]) / 64
-        cubic_slope = 1.125 * (y - z) / length + (3 * slope - 5 * stages[-1]) / 16
-        off = solved(tau + 0.25 * length, cubic)[1] - cubic_slope
-        bend = float(np.max(np.abs(off) * length / size)) / 3.0
-        if not np.isfinite(error + bend) or error > 1e-12 or bend > 1e-10:
-            if length <= SMALLEST_STEP * total:
-                break
-            length *= 0.5
-            continue
-        tau = high if high - tau - length < 1e-12 * total else tau + length
-        z = y
-        x, slope = solved(tau, z)
-        times.append(tau)
-        xs.append(x)
-        zs.append(z)
-        slopes_at.append(slope)
-        rates.append(rate_of(tau, x, z, slope))
-        if error < 1e-13 and bend < 1e-11:
-            length *= 1.5
-    end = max(until, high) if tau >= high else tau
-    return node_track(times, xs, rates, end), node_track(times, zs, slopes_at, end)
+    track = Flow(equation, nodes, scale).track(x, z, until)
+    if track.trouble is Trouble.WORK:
+        return track
+    times = track.states.tau
+    twin = Flow(equation, nodes, scale, TWIN).track(x, z, min(until, track.states.until))
+    one, other = track.states.guess(times), twin.states.guess(times)
+    sizes = np.maximum(np.max(np.abs(one), axis=1, keepdims=True), 1e-300)
+    sizes = np.maximum(sizes, TINY * np.max(sizes))
+    return replace(track, times=times, errors=np.max(np.abs(one - other) / sizes, axis=0))

@@ -14,7 +14,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
-from movimentum.solver.continuation.branching import branch_rate
+from movimentum.solver.continuation.branching import SingularPose, displacement
 from movimentum.solver.continuation.folds import path_end
 from movimentum.solver.continuation.steps import WELL_AWAY, Standing, attempt, initial_bend
 from movimentum.solver.continuation.strides import WINDOW, strides
@@ -24,6 +24,8 @@ HOLE = 1e-6
 """Of the time in which the motion goes one unit of its scale: so near to a crossing rounding hides on which path a
 solution lies."""
 STEPS_BACK = 200
+CLEAR = 1e-6
+"""Smallest singular value, of the largest: so far from a singular pose that steps can be trusted."""
 SHORTEST_REST = 4
 """Nodes to which a path goes by single steps where it was not smooth, before it strides again; twice as many each time.
 """
@@ -50,11 +52,11 @@ def trace(
     total = high - low
     local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), low, high, sizes)
     v, smallest = local.rate(low, x, scale)
+    here = Standing(low, x, v if rate is None or smallest >= WELL_AWAY else rate, np.zeros_like(x))
+    walk = _Walk(local, scale, nodes, here)
     if smallest < WELL_AWAY:
-        v = branch_rate(local, low, x, scale, v) if rate is None else rate
-    walk = _Walk(local, scale, nodes, Standing(low, x, v, np.zeros_like(x)))
-    if smallest < WELL_AWAY:
-        walk.depart()
+        if not walk.depart(carried=rate is not None):
+            return walk.track(low)
     else:
         walk.begin()
     for number, target in enumerate(nodes[1:].tolist()):
@@ -89,15 +91,20 @@ class _Walk:
         if bend is not None:
             self.here = replace(self.here, bend=bend)
 
-    def depart(self) -> None:
-        """Leave a singular pose: to the first point of the path from there that is far enough away for the block to
-        tell its velocity.
+    def depart(self, *, carried: bool) -> bool:
+        """Leave a singular pose: to the first point of a path from there that is far enough away for the block to tell
+        its velocity. ``carried``: with the velocity there, else on the path that turns things least. False where no
+        path leaves it.
         """
-        landing = _departed(self.local, self.here, self.total, self.scale)
+        pose = SingularPose.at(self.local, self.here.tau, self.here.x, self.scale)
+        landing, ends = _departed(self.local, self.here, self.total, self.scale, pose, carried=carried)
         if landing is not None:
             self.length = landing.tau - self.here.tau
+            if pose is not None and not carried:
+                self.rates[0] = (landing.x - self.here.x) / self.length
             self._came_to(landing)
             self.side = self.local.orientation(landing.tau, landing.x, self.scale)
+        return not ends
 
     def stride(self, number: int, until: float) -> None:
         """From the node with this ``number``, pass the nodes ahead that are before ``until`` together, if the path is
@@ -148,20 +155,41 @@ class _Walk:
         return self.local.orientation(there.tau, there.x, self.scale)
 
 
-def _departed(local: Local, here: Standing, total: float, scale: FloatArray) -> Standing | None:
-    """The first point of the path that leaves the singular pose ``here`` with the velocity there, far enough from there
-    for the block to tell its velocity.
+def _departed(
+    local: Local, here: Standing, total: float, scale: FloatArray, pose: SingularPose | None, *, carried: bool
+) -> tuple[Standing | None, bool]:
+    """The first point of a path that leaves the singular pose ``here``, far enough from there for the block to tell its
+    velocity; and whether it is certain that no path does.
     """
-    jump = NEAREST_JUMP * total
+    jump, ends, found = NEAREST_JUMP * total, False, False
     while jump < FARTHEST_JUMP * total:
-        landed, converged = local.corrected(here.tau + jump, here.x + jump * here.v)
-        if converged and np.max(np.abs(landed - here.x) / scale) <= 0.3:
-            v, smallest = local.rate(here.tau + jump, landed, scale)
-            landing = Standing(here.tau + jump, landed, v, np.zeros_like(v))
-            if smallest > 1e-9 and _leads_back(local, landing, here.tau, total, scale):
-                return landing
+        tau = here.tau + jump
+        predicted = here.x + jump * here.v
+        if pose is None:
+            landed, converged = local.corrected(tau, predicted)
+            points = [landed] if converged and np.max(np.abs(landed - here.x) / scale) <= 0.3 else []
+        else:
+            points, certain = pose.later(tau)
+            found |= len(points) > 0
+            ends = certain and not found
+        landings: list[Standing] = []
+        for x in points:
+            v, smallest = local.rate(tau, x, scale)
+            landing = Standing(tau, x, v, np.zeros_like(v))
+            if smallest <= (1e-9 if pose is None else CLEAR):
+                continue
+            if pose.begins(tau, x) if pose is not None else _leads_back(local, landing, here.tau, total, scale):
+                landings.append(landing)
+        if landings and carried:
+            return min(landings, key=lambda landing: float(np.max(np.abs(landing.x - predicted) / scale))), False
+        if landings:
+            ways = [displacement(local, here.tau, here.x, tau, landing.x) for landing in landings]
+            # of two that mirror each other, the same one in every order of the statements
+            least = min(float(way @ way) for way in ways) * (1.0 + 1e-6)
+            nearest = [i for i, way in enumerate(ways) if float(way @ way) <= least]
+            return landings[max(nearest, key=lambda i: float(np.sum(ways[i])))], False
         jump *= 2.0
-    return None
+    return None, ends
 
 
 def _across(

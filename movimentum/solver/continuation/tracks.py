@@ -5,7 +5,8 @@ at once and on the same path.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import StrEnum
 from fractions import Fraction
 from typing import Protocol
 
@@ -18,7 +19,7 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 
 ONE = 1e-13
-"""Of its largest value: a squared distance of two centres below which the circles count as one."""
+"""Of its unit: a squared distance of two centres below which the circles count as one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,11 +38,14 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A stretch [``begin``, ``end``] in which block ``block`` has no solution."""
+    """A stretch [``begin``, ``end``] in which block ``block`` has no solution; at the time ``pole`` in it something
+    is at infinity.
+    """
 
     begin: float
     end: float
     block: int
+    pole: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,8 +62,9 @@ class StillTrack:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Circles:
-    """A dyad's two circles, which may become one: ``square`` is the square of the distance of their centres (compiled),
-    ``largest`` its largest value on the way. ``always``: they are one all the time.
+    """A dyad's two circles, which may become one: ``square`` gives the square of the distance of their centres, and the
+    size of the numbers that this distance is computed from (compiled); ``largest`` is the largest square on the way.
+    ``always``: they are one all the time.
     """
 
     square: Compiled
@@ -67,12 +72,15 @@ class Circles:
     always: bool = False
 
     def apart(self, state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
-        """That square, relative to its largest value; (F,) for ``count`` instants."""
-        return np.broadcast_to(self.square(state, clocks)[0], count) / self.largest
+        """That square, in its unit at each instant: the square of what it is computed from, so that rounding is the
+        same everywhere, but at most the largest square; (F,) for ``count`` instants.
+        """
+        square, size = (np.broadcast_to(value, count) for value in self.square(state, clocks))
+        return square / np.fmin(self.largest, np.maximum(size * size, 1e-300))
 
-    def as_one(self, state: State, clocks: Sequence[FloatArray]) -> BoolArray:
+    def as_one(self, state: State, clocks: Sequence[FloatArray], count: int) -> BoolArray:
         """Where the two circles are so nearly one that their intersections are lost in rounding."""
-        return ~(np.asarray(self.square(state, clocks)[0]) > ONE * self.largest)
+        return ~(self.apart(state, clocks, count) > ONE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,12 +175,67 @@ class TotalTrack:
         return _bytes(self.tau, self.total)
 
 
+def legendre(u: FloatArray, count: int) -> FloatArray:
+    """(F, count) the first Legendre polynomials at ``u`` (F,)."""
+    result = np.ones((len(u), count))
+    if count > 1:
+        result[:, 1] = u
+    for k in range(2, count):
+        result[:, k] = ((2 * k - 1) * u * result[:, k - 1] - (k - 1) * result[:, k - 2]) / k
+    return result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PolynomialTrack:
+    """Values that are polynomials between nodes ``tau`` (K + 1,): (K, d, n) Legendre ``coefficients`` of the intervals;
+    solved up to ``until``.
+    """
+
+    tau: FloatArray
+    coefficients: FloatArray
+    until: float
+
+    @staticmethod
+    def still(tau: float, values: FloatArray) -> PolynomialTrack:
+        """A track of one instant."""
+        return PolynomialTrack(np.array([tau]), values[None, None, :], tau)
+
+    @property
+    def key(self) -> Hashable:
+        """What the track says, to the last bit."""
+        return _bytes(self.tau, self.coefficients), self.until
+
+    def guess(self, tau: FloatArray) -> FloatArray:
+        """(n, F) the values at ``tau`` (held before the first node and after the last)."""
+        if len(self.tau) == 1:
+            return np.repeat(self.coefficients[0].T, len(tau), axis=1)
+        j = np.clip(np.searchsorted(self.tau, tau, side="right") - 1, 0, len(self.tau) - 2)
+        u = np.clip(2.0 * (tau - self.tau[j]) / (self.tau[j + 1] - self.tau[j]) - 1.0, -1.0, 1.0)
+        return np.einsum("fd,fdn->nf", legendre(u, self.coefficients.shape[1]), self.coefficients[j])
+
+
+class Trouble(StrEnum):
+    """Why the integration of a differential equation was given up: its rates switch to and fro without end, or it takes
+    too many steps.
+    """
+
+    NONE = "none"
+    SWITCHES = "switches"
+    WORK = "work"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FlowTrack:
-    """A block with states: the track of its core, and that of the states."""
+    """A block with states: the track of its core, and that of the states. ``errors`` (K,) at ``times`` (K,): the
+    largest error of any state so far, relative to the state's largest value. ``trouble``: why it ends, if not for want
+    of a solution.
+    """
 
-    core: NodeTrack
-    states: NodeTrack
+    core: PolynomialTrack | NodeTrack
+    states: PolynomialTrack | NodeTrack
+    times: FloatArray = field(default_factory=lambda: np.zeros(0))
+    errors: FloatArray = field(default_factory=lambda: np.zeros(0))
+    trouble: Trouble = Trouble.NONE
 
     @property
     def key(self) -> Hashable:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray, first_of
+from movimentum.arrays import FloatArray, first_of, solutions
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
@@ -180,11 +180,13 @@ def _dense_least(
         if free.shape[1]:
             hessian = free.T @ weight @ free
             damped = hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian))
-            y = -np.asarray(np.linalg.solve(damped, free.T @ (gradient + weight @ restore)), dtype=np.float64)
+            y = -solutions(damped, free.T @ (gradient + weight @ restore))
             step = restore + free @ y
         else:
             step = restore
         size = float(np.max(np.abs(step) / scale, initial=0.0))
+        if not np.isfinite(size):
+            return None
         x = x + step * min(1.0, longest / max(size, 1e-300))
         if size < 1e-13:
             break

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from movimentum.arrays import BoolArray
-from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Newton, Ode, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Newton, Ode, Quadratic, Velocity, Winding
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.continuation.grid import Grid
+from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import (
     AngleTrack,
     Choice,
@@ -21,7 +21,7 @@ from movimentum.solver.continuation.tracks import (
     TotalTrack,
     Track,
 )
-from movimentum.solver.kinds import integral, linear, newton, ode, quadratic, winding
+from movimentum.solver.kinds import integral, linear, newton, ode, quadratic, velocity, winding
 from movimentum.solver.kinds.context import Beginning, Found
 
 
@@ -38,7 +38,7 @@ def begin(start: Beginning, block: Block) -> Found:
             return winding.begin(start, block)
         case Integral():
             return integral.begin(start, block)
-        case Assign() | Linear():
+        case Assign() | Linear() | Velocity():
             return Found([Choice()])
 
 
@@ -60,6 +60,8 @@ def take(start: Beginning, block: Block, choice: Choice) -> None:
             linear.evaluate(block, state, start.instants)
             for n in block.core:
                 state[n] = state[n] * np.ones(2)
+        case Velocity():
+            velocity.evaluate(start.plan, block, state, start.instants)
         case Assign():
             pass
     fill_explicit(block, state, k)
@@ -82,7 +84,7 @@ def first_track(path: Path, block: Block, choice: Choice) -> Track:
             return AngleTrack(np.array([path.begin]), np.array(choice.values))
         case Integral():
             return TotalTrack(np.array([path.begin]), np.array(choice.values))
-        case Assign() | Linear():
+        case Assign() | Linear() | Velocity():
             return None
 
 
@@ -90,7 +92,7 @@ def follow(path: Path, grid: Grid, block: Block, choice: Choice, gaps: list[Gap]
     """The track of a block over the whole path; where it has no solution is added to ``gaps``."""
     if not block.moving:
         return StillTrack(choice.values)
-    grid.resolve_phases(block)
+    grid.resolve_phases(block, ended(path, block, gaps))
     match block:
         case Quadratic():
             return quadratic.follow(path, grid, block, choice, gaps)
@@ -102,7 +104,7 @@ def follow(path: Path, grid: Grid, block: Block, choice: Choice, gaps: list[Gap]
             return winding.follow(grid, block, choice)
         case Integral():
             return integral.follow(path, grid, block, choice, gaps)
-        case Assign() | Linear():
+        case Assign() | Linear() | Velocity():
             return None
 
 
@@ -133,6 +135,8 @@ def evaluate(path: Path, block: Block, track: Track, state: State, instants: Ins
         case Ode():
             assert isinstance(track, FlowTrack)
             failed = ode.evaluate(path, block, track, state, instants)
+        case Velocity():
+            velocity.evaluate(path.plan, block, state, instants, path.tracks[block.law])
     fill_explicit(block, state, instants.clocks)
     for n in block.unknowns:
         finite = np.isfinite(state[n])

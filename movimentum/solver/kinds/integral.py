@@ -10,7 +10,7 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.poles import first_pole
-from movimentum.solver.continuation.tracks import Choice, Gap, Path, TotalTrack
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, TotalTrack
 from movimentum.solver.kinds.context import Beginning, Found
 
 
@@ -33,6 +33,8 @@ def evaluate(path: Path, block: Integral, track: TotalTrack, state: State, insta
 
 
 HALVINGS = 20
+AIM, COARSE = 1e-13, 1e-5
+"""What the two halves of an interval may differ by from the whole, relative to the largest; at most, see `follow`."""
 UNSETTLED = 1e6
 """In units of what is aimed at: what an interval at a pole disagrees by is no smaller than a millionth of the whole."""
 
@@ -42,6 +44,9 @@ def follow(path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[G
     behind a pole is a gap.
     """
     low, high, total, wrong = grid.tau[:-1], grid.tau[1:], np.zeros(len(grid.tau)), np.zeros(len(grid.tau) - 1)
+    behind = (path.tracks[number] for number in path.upstream(block.number))
+    # what is integrated itself is smooth to the error of its steps, and no finer
+    aim = max([AIM, *(min(track.tolerance, COARSE) for track in behind if isinstance(track, NodeTrack))])
     for left in reversed(range(HALVINGS)):
         low, high = grid.tau[:-1], grid.tau[1:]
         with np.errstate(all="ignore"):
@@ -49,7 +54,7 @@ def follow(path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[G
             middle = 0.5 * (low + high)
             halves = gauss_integral(path, block, low, middle) + gauss_integral(path, block, middle, high)
         size = float(np.max(np.abs(halves), initial=0.0)) or 1.0
-        wrong = np.abs(whole - halves) / (1e-13 * size)
+        wrong = np.abs(whole - halves) / (aim * size)
         total = float(choice.values[0]) + np.concatenate([[0.0], np.cumsum(np.nan_to_num(halves))])
         change = np.where(np.isfinite(wrong) & (wrong > 1.0), 2.0, 0.0)
         if not left or not grid.refine(change, 1.0):

@@ -21,10 +21,10 @@ from movimentum.solver.block.newton import freedom_of, newton, unrolled
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of, track_scale
 from movimentum.solver.block.turns import unwound
-from movimentum.solver.continuation.free_motion import drift
+from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE, drift, least_motion
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.trace import trace
-from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, PolynomialTrack
 from movimentum.solver.free.velocity import field_of
 from movimentum.solver.kinds.context import Beginning, Found
 from movimentum.solver.solutions.newton_starts import Starts, newton_starts
@@ -103,7 +103,8 @@ def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap
 
     def followed() -> NodeTrack:
         if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
-            found = drift(plan, block, probe, x, scale, grid.tau, until)
+            moving = least_motion(plan, block, probe, grid.tau)
+            found = drift(moving, x, scale, grid.tau, until, TOLERANCE if block.sparse is None else LARGE_TOLERANCE)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)
             found = trace(block, probe, x, scale, grid.tau, until, rates, sizes)
@@ -161,7 +162,12 @@ def evaluate(path: Path, block: Newton, track: NodeTrack, state: State, instants
 
 
 def solve_from(
-    path: Path, block: Newton, track: NodeTrack, state: State, instants: Instants, step: Compiled | None
+    path: Path,
+    block: Newton,
+    track: NodeTrack | PolynomialTrack,
+    state: State,
+    instants: Instants,
+    step: Compiled | None,
 ) -> BoolArray:
     """`evaluate`, by Newton steps that ``step`` computes, as far as they serve."""
     x = track.guess(instants.tau)

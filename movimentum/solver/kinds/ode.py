@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
-from movimentum.arrays import BoolArray
-from movimentum.planning.blocks.kinds import Ode
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.expressions import Expr, symbols
+from movimentum.planning.blocks.kinds import Free, Ode
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.block.linearization import Tangent
+from movimentum.solver.block.local import Probe
+from movimentum.solver.block.newton import freedom_of
+from movimentum.solver.block.newton import newton as newton_steps
+from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.block.scaling import RANK_TOLERANCE
+from movimentum.solver.block.sizes import scale_of, track_scale
+from movimentum.solver.continuation.free_motion import drift, least_motion
 from movimentum.solver.continuation.grid import Grid, ended
-from movimentum.solver.continuation.ode import flow
-from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, Path
+from movimentum.solver.continuation.ode import Equation, Slopes, flow
+from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, Path, PolynomialTrack
+from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.kinds import newton
 from movimentum.solver.kinds.context import Beginning, Found
+from movimentum.solver.solutions.newton_starts import Starts
 
 
 def begin(start: Beginning, block: Ode) -> Found:
@@ -24,7 +38,11 @@ def begin(start: Beginning, block: Ode) -> Found:
     if block.free:
         starts = start.free_start(block, scale)
     else:
-        starts = newton.rigid_starts(start, block, block.algebraic, scale)
+        starts = (
+            newton.rigid_starts(start, block, block.algebraic, scale)
+            if block.core
+            else Starts([np.zeros(0)], complete=True)
+        )
     found = newton.found_from(start, block, starts)
     states = tuple(start.totals.get(n, 0.0) for n in block.states)
     found.choices = [Choice(values=(*choice.values, *states)) for choice in found.choices]
@@ -47,18 +65,155 @@ def take(start: Beginning, block: Ode, choice: Choice) -> None:
 def first_track(path: Path, block: Ode, choice: Choice) -> FlowTrack:
     """The track where a path is one instant long."""
     values, count = np.array(choice.values), len(block.core)
-    return FlowTrack(newton.single_node(path, values[:count]), newton.single_node(path, values[count:]))
+    return FlowTrack(
+        PolynomialTrack.still(path.begin, values[:count]), PolynomialTrack.still(path.begin, values[count:])
+    )
 
 
 def follow(path: Path, grid: Grid, block: Ode, choice: Choice, gaps: list[Gap]) -> FlowTrack:
     """The tracks of the core and of the states; where there is no solution is added to ``gaps``."""
     x, count = np.array(choice.values), len(block.core)
     until = ended(path, block, gaps)
+    scale = track_scale(path.plan, block)
     with np.errstate(all="ignore"):
-        tracks = flow(block, newton.probe_of(path, block.algebraic), x[:count], x[count:], grid.tau, until)
-    if tracks[0].until < path.end and tracks[0].until < until:
-        gaps.append(Gap(tracks[0].until, path.end, block.number))
-    return FlowTrack(*tracks)
+        rows = block.algebraic
+        if isinstance(rows, Free) and freedom_of(_Problems(path, block).at(path.begin, x[count:]), x[:count]) > 0:
+            track = _drifting(path, block, grid.tau, x, until)
+        else:
+            track = flow(_equation(_Problems(path, block)), grid.tau, scale, x[:count], x[count:], until)
+    if track.core.until < path.end and track.core.until < until:
+        gaps.append(Gap(track.core.until, path.end, block.number))
+    return track
+
+
+class _Problems:
+    """The equations of a block along a path, given its states."""
+
+    def __init__(self, path: Path, block: Ode) -> None:
+        self.path, self.block = path, block
+        self.scale = track_scale(path.plan, block)
+        self._reads = (block.inputs | block.algebraic.inputs) - set(block.states)
+
+    def outer(self, tau: FloatArray) -> BlockProblem:
+        """At the times ``tau`` (F,), but for the states."""
+        instants = self.path.instants(tau)
+        before = self.path.before(self.block.number, instants)
+        inputs = {n: value for n in self._reads if (value := before[n]) is not None}
+        return BlockProblem(self.block.algebraic, inputs, instants.clocks, self.scale)
+
+    def given(self, outer: BlockProblem, z: FloatArray) -> BlockProblem:
+        """With the states ``z`` (F, p)."""
+        return outer.given(dict(zip(self.block.states, z.T, strict=True)))
+
+    def at(self, tau: float, z: FloatArray) -> BlockProblem:
+        """At one time, with the states ``z`` (p,)."""
+        return self.given(self.outer(np.array([tau])), z[None])
+
+    def rates(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
+        """(F, p) the rates of the states, at core values ``x`` (F, n)."""
+        found = self.block.integrands(problem.values(x), problem.clocks)
+        rates = np.empty((len(x), len(found)))
+        for j, value in enumerate(found):
+            rates[:, j] = value
+        return rates
+
+
+def _equation(problems: _Problems) -> Equation:
+    """The differential equation of a block along its path."""
+    block = problems.block
+    jacobian: list[_Jacobian] = []
+
+    def at(tau: FloatArray) -> Slopes:
+        outer = problems.outer(tau)
+
+        def rates(z: FloatArray, near: FloatArray) -> tuple[FloatArray, FloatArray]:
+            problem, x = problems.given(outer, z), near
+            if block.core:
+                outcome = newton_steps(problem, near, iterations=12)
+                x = np.where(outcome.converged[:, None], outcome.x, np.nan)
+            return x, problems.rates(problem, x)
+
+        def slopes(z: FloatArray, x: FloatArray) -> FloatArray:
+            if not jacobian:
+                jacobian.append(_Jacobian(problems.path, block))
+            return jacobian[0](problems.given(outer, z), x)
+
+        return Slopes(rates, slopes)
+
+    return at
+
+
+@dataclass(slots=True, eq=False)
+class _Drifting:
+    """A block with freedom left: its core moves as little as it can while the states run. Both are integrated."""
+
+    problems: _Problems
+    nodes: FloatArray
+
+    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> FloatArray:
+        """See `Integrable`; the states are last."""
+        count = len(self.problems.block.core)
+        core, z = x[:count], x[count:]
+        rates = self.problems.rates(self.problems.at(tau, z), core[None])[0]
+
+        def probe(times: FloatArray) -> BlockProblem:
+            return self.problems.given(self.problems.outer(times), z + (times - tau)[:, None] * rates)
+
+        return np.concatenate([self._free(probe).velocity(tau, core, tangent), rates])
+
+    def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
+        """See `Integrable`."""
+        count = len(self.problems.block.core)
+        free = self._free(lambda times: self.problems.given(self.problems.outer(times), x[None, count:]))
+        core, good, tangent = free.restored(tau, x[:count], tangent)
+        return np.concatenate([core, x[count:]]), good, tangent
+
+    def _free(self, probe: Probe) -> FreeVelocity:
+        rows = self.problems.block.algebraic
+        assert isinstance(rows, Free)
+        return least_motion(self.problems.path.plan, rows, probe, self.nodes)
+
+
+def _drifting(path: Path, block: Ode, nodes: FloatArray, x: FloatArray, until: float) -> FlowTrack:
+    """The tracks of a block with freedom left, from the core and the states ``x``."""
+    count = len(block.core)
+    scale = scale_of(path.plan, (*block.core, *block.states))
+    found = drift(_Drifting(_Problems(path, block), nodes), x, scale, nodes, until)
+    core, states = (
+        replace(found, values=found.values[:, part], rates=found.rates[:, part])
+        for part in (slice(count), slice(count, None))
+    )
+    return FlowTrack(core, states)
+
+
+class _Jacobian:
+    """The derivatives of a block's integrands by its states, also by way of the core. They are compiled when they are
+    first asked for.
+    """
+
+    def __init__(self, path: Path, block: Ode) -> None:
+        self._states, self._core = len(block.states), len(block.core)
+        self._entries: list[tuple[int, int]] = []
+        outputs: list[Expr] = []
+        for i, root in enumerate((*block.derivatives, *block.algebraic.residuals)):
+            present = symbols(root)
+            for j, n in enumerate((*block.states, *block.core)):
+                if n in present:
+                    self._entries.append((i, j))
+                    outputs.append(with_respect_to(root, n))
+        self._rows = self._states + len(block.algebraic.residuals)
+        self._code = compiled(outputs, Clocks(path.plan.clocks))
+
+    def __call__(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
+        """(F, p, p) at core values ``x`` (F, n)."""
+        p = self._states
+        whole = np.zeros((len(x), self._rows, p + self._core))
+        for (i, j), value in zip(self._entries, self._code(problem.values(x), problem.clocks), strict=True):
+            whole[:, i, j] = value
+        if not self._core:
+            return whole
+        moved = -np.linalg.pinv(whole[:, p:, p:] * problem.scale, rcond=RANK_TOLERANCE) @ whole[:, p:, :p]
+        return whole[:, :p, :p] + whole[:, :p, p:] @ (moved * problem.scale[:, None])
 
 
 def evaluate(path: Path, block: Ode, track: FlowTrack, state: State, instants: Instants) -> BoolArray:

@@ -7,13 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.expressions import Expr, add, const
 from movimentum.planning.blocks.kinds import Quadratic
+from movimentum.planning.blocks.reduction import size_in_rounding
+from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE, find_events
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.coincidences import with_coincidences
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack
@@ -24,9 +28,9 @@ ALWAYS_ONE, SPIKES = 1e-20, 1e-14
 half of the time not more than the first, and never than the second, where digits are lost at single instants.
 """
 UNSURE = 1e-8
-"""Of its largest value: a squared distance of two centres below which discriminants are not to be trusted."""
+"""Of its unit: a squared distance of two centres below which discriminants are not to be trusted."""
 NEARLY_ONE = 0.1
-"""Of its largest value: a squared distance of two centres that is never less does not come to zero between nodes."""
+"""Of its unit: a squared distance of two centres that is never less does not come to zero between nodes."""
 
 
 def begin(start: Beginning, block: Quadratic) -> Found:
@@ -60,7 +64,8 @@ def evaluate(block: Quadratic, track: SignTrack, state: State, instants: Instant
 
 def follow(path: Path, grid: Grid, block: Quadratic, choice: Choice, gaps: list[Gap]) -> SignTrack:
     """The track of a quadratic block, with its change points; where it has no solution is added to ``gaps``."""
-    circles = _circles(path, grid, block)
+    with np.errstate(all="ignore"):
+        circles = _circles(path, grid, block)
     grid.circles.pop(block.number, None)
     near: list[Circles] = []
     if grid.circles:  # which is rare, and in a chain of n dyads n^2 / 2 depend on one another
@@ -108,11 +113,20 @@ def _unit(plan: Plan) -> float:
 
 def _circles(path: Path, grid: Grid, block: Quadratic) -> Circles | None:
     """A dyad's two circles, where they may become one on the way."""
-    if block.normal is None or isinstance(block.normal.value, float):
+    if block.normal is None or block.apart is None:
         return None
-    square = code_of([block.normal], path.plan.clocks)
-    values = np.broadcast_to(square(grid.state, grid.instants.clocks)[0], len(grid.tau))
-    largest, typical, unit = float(np.nanmax(values)), float(np.nanmedian(values)), _unit(path.plan)
+    plan, state, clocks, count = path.plan, grid.state, grid.instants.clocks, len(grid.tau)
+    values = np.broadcast_to(code_of([block.apart], plan.clocks)(state, clocks)[0], count)
+    largest, typical, unit = float(np.nanmax(values)), float(np.nanmedian(values)), _unit(plan)
     always = not largest > ALWAYS_ONE * unit or not (typical > ALWAYS_ONE * unit or largest > SPIKES * unit)
-    near = always or np.nanmin(values) < NEARLY_ONE * largest
-    return Circles(square, max(largest, 1e-300), always) if near else None
+    if not always and np.nanmin(values) >= NEARLY_ONE * largest:
+        return None
+
+    def least(node: Expr) -> Expr:
+        (scale,) = scale_of(plan, (unknown_number(node.payload),))
+        return const(float(scale))
+
+    size = add(*(size_in_rounding(part, least) for part in block.normal))
+    circles = Circles(code_of([block.apart, size], plan.clocks), max(largest, 1e-300), always)
+    near = always or not np.nanmin(circles.apart(state, clocks, count)) >= NEARLY_ONE
+    return circles if near else None

@@ -6,10 +6,12 @@ from fractions import Fraction
 
 import numpy as np
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Assign, Block, Linear
 from movimentum.planning.plan import Plan
 from movimentum.solver.continuation.coincidences import LARGEST_TURN
 from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.runaways import runaways, vanishing
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
 from movimentum.solver.kinds import dispatch
 from movimentum.solver.kinds.linear import undefined
@@ -29,18 +31,22 @@ def follow(
         return instant(plan, segment_start, begin, choices), gaps
     grid = Grid(piece)
     for block, choice in zip(plan.blocks, choices, strict=True):
+        places = vanishing(piece, grid, block)
         track = dispatch.follow(piece, grid, block, choice, gaps)
         piece.tracks.append(track)
-        _set_state(piece, grid, block)
+        failed = _set_state(piece, grid, block)
+        gaps += runaways(piece, block, places)
         if block.moving and isinstance(block, Assign | Linear):
             gaps += undefined(piece, grid, block)
-        until = ended(piece, block, gaps)  # beyond, what it depends on has no solution
-        while block.moving and grid.refine(grid.turning(plan, block, until), LARGEST_TURN):
+        until = ended(piece, block, gaps)  # beyond, what it depends on has no solution,
+        if isinstance(track, NodeTrack):  # or it itself
+            until = min(until, track.until)
+        while block.moving and grid.refine(_turning(grid, block, until, failed), LARGEST_TURN):
             if not isinstance(track, NodeTrack | FlowTrack | StillTrack):
                 piece.tracks.pop()
                 track = dispatch.follow(piece, grid, block, choice, gaps)
                 piece.tracks.append(track)
-                _set_state(piece, grid, block)
+                failed = _set_state(piece, grid, block)
     piece.nodes = grid.tau
     return piece, sorted(gaps, key=lambda gap: gap.begin)
 
@@ -54,6 +60,15 @@ def instant(plan: Plan, segment_start: Fraction, begin: float, choices: list[Cho
     return piece
 
 
-def _set_state(piece: Piece, grid: Grid, block: Block) -> None:
+def _set_state(piece: Piece, grid: Grid, block: Block) -> BoolArray | None:
+    """Evaluate a block at the grid's nodes; the mask of those without a solution, or None."""
     with np.errstate(all="ignore"):
-        dispatch.evaluate(piece, block, piece.tracks[block.number], grid.state, grid.instants)
+        return dispatch.evaluate(piece, block, piece.tracks[block.number], grid.state, grid.instants)
+
+
+def _turning(grid: Grid, block: Block, until: float, failed: BoolArray | None) -> FloatArray:
+    """How far the block turns between two nodes; where it has no solution at both, nothing is to be looked at."""
+    change = grid.turning(grid.path.plan, block, until)
+    if failed is None or len(change) != len(failed) - 1:
+        return change
+    return np.where(failed[:-1] & failed[1:], 0.0, change)

@@ -75,7 +75,7 @@ def _as_one(piece: Piece, state: State, instants: Instants) -> BoolArray:
     for track in piece.tracks:
         if isinstance(track, SignTrack) and track.circles is not None:
             with np.errstate(all="ignore"):
-                lost |= track.circles.as_one(state, instants.clocks)
+                lost |= track.circles.as_one(state, instants.clocks, len(instants))
     return lost
 
 

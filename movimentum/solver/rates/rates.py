@@ -24,19 +24,20 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, symbols
-from movimentum.planning.blocks.kinds import Block, Free
+from movimentum.planning.blocks.kinds import Free
+from movimentum.planning.blocks.velocities import HIGHEST
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.arithmetic.evaluation import ordered
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient, plus, times
 from movimentum.solver.basis.instants import Instants, at_times
 from movimentum.solver.basis.pose_state import Snapshot
-from movimentum.solver.continuation.tracks import NodeTrack, StillTrack
+from movimentum.solver.block.rates import SINGULAR, Moment
+from movimentum.solver.continuation.tracks import NodeTrack
+from movimentum.solver.free.rates import depths, extend, undefined
 from movimentum.solver.motion import BATCH, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, evaluated
-from movimentum.solver.rates.block import SINGULAR, BlockRows, Moment, differentiated, rows_of
-from movimentum.solver.rates.free import FreeBlock
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 NEARLY_SINGULAR = 1e-3
@@ -114,13 +115,16 @@ class _Course:
     ahead: bool
     needed: tuple[int, ...] = field(init=False)
     nodes: list[Expr] = field(init=False)
-    rows: dict[int, BlockRows] = field(default_factory=dict[int, BlockRows])
     depth: int = field(init=False)
+    depths: dict[int, int] = field(init=False)
 
     def __post_init__(self) -> None:
         self.nodes = ordered(self.expressions)
-        self.needed = self._blocks_behind(n for p in symbols(*self.expressions) for n in self._numbers(p))
+        plan = self.piece.plan
+        asked = [n for p in symbols(*self.expressions) for n in self._numbers(p)]
+        self.needed = plan.behind(asked)
         self.depth = self.order + sum(node.op == "derivative" for node in self.nodes)
+        self.depths = depths(plan, self.needed, {plan.owner[n]: self.depth for n in asked if n in plan.owner})
 
     # --- what is needed
 
@@ -131,19 +135,6 @@ class _Course:
         if isinstance(payload, AnchorCoordinate):
             wanted = (kind(payload.thing) for kind in (PoseX, PoseY, PoseCos, PoseSin, ThingAngle))
         return [number_of[item] for item in wanted if item in number_of]
-
-    def _blocks_behind(self, unknowns: Iterable[int]) -> tuple[int, ...]:
-        plan = self.piece.plan
-        seen: set[int] = set()
-        stack = [plan.owner[n] for n in unknowns if n in plan.owner]
-        while stack:
-            number = stack.pop()
-            if number not in seen:
-                seen.add(number)
-                block = plan.blocks[number]
-                stated = {n for e in block.equations for n in plan.system.equations[e].unknowns}
-                stack.extend(plan.owner[n] for n in stated | block.inputs if n in plan.owner)
-        return tuple(sorted(seen))
 
     # --- rates at instants
 
@@ -206,22 +197,19 @@ class _Course:
         count = len(instants)
         state, bad = evaluated(self.piece, instants)
         values: list[Series | None] = [None if value is None else (value,) for value in state]
-        moment = Moment(self.piece.plan, instants, values, self.depth, self.ahead)
+        moment = Moment(self.piece.plan, instants, values, self.ahead)
         condition = np.where(bad, np.nan, 1.0)
         for number in self.needed:
-            block, track = self.piece.plan.blocks[number], self.piece.tracks[number]
-            if isinstance(track, StillTrack):
+            block, track, depth = self.piece.plan.blocks[number], self.piece.tracks[number], self.depths[number]
+            if isinstance(block, Free) and block.moving and depth > (1 if block.wishes is not None else HIGHEST):
+                things = (self.piece.plan.system.unknowns[n].thing for n in block.unknowns)
+                raise UndefinedRate(next((t for t in things if t is not None), None))
+            if isinstance(track, NodeTrack) and math.isinf(track.tolerance):  # accuracy was given up on the way
+                undefined(block, moment, depth)
                 continue
-            if isinstance(block, Free):
-                self._move_freely(block, track, moment)
-                continue
-            if block.free:  # a differential equation with freedom left, which no velocity field says how to follow
-                _without_rates(block, moment)
-                continue
-            rows = self.rows.get(number)
-            if rows is None:
-                rows = self.rows[number] = rows_of(self.piece.plan, block)
-            condition = np.minimum(condition, differentiated(rows, moment))
+            found = extend(block, moment, depth)
+            if found is not None:
+                condition = np.minimum(condition, found)
         taylor = Taylor(self.depth, ahead=self.ahead)
         found = taylor.values(self.nodes, self.expressions, lambda node: self._leaf(node, moment, taylor))
         size = math.factorial(self.order)
@@ -275,25 +263,3 @@ class _Course:
         dx, dy = x - rx, y - ry
         turned = plus(times(dx, c), times(-dy, s)) if axis == 0 else plus(times(dx, s), times(dy, c))
         return plus(place, turned)
-
-    # --- blocks with freedom left
-
-    def _move_freely(self, block: Free, track: object, moment: Moment) -> None:
-        """The least velocity of a free block, as its path was integrated with, and its derivative."""
-        if (moment.depth > 1 and block.wishes is not None) or moment.depth > 2:
-            things = (self.piece.plan.system.unknowns[n].thing for n in block.unknowns)
-            raise UndefinedRate(next((t for t in things if t is not None), None))
-        if not isinstance(track, NodeTrack) or math.isinf(track.tolerance):  # accuracy was given up on the way
-            _without_rates(block, moment)
-            return
-        free = FreeBlock(block, self.piece, moment)
-        free.first()
-        if moment.depth > 1:
-            free.second()
-
-
-def _without_rates(block: Block, moment: Moment) -> None:
-    """Nothing can be said about how the unknowns of ``block`` change."""
-    for n in block.unknowns:
-        rates = [np.full(len(moment.instants), np.nan)] * moment.depth
-        moment.values[n] = (coefficient(moment.values[n] or (), 0), *rates)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Free, Newton
+from movimentum.arrays import FloatArray, first_of, least_squares
+from movimentum.planning.blocks.kinds import Assign, Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.memory import answered
@@ -85,7 +85,7 @@ def _completed(plan: Plan, problem: BlockProblem, carry: Carry, x: FloatArray) -
     off = np.array([value for _, value in known]) - now
     if not (np.isfinite(slopes).all() and np.isfinite(off).all()):
         return x
-    return x + np.asarray(np.linalg.lstsq(slopes, off, rcond=None)[0], dtype=np.float64) @ unit
+    return x + np.nan_to_num(least_squares(slopes, off)) @ unit
 
 
 def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSolutions | None = None) -> Starts:
@@ -259,11 +259,12 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
 
     nearest = _on_its_side(least_from, origin, sides)
     if nearest is not None and freedom_of(one, nearest) > 0:
-        if not len(wished) or unmet(nearest) == 0.0:
+        if sides(nearest) and (not len(wished) or unmet(nearest) == 0.0):
             return Starts([nearest], True)
-        # the wish is not met from there: perhaps it can be from elsewhere (a stretched chain cannot tell how to fold)
+        # it is on the wrong side, or the wish is not met from there: perhaps that is better from elsewhere (a stretched
+        # chain cannot tell how to fold)
         begins = sorted(newton_starts(plan, problem, carry).solutions, key=cost)[:BEGINS]
-        found = [nearest, *(x for begin in begins if (x := least_from(begin)) is not None)]
+        found = [nearest, *(x for begin in begins if (x := _on_its_side(least_from, begin, sides)) is not None)]
         return Starts([min(found, key=cost)], True)
     starts = newton_starts(plan, problem, carry)
     if nearest is not None and not _error(one, nearest) <= NEARLY_MET:
@@ -271,7 +272,8 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
     if nearest is not None:
         others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME]
         return Starts([nearest, *others], starts.complete)
-    found = [x for begin in sorted(starts.solutions, key=cost)[:BEGINS] if (x := least_from(begin)) is not None]
+    begins = sorted(starts.solutions, key=cost)[:BEGINS]
+    found = [x for begin in begins if (x := _on_its_side(least_from, begin, sides)) is not None]
     return Starts([min(found, key=cost)] if found else [], True)
 
 
@@ -308,13 +310,18 @@ def _on_its_side(
 
 
 def _sides(plan: Plan, one: BlockProblem) -> Sides:
-    known = {*one.block.unknowns, *one.inputs}
+    asked = {n for selector in plan.system.selectors for n in symbol_numbers(selector.value)}
+    given: dict[int, FloatArray] = {}  # by time alone: written into the block's equations, and no input of it
+    for block in plan.blocks if asked else ():
+        if isinstance(block, Assign) and block.explicit and not block.inputs and not asked.isdisjoint(block.unknowns):
+            given |= zip(block.targets, map(np.asarray, block.explicit({}, one.clocks)), strict=True)
+    known = {*one.block.unknowns, *one.inputs, *given}
     stated = zip(plan.system.selectors, plan.selectors, strict=True)
     own = [function for selector, function in stated if symbol_numbers(selector.value) <= known]
     least = -SELECTOR_TOLERANCE * plan.size
 
     def satisfied(x: FloatArray) -> bool:
-        there = one.completed(x[None])
+        there = {**given, **one.completed(x[None])}
         return all(first_of(value(there, one.clocks)[0]) >= least for value in own)
 
     return satisfied

@@ -15,7 +15,7 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, least_squares
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
@@ -288,7 +288,7 @@ def _unmet_linear(demands: Demands, chosen: Sequence[int]) -> list[int] | None:
     if not len(linear) or not unmet(every):
         return None
     # the certificate: multipliers that add the rows up to 0 = something else
-    left = demands.right[linear] - rows @ np.linalg.lstsq(rows, demands.right[linear], rcond=None)[0]
+    left = demands.right[linear] - rows @ least_squares(rows, demands.right[linear])
     kept = np.nonzero(np.abs(left) > 1e-7 * np.max(np.abs(left)))[0]
     if not unmet(kept):
         kept = every

@@ -270,7 +270,9 @@ def _unwound(matrix: FloatArray, right: FloatArray, turning: BoolArray) -> Float
                 row = row - row[pivot] * other
         row[np.abs(row) < 1e-12] = 0.0
         if not row.any():
-            coefficients: FloatArray = np.abs(matrix[i][matrix[i] != 0.0])
+            coefficients: FloatArray = np.abs(matrix[i][np.abs(matrix[i]) >= 1e-12])
+            if len(coefficients) == 0:  # it says nothing, whatever is turned
+                continue
             whole = np.all(np.abs(coefficients - np.round(coefficients)) < 1e-12)
             turn = TURN * (float(np.gcd.reduce(np.round(coefficients).astype(np.int64))) if whole else 1.0)
             bound[i] -= turn * round(value / turn)

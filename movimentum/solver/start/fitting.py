@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, least_squares, solutions
 from movimentum.solver.start.demands import Demands, Effort
 
 IntArray = NDArray[np.intp]
@@ -103,7 +103,7 @@ class Fitting:
         self.demands.effort.spend(10.0 * wide.size * wide.shape[1])
         if not wide.shape[1]:
             return np.zeros((len(u), 0))
-        return np.asarray(np.linalg.lstsq(wide, off.T, rcond=None)[0].T, dtype=np.float64)
+        return np.nan_to_num(least_squares(wide, np.nan_to_num(off.T)).T)
 
     def fit(self, starts: FloatArray, weights: FloatArray | None = None, iterations: int = ITERATIONS) -> StartFit:
         """Fit from ``starts`` (F, n); ``weights`` (q,) of the rows that are not linear."""
@@ -137,7 +137,7 @@ class Fitting:
         linear = np.zeros(len(self.linear))
         if len(linear):
             across = self.matrix[:, self.columns].T
-            linear = np.asarray(np.linalg.lstsq(across, -pull, rcond=None)[0], dtype=np.float64)
+            linear = np.nan_to_num(least_squares(across, -pull))
         largest = max(float(np.max(np.abs(other), initial=0.0)), 1e-300)
         found = np.zeros(len(self.demands.rows))
         found[self.linear], found[self.fitted] = np.abs(linear) / largest, np.abs(other) / largest
@@ -162,13 +162,13 @@ def _descended(at: Slopes, z: FloatArray, iterations: int, effort: Effort) -> Fl
         some = rows[going]
         normal = some.transpose(0, 2, 1) @ some
         gradient = (some.transpose(0, 2, 1) @ right[going][..., None])[..., 0]
-        step = -np.linalg.solve(normal + damping[going, None, None] * eye, gradient[..., None])[..., 0]
+        step = -solutions(normal + damping[going, None, None] * eye, gradient)
         trial = z[going] + step
         new_right, new_rows = at(trial)
         new_cost = np.sum(new_right**2, axis=1)
         promised = np.sum(step * (damping[going, None] * step - gradient), axis=1)
         gain = (cost[going] - new_cost) / np.maximum(promised, 1e-300)
-        better = new_cost < cost[going]
+        better = (new_cost < cost[going]) & np.isfinite(step).all(axis=1)
         moved: IntArray = going[better]
         size = np.max(np.abs(step), axis=1, initial=0.0)
         fall = (cost[going] - new_cost) / np.maximum(cost[going], 1e-300)

@@ -20,13 +20,14 @@ from movimentum.planning.blocks.kinds import (
     Winding,
     simultaneous,
 )
-from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin
+from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.kinds import dispatch
 from movimentum.solver.kinds.newton import choice_of
@@ -36,6 +37,8 @@ from movimentum.solver.start.costs import Measures, pair
 from movimentum.solver.start.rejections import Rejection
 
 NO_COST = (0.0, 0.0, 0.0, 0.0)
+NEARER = 100.0
+"""Of what is at infinity when a path would begin: so many times nearer it is a little later."""
 CLOSED = 1e-5
 """In units of the unknowns' scale: a solution nearer than that to the pose to begin from is that pose."""
 
@@ -145,7 +148,7 @@ class BlockOptions:
         for choice in found.choices:
             option = self._option(block, choice)
             if option is None:
-                rejections.append(Rejection(-math.inf, block=block.number))
+                rejections.append(Rejection(-math.inf, block=block.number, pole=self._at_pole(block)))
             else:
                 options.append(option)
         options.sort(key=lambda option: option.cost)
@@ -180,7 +183,7 @@ class BlockOptions:
         self.take(block, choice)
         state = self.state
         both = [pair(state[n]) for n in block.unknowns]
-        if not all(math.isfinite(now) and math.isfinite(later) for now, later in both):
+        if not all(math.isfinite(now) and math.isfinite(later) for now, later in both) or self._at_pole(block):
             return None
         rates = None
         if block.moving and isinstance(block, Newton | Ode):
@@ -190,6 +193,22 @@ class BlockOptions:
         self._taken = block, kept
         cost = (self.measures.break_of(block, state), *self.measures.distances(block.unknowns, state))
         return BlockSolution(kept, cost)
+
+    def _at_pole(self, block: Block) -> bool:
+        """Whether what an assigned or linear block computes comes from infinity at this moment."""
+        if not isinstance(block, Assign | Linear) or not block.moving:
+            return False
+        return any(self._from_infinity(n) for n in block.unknowns)
+
+    def _from_infinity(self, unknown: int) -> bool:
+        now, later = map(abs, pair(self.state[unknown]))
+        if not math.isfinite(later) or now == math.inf:
+            return math.isfinite(later)
+        is_place = isinstance(self.plan.system.unknowns[unknown].payload, PoseX | PoseY)
+        size = self.plan.size
+        if math.isnan(now):  # several equations, whose matrix is singular
+            return is_place and later > NEARER * size
+        return is_place and now > FAR * size and now > NEARER * later
 
     def as_begun(self, block: Block, rejections: list[Rejection]) -> BlockSolution | None:
         """The solution that is the pose to begin from, where the block's things are new and that pose solves it.

@@ -8,13 +8,15 @@ from dataclasses import dataclass
 @dataclass(frozen=True, slots=True)
 class Rejection:
     """Why a candidate was turned down: ``selector`` (number in `System.selectors`) or ``check`` (equation number) with
-    the amount by which it failed, or the block that has no real solution.
+    the amount by which it failed, or the block that has no real solution (at a ``pole`` what it computes is at
+    infinity).
     """
 
     amount: float
     selector: int | None = None
     check: int | None = None
     block: int | None = None
+    pole: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

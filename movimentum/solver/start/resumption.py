@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Newton, Ode, Quadratic, Winding
 from movimentum.planning.plan import Plan
-from movimentum.solver.basis.effort import GivenUp, limited
+from movimentum.solver.basis.effort import GivenUp, is_limited, limited
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import ROUNDING
@@ -20,14 +21,16 @@ from movimentum.solver.block.local import Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
-from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, track_scale
+from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, scale_of, track_scale
 from movimentum.solver.continuation.folds import CLOSED, fold_near
-from movimentum.solver.continuation.tracks import Choice, FlowTrack, NodeTrack, SignTrack, StillTrack
+from movimentum.solver.continuation.runaways import FAR
+from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, SignTrack, StillTrack
 from movimentum.solver.kinds.dispatch import evaluate
 from movimentum.solver.kinds.newton import probe_of
 from movimentum.solver.path.follow import instant
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection
+from movimentum.solver.start.leading import led
 
 BEFORE, AFTER = 1e-6, 1e-9
 """Of the stretch: how long before its end a path's pose tells which branch it is on, and how long after its beginning
@@ -37,8 +40,14 @@ CLEAR, BARELY = 1e-5, 1e-7
 be followed."""
 NEAREST = 1e-10
 """Of the stretch: the first time after a path's end that is tried; each next one is twice as far, then node by node."""
+ASIDE = np.geomspace(1e5, 1.0, 11)
+"""Of the time in which something is as good as at infinity: how far from it branches may be told apart;"""
+AFAR = 1e3
+"""it is where something is still farther away than that, of its scale. It is compared by its inverse."""
 BETWEEN = 3
 """Times tried between two nodes."""
+TOGETHER = 256
+"""Times that are looked at together."""
 MOST_TIMES = 10_000
 """So many times after a path's end are tried as they come; of more, another so many evenly. (What rounding makes of a
 motion far beyond all scales can have 400,000 nodes.)
@@ -47,11 +56,19 @@ motion far beyond all scales can have 400,000 nodes.)
 
 @dataclass(slots=True, eq=False)
 class Branch:
-    """The branch that ``piece`` is on at offset ``tau``, at any other time of the segment."""
+    """The branch that ``piece`` is on at offset ``tau``, at any other time of the segment.
+
+    ``before``: the state before a pole, which the motion goes on from, with these ``signs`` of blocks. What an assigned
+    or linear block computes counts as infinite if it is not ``within``.
+    """
 
     piece: Piece
     tau: float
     _cores: dict[int, FloatArray]
+    before: State | None = None
+    signs: dict[int, float] = field(default_factory=dict[int, float])
+    within: float = math.inf
+    _led: dict[tuple[int, float], FloatArray] = field(default_factory=dict[tuple[int, float], FloatArray])
     _clear: float = CLEAR
     _good: float = 0.0
 
@@ -66,6 +83,30 @@ class Branch:
             if isinstance(track, NodeTrack):
                 cores[block.number] = np.array([first_of(state[n]) for n in block.core])
         return Branch(piece, tau, cores)
+
+    def beyond(self, pole: Gap, length: float) -> list[Choice] | None:
+        """What a path begins with at the end of ``pole``: what points at something that comes back from the other side
+        swings on evenly. None where there is no solution.
+        """
+        block = self.piece.plan.blocks[pole.block]
+        asides = ASIDE * (pole.end - pole.begin)  # far enough for rounding, near enough to see where it comes from
+        instants = self.piece.instants(np.maximum(self.piece.begin, pole.begin - asides))
+        with np.errstate(all="ignore"):
+            states, _ = self.piece.evaluate(instants)
+        scale = scale_of(self.piece.plan, block.unknowns)
+        far = np.zeros(asides.shape, dtype=np.bool_)
+        for n, unit in zip(block.unknowns, scale, strict=True):
+            far |= np.abs(states[n]) > AFAR * unit
+        place = int(np.argmax(far))
+        state: State = [None if v is None else np.broadcast_to(v, asides.shape)[place : place + 1] for v in states]
+        after = min(length, pole.end + float(asides[place]))
+        later = replace(self, before=state, signs={})
+        choices = later.at(after)
+        if choices is not None:
+            later.signs.update(
+                (n, choices[n].sign) for n, b in enumerate(self.piece.plan.blocks) if isinstance(b, Quadratic)
+            )
+        return later.at(pole.end)
 
     def at(self, tau: float) -> list[Choice] | None:
         """What a path on this branch begins with at ``tau``; None where it has no solution there that satisfies all
@@ -104,7 +145,8 @@ class Branch:
         if isinstance(track, NodeTrack) and isinstance(block, Newton):
             scale = track_scale(piece.plan, block)
             problem = BlockProblem.of(block, state, instants.clocks, scale)
-            outcome = newton(problem, self._cores[block.number][None], iterations=30, limit=0.1)
+            start = self._led.get((block.number, tau), self._cores[block.number])
+            outcome = newton(problem, start[None], iterations=30, limit=0.1)
             if not (outcome.error[0] <= CLOSED and self._regular(problem, outcome.x)):
                 return None
             for j, n in enumerate(block.core):
@@ -113,21 +155,39 @@ class Branch:
             return Choice(values=tuple(map(float, outcome.x[0])))
         if isinstance(track, SignTrack) and isinstance(block, Quadratic):
             sign = first_of(track.sign(instants.tau))
-            margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(sign)
-            if not np.ravel(margin)[0] >= -ROUNDING:
+            if block.number in self.signs:
+                sign = self.signs[block.number]
+            elif self.before is not None:
+                sign = min(sign, -sign, key=lambda sign: self._off(block, state, instants, sign))
+            margin = _set_root(block, state, instants, sign)
+            if not margin >= -ROUNDING:
                 return None
-            for n, value in zip(block.core, core, strict=True):
-                state[n] = value
-            closed_form.fill_explicit(block, state, instants.clocks)
             choice = Choice(sign=sign)
         else:
             evaluate(piece, block, track, state, instants)
             value = first_of(state[block.unknowns[0]])
+            if self.before is not None and isinstance(block, Winding):
+                turned = first_of(self.before[block.unknowns[0]]) - value
+                value += 360.0 * float(np.rint(turned / 360.0))
             special = isinstance(block, Winding | Integral)
             choice = Choice(values=(value,)) if special else Choice()
         if not isinstance(block, Newton | Ode) and not all(np.isfinite(state[n]).all() for n in block.unknowns):
             return None
+        if isinstance(block, Assign | Linear) and max(abs(first_of(state[n])) for n in block.unknowns) > self.within:
+            return None
         return choice
+
+    def _off(self, block: Quadratic, state: State, instants: Instants, sign: float) -> float:
+        """How far a block is with this ``sign`` from where it is ``before``; what is far away, from as far away on
+        either side.
+        """
+        assert self.before is not None
+        _set_root(block, state, instants, sign)
+        scale = scale_of(self.piece.plan, block.unknowns)
+        known = np.array([first_of(self.before[n]) for n in block.unknowns])
+        there = np.array([first_of(state[n]) for n in block.unknowns])
+        far = np.minimum(np.abs(known / there - 1.0), np.abs(known / there + 1.0))
+        return float(np.max(np.where(np.abs(known) > AFAR * scale, far, np.abs(there - known) / scale)))
 
     def _regular(self, problem: BlockProblem, x: FloatArray) -> bool:
         """Whether a pose is clear of the fold at which a path ends: just past it, equations are met within rounding."""
@@ -142,11 +202,12 @@ class Branch:
         """
         lost = False
         nearest: float | None = None
-        for time in map(float, times):
-            choices = self.at(time)
+        for time, hopeful in self._lead(times):
+            choices = self.at(time) if hopeful else None
             if choices is None:
                 bad, lost = time, True
             elif lost:
+                self._stand(choices)
                 return self.onset(bad, time, choices)
             elif nearest is None and time - bad > BEFORE * (float(times[-1]) - bad):
                 nearest = time
@@ -166,11 +227,28 @@ class Branch:
                 bad = middle
                 continue
             good, choices = middle, here
-            for block, choice in zip(self.piece.plan.blocks, choices, strict=True):
-                if block.number in self._cores:
-                    self._cores[block.number] = np.array(choice.values)
+            self._stand(choices)
         self._good = good
         return self._at_fold(good), choices
+
+    def _stand(self, choices: Sequence[Choice]) -> None:
+        """Look from now on from where ``choices`` are."""
+        for number in self._cores:
+            self._cores[number] = np.array(choices[number].values)
+
+    def _lead(self, times: FloatArray) -> Iterator[tuple[float, bool]]:
+        """Each of ``times``, and whether the branch may have a solution there: some are looked at together."""
+        for first in range(0, len(times), TOGETHER):
+            some = times[first : first + TOGETHER]
+            hopeful = np.ones(len(some), dtype=np.bool_)
+            for number, core in self._cores.items():
+                block, track = self.piece.plan.blocks[number], self.piece.tracks[number]
+                if not (isinstance(track, NodeTrack) and isinstance(block, Newton) and track.until < some[-1]):
+                    continue
+                if (found := led(self.piece, block, track, core, some)) is not None:
+                    hopeful &= found[1] | (some <= track.until)
+                    self._led.update(((number, time), x) for time, x in zip(some.tolist(), found[0], strict=True))
+            yield from zip(some.tolist(), hopeful.tolist(), strict=True)
 
     def _at_fold(self, tau: float) -> float:
         """The time of the fold that the branch begins with, where ``tau`` is as near as Newton's method tells."""
@@ -201,6 +279,15 @@ class Branch:
         return self._good, choices
 
 
+def _set_root(block: Quadratic, state: State, instants: Instants, sign: float) -> float:
+    """Set a quadratic block's unknowns to its root of this ``sign``; the margin."""
+    margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(sign)
+    for n, value in zip(block.core, core, strict=True):
+        state[n] = value
+    closed_form.fill_explicit(block, state, instants.clocks)
+    return first_of(margin)
+
+
 def times_after(begin: float, nodes: FloatArray, end: float) -> FloatArray:
     """Times at which to look again for a solution that was lost at ``begin``: first near by, then all over ``nodes``
     and between them.
@@ -217,7 +304,8 @@ def times_after(begin: float, nodes: FloatArray, end: float) -> FloatArray:
     if len(times) <= 2 * MOST_TIMES:
         return times
     rest = times[MOST_TIMES:]
-    return np.append(times[:MOST_TIMES], rest[:: -(-len(rest) // MOST_TIMES)])
+    every = -(-len(rest) // MOST_TIMES)
+    return np.append(times[:MOST_TIMES], rest[(len(rest) - 1) % every :: every])  # the end is one of them
 
 
 LATE, LATE_NEWTON = 64, 16
@@ -237,7 +325,7 @@ def first_beginning(
     None where none is found, not with as much work as `LATE_EFFORT`, or nothing that moves is in the way.
     """
     try:
-        with limited(LATE_EFFORT):
+        with limited(LATE_EFFORT // 4 if is_limited() else LATE_EFFORT):  # a trial is worth less
             return _first_beginning(plan, start, length, refused, chosen)
     except GivenUp:
         return None
@@ -260,6 +348,8 @@ def _first_beginning(
             continue
         piece = instant(plan, start, good, selection.choices)
         branch = Branch.of(piece, good)
+        if any(rejection.pole for rejection in refused.rejections):
+            branch.within = FAR * plan.size
         begin, choices = branch.onset(bad, good, selection.choices)
         there = selection if newton_blocks else chosen(begin)
         if there.choices is not None and not newton_blocks:

@@ -21,9 +21,8 @@ from movimentum.variants.together.running import column
 
 ELEMENTS = 60_000
 """Variants times instants that are solved at once: few enough for the processor's caches."""
-MANY_UNSURE = 0.2
-FEW_UNSURE, ENOUGH = 2, 50
-"""Variants for which more instants are not worth a trial, and from how many one learns whether they ever are."""
+FEW_UNSURE = 2
+"""Variants for which more instants are not worth a trial."""
 SAME_PLACE = 1e-7
 """Of the scene's size: what is farther from where it was at a step has jumped, or nearly."""
 
@@ -74,7 +73,6 @@ class Batch:
     pattern: Pattern
     lowered: LoweredMeasures | None
     intervals: int = INTERVALS
-    settled: bool = False
     _grids: dict[int, list[SegmentGrid]] = field(default_factory=dict[int, "list[SegmentGrid]"])
 
     def __post_init__(self) -> None:
@@ -110,22 +108,22 @@ class Batch:
         return found
 
     def rows_refined(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
-        """`rows`, at more instants for those that cannot be told otherwise, and for all to come if these are many."""
+        """`rows`, at more instants for those that cannot be told otherwise."""
         rows, unsure = self.rows(constants)
-        usual, many = self.intervals, unsure.mean() > MANY_UNSURE
-        for finer in (2, 4, 8):
-            left = np.nonzero(unsure)[0]
-            if self.settled or len(left) <= FEW_UNSURE:
-                break
-            self.intervals = usual * finer
-            some, still = self.rows(constants[left])
-            rows.measures[left], rows.outcomes[left], rows.times[left] = some.measures, some.outcomes, some.times
-            unsure[left] = still
-            if still.mean() > 0.8:  # that is not why
-                self.settled = many or len(left) > ENOUGH
-                break
-        worth = many and self.intervals > usual and unsure.mean() < MANY_UNSURE and not self.settled
-        self.intervals = self.intervals if worth else usual
+        usual = self.intervals
+        try:
+            for finer in (2, 4, 8):
+                left = np.nonzero(unsure)[0]
+                if len(left) <= FEW_UNSURE:
+                    break
+                self.intervals = usual * finer
+                some, still = self.rows(constants[left])
+                rows.measures[left], rows.outcomes[left], rows.times[left] = some.measures, some.outcomes, some.times
+                unsure[left] = still
+                if still.mean() > 0.8:  # that is not why
+                    break
+        finally:
+            self.intervals = usual
         return rows, unsure
 
     def at_once(self) -> int:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.planning.blocks.kinds import Linear
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 from movimentum.timeline.model import Timeline
@@ -22,7 +23,7 @@ from movimentum.variants.together.binds import CLEAR, FARTHEST_TURN, LAST, bind_
 from movimentum.variants.together.folds import FoldSearch
 from movimentum.variants.together.loops import LoopEnds, solve_all
 from movimentum.variants.together.pattern import SegmentPattern, State, directed, instants_of
-from movimentum.variants.together.running import core_scale
+from movimentum.variants.together.running import core_scale, determinant
 
 INTERVALS = 96
 FARTHEST_PHASE = 20.0
@@ -121,6 +122,7 @@ def follow_together(
         unsure = lost | ~certain | (largest > FARTHEST_ANGLE) & (end == shape[1])
         unsure |= _too_fast(pattern, state, instants, inside, before)
         unsure |= _nearly_one(pattern, state, instants, shape)
+        unsure |= _near_infinity(pattern, state, instants, end, shape)
         unsure |= _near_inequality(pattern, state, instants, before, size)
         off = _off(pattern, state, instants, inside, size)
         unsure |= off
@@ -203,11 +205,31 @@ def _nearly_one(pattern: SegmentPattern, state: State, instants: Instants, shape
     """(V,) whether the two circles of some dyad come near to being one."""
     near = np.zeros(shape[0], dtype=np.bool_)
     for item in pattern.blocks:
-        if item.normal is None:
+        if item.apart is None:
             continue
-        (square,) = item.normal(state, instants.clocks)
+        (square,) = item.apart(state, instants.clocks)
         values = np.broadcast_to(square, shape)
         near |= ~(np.min(values, axis=1) > NEARLY_ONE * np.max(values, axis=1))
+    return near
+
+
+def _near_infinity(
+    pattern: SegmentPattern, state: State, instants: Instants, end: IntArray, shape: tuple[int, int]
+) -> BoolArray:
+    """(V,) whether something that is divided by comes near to zero before the instant ``end`` (V,)."""
+    near = np.zeros(shape[0], dtype=np.bool_)
+    for item in pattern.blocks:
+        divisors = [] if item.divisors is None else [*item.divisors(state, instants.clocks)]
+        if isinstance(item.block, Linear):
+            divisors.append(determinant(item.solution(state, instants.clocks), len(item.block.core)))
+        for divisor in divisors:
+            if np.ndim(divisor) and np.shape(divisor)[-1] > 1:
+                values = np.broadcast_to(divisor, shape)
+                changes = np.sign(values[:, 1:]) * np.sign(values[:, :-1]) <= 0.0
+                near |= (changes & (np.arange(1, shape[1]) < end[:, None])).any(axis=1)
+                size = np.abs(values)
+                size = size / np.maximum(np.nanmax(size, axis=1, keepdims=True), 1e-300)
+                near |= ~_clear(size, end, falls=np.zeros_like(near)) & (end > 0)
     return near
 
 

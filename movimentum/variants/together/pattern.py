@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -84,16 +84,18 @@ class BlockFormulas:
     the cosine, for linear equations the matrix and the right-hand sides, then the targets with ``given``; for equations
     that Newton's method solves the residuals and the slopes, and `PolynomialRows` in ``rows``.
 
-    ``normal``: the square of the distance of a dyad's two centres, where it can vanish; ``phases``: the driving angles.
+    ``apart``: the square of the distance of a dyad's two centres, where it can vanish; ``phases``: the driving angles;
+    ``divisors``: what it divides by.
     """
 
     block: Block
     solution: SegmentFormulas
     order: tuple[int, ...]
-    normal: SegmentFormulas | None = None
+    apart: SegmentFormulas | None = None
     given: SegmentFormulas | None = None
     phases: SegmentFormulas | None = None
     rows: PolynomialRows | None = None
+    divisors: SegmentFormulas | None = None
 
     @property
     def branches(self) -> bool:
@@ -240,7 +242,10 @@ def _segment_pattern(
         made = [numbered(unfolding.unfolded(each), names, count) for each in expressions]
         return SegmentFormulas(compiled(made, clocks), len(made))
 
-    blocks = tuple(_block_formulas(plan, block, formulas, unfolding.varies) for block in plan.blocks)
+    made = (_block_formulas(plan, block, formulas, unfolding.varies) for block in plan.blocks)
+    blocks = tuple(
+        replace(item, divisors=formulas(item.block.divisors)) if item.block.divisors else item for item in made
+    )
     system = plan.system
     checks: list[Expr] = [system.equations[n].residual for n in plan.checks]
     rows = Judge(plan, size).rows
@@ -276,10 +281,8 @@ def _block_formulas(
     match block:
         case Quadratic():
             order = tuple(n for n, _ in block.formulas)
-            normal = None
-            if block.normal is not None and block.normal.value is None:
-                normal = formulas([block.normal])
-            return BlockFormulas(block, formulas(_sequential(block, [block.margin])), order, normal, phases=driving)
+            apart = None if block.apart is None else formulas([block.apart])
+            return BlockFormulas(block, formulas(_sequential(block, [block.margin])), order, apart, phases=driving)
         case Linear():
             order = (*block.core, *(n for n, _ in block.given))
             given = formulas([each for _, each in block.given]) if block.given else None

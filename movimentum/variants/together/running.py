@@ -65,6 +65,16 @@ def _store(item: BlockFormulas, state: State, values: Sequence[Any]) -> None:
         state[n] = value
 
 
+def determinant(values: Sequence[Any], size: int) -> Any:
+    """The determinant of a linear system's matrix, given as for `solved_linear`."""
+    if size == 1:
+        return values[0]
+    matrix = values[: size * size]
+    shape = np.broadcast_shapes(*(np.shape(value) for value in matrix))
+    table = np.stack([np.broadcast_to(value, shape) for value in matrix], axis=-1)
+    return np.linalg.det(np.nan_to_num(table).reshape(*shape, size, size))
+
+
 def solved_linear(values: Sequence[Any], size: int) -> list[Any]:
     """The solution of a linear system from its matrix, row by row, and its right-hand sides."""
     if size == 1:

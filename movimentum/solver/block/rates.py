@@ -9,11 +9,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Block
-from movimentum.planning.lowering.calculus import with_respect_to
-from movimentum.planning.lowering.unknowns import symbol_numbers
+from movimentum.planning.blocks.stated import BlockRows
 from movimentum.planning.plan import Plan
-from movimentum.solver.arithmetic.evaluation import ordered
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient
 from movimentum.solver.basis.instants import Instants
 
@@ -28,7 +25,6 @@ class Moment:
     plan: Plan
     instants: Instants
     values: list[Series | None]
-    depth: int
     ahead: bool
 
     def of(self, number: int | None) -> Series | None:
@@ -69,40 +65,16 @@ class Moment:
         self.values[number] = (*known, value)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BlockRows:
-    """A block's equations (m) in its unknowns (n), and the Jacobian's ``entries`` with their ``slopes``."""
-
-    residuals: tuple[Expr, ...]
-    nodes: list[Expr]
-    unknowns: tuple[int, ...]
-    entries: tuple[tuple[int, int], ...]
-    slopes: tuple[Expr, ...]
-    slope_nodes: list[Expr]
-
-
-def rows_of(plan: Plan, block: Block) -> BlockRows:
-    """The equations that a block stands for, as they were before any was eliminated."""
-    residuals = tuple(plan.system.equations[e].residual for e in block.equations)
-    entries: list[tuple[int, int]] = []
-    slopes: list[Expr] = []
-    for i, residual in enumerate(residuals):
-        present = symbol_numbers(residual)
-        for j, n in enumerate(block.unknowns):
-            if n in present:
-                entries.append((i, j))
-                slopes.append(with_respect_to(residual, n))
-    return BlockRows(residuals, ordered(residuals), block.unknowns, tuple(entries), tuple(slopes), ordered(slopes))
-
-
-def differentiated(rows: BlockRows, moment: Moment) -> FloatArray:
-    """Give the unknowns of ``rows`` their derivatives; returns (F,) the Jacobian's reciprocal condition number."""
+def differentiated(rows: BlockRows, moment: Moment, depth: int) -> FloatArray:
+    """Give the unknowns of ``rows`` their derivatives up to order ``depth``; returns (F,) the Jacobian's reciprocal
+    condition number.
+    """
     count = len(moment.instants)
     jacobian = np.zeros((count, len(rows.residuals), len(rows.unknowns)))
     for (i, j), value in zip(rows.entries, moment.coefficients(rows.slope_nodes, rows.slopes, 0), strict=True):
         jacobian[:, i, j] += value
     solver = _Solver(jacobian)
-    for order in range(1, moment.depth + 1):
+    for order in range(1, depth + 1):
         found = solver.solve(-moment.coefficients(rows.nodes, rows.residuals, order).T)
         for j, n in enumerate(rows.unknowns):
             moment.extend(n, found[:, j])

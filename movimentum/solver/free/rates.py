@@ -1,27 +1,26 @@
-"""A block with freedom left: the derivatives of its least motion."""
+"""The derivatives of a free motion by the law that moves it, and those of all blocks that it depends on."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, substitute, symbol
-from movimentum.planning.blocks.kinds import Free
+from movimentum.planning.blocks.kinds import Block, Free, Velocity
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.lowering.unknowns import symbol_numbers
+from movimentum.planning.plan import Plan
 from movimentum.solver.arithmetic.evaluation import ordered
-from movimentum.solver.arithmetic.taylor import coefficient
+from movimentum.solver.arithmetic.taylor import coefficient, shifted
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import DenseTangent, tangent_at
-from movimentum.solver.block.local import Local
 from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.block.rates import Moment, differentiated
 from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.free.velocity import FreeVelocity
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.rates.block import Moment
+from movimentum.solver.free.velocity import Law
 
 
 @dataclass(slots=True, eq=False)
@@ -31,7 +30,6 @@ class FreeBlock:
     """
 
     block: Free
-    piece: Piece
     moment: Moment
     nodes: list[Expr] = field(init=False)
     explicit: tuple[tuple[int, Expr], ...] = field(init=False)
@@ -47,15 +45,16 @@ class FreeBlock:
         drift = moment.coefficients(self.nodes, block.residuals, 1)
         self.pull = self._pulled(1)
         errors, drifts = self._wishes()
-        motion = FreeVelocity(Local(block, self._probe, 1.0, self.piece.begin, self.piece.end), moment.plan)
+        law = Law(block, moment.plan)
         found = np.empty((len(block.core), len(moment.instants)))
         for f, (problem, x) in enumerate(self._instants()):
-            tangent = tangent_at(problem, x)
-            v = tangent.least(-drift[:, f], self.pull[:, f])
-            if block.wishes is not None:
-                _, slopes = problem.wishes(x[None])
-                v = tangent.toward(v, slopes[0], motion.wished(errors[:, f], drifts[:, f]), motion.damping)
-            found[:, f] = v
+
+            def wish(
+                f: int = f, problem: BlockProblem = problem, x: FloatArray = x
+            ) -> tuple[FloatArray, FloatArray, FloatArray]:
+                return errors[:, f], problem.wishes(x[None])[1][0], drifts[:, f]
+
+            found[:, f] = law.velocity(tangent_at(problem, x), -drift[:, f], self.pull[:, f], wish)
         self._keep(found, 1)
 
     def second(self) -> None:
@@ -79,11 +78,6 @@ class FreeBlock:
                 bending[i, j] += change[f]
             found[:, f] = tangent.accelerated(speeds[:, f], -rest[:, f], self.pull[:, f], pull_rate[:, f], bending)
         self._keep(0.5 * found, 2)
-
-    def _probe(self, tau: FloatArray) -> BlockProblem:
-        instants = self.piece.instants(tau)
-        state = self.piece.before(self.block.number, instants)
-        return BlockProblem.of(self.block, state, instants.clocks, scale_of(self.moment.plan, self.block.core))
 
     def _keep(self, found: FloatArray, order: int) -> None:
         """Keep the core's coefficients (n, F) of ``order``, and those of what follows from the core."""
@@ -135,3 +129,50 @@ class FreeBlock:
         core = np.array([np.broadcast_to(state[n], count) for n in self.block.core])
         for f in range(count):
             yield problem.at(np.array([f]), count), core[:, f]
+
+
+def depths(plan: Plan, numbers: Iterable[int], wanted: Mapping[int, int]) -> dict[int, int]:
+    """How many derivatives are needed of each of the blocks ``numbers``, which have all that they depend on, where
+    those of the blocks in ``wanted`` are. A velocity takes one more of what it is the velocity of.
+    """
+    result = dict.fromkeys(numbers, 0) | dict(wanted)
+    for number in sorted(result, reverse=True):
+        block, depth = plan.blocks[number], result[number]
+        if isinstance(block, Velocity):
+            before, depth = {block.law}, depth + block.order
+        else:
+            before = set(plan.before(block))
+        for other in before:
+            result[other] = max(result[other], depth)
+    return result
+
+
+def extend(block: Block, moment: Moment, depth: int) -> FloatArray | None:
+    """Give the unknowns of a block, which know their values, their derivatives up to order ``depth``, given those of
+    all that it depends on. Returns (F,) the reciprocal condition number of its Jacobian, where it has one.
+    """
+    if not block.moving or (depth == 0 and not isinstance(block, Velocity)):
+        return None
+    if isinstance(block, Free):
+        free = FreeBlock(block, moment)
+        free.first()
+        if depth > 1:
+            free.second()
+    elif isinstance(block, Velocity):
+        for n in block.unknowns:
+            series = moment.values[moment.plan.system.differentiated(n)[0]] or ()
+            for _ in range(block.order):
+                series = shifted(series)
+            moment.values[n] = series[: depth + 1]
+    elif block.free:  # a differential equation with freedom left, which no velocity field says how to follow
+        undefined(block, moment, depth)
+    else:
+        return differentiated(moment.plan.stated_rows(block), moment, depth)
+    return None
+
+
+def undefined(block: Block, moment: Moment, depth: int) -> None:
+    """Nothing can be said about how the unknowns of ``block`` change."""
+    for n in block.unknowns:
+        rates = [np.full(len(moment.instants), np.nan)] * depth
+        moment.values[n] = (coefficient(moment.values[n] or (), 0), *rates)

@@ -1,0 +1,65 @@
+"""The block of a free motion's velocity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from movimentum.planning.blocks.kinds import Block, Free, Velocity
+from movimentum.planning.blocks.stated import blocks_behind
+from movimentum.planning.lowering.equations import System
+from movimentum.planning.lowering.unknowns import PosePart
+from movimentum.planning.structure.decompose import Group
+from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
+
+HIGHEST = 2
+"""Derivatives that a free motion has."""
+
+
+def velocity_block(number: int, system: System, group: Group, blocks: Sequence[Block]) -> Velocity:
+    """The rates of ``group``, given the ``blocks`` before. Raises `RateError` where the motion has no such
+    derivative.
+    """
+    of, order = system.differentiated(group.unknowns[0])
+    owner = {n: block.number for block in blocks for n in block.unknowns}
+    law = blocks[owner[of]]
+    trouble = None
+    if not isinstance(law, Free):
+        trouble = RateTrouble.FLOWING
+    elif law.moving and order > (1 if law.wishes is not None else HIGHEST):
+        trouble = RateTrouble.HIGHER
+    if trouble is not None:
+        raise RateError(trouble, reader_of(system, set(group.unknowns)), system.unknowns[of].thing)
+    behind = blocks_behind(system, blocks, owner, [of])
+    return Velocity(
+        number=number,
+        unknowns=group.unknowns,
+        equations=group.equations,
+        core=group.unknowns,
+        inputs=frozenset(n for other in behind for n in blocks[other].unknowns),
+        moving=law.moving,
+        law=law.number,
+        behind=behind,
+        order=order,
+    )
+
+
+def look_for_demands(
+    system: System, blocks: Sequence[Block], owner: Mapping[int, int], unknowns: Iterable[int], constraint: int | None
+) -> None:
+    """Raise `RateError` where the velocity of a free motion is among what ``unknowns``, which ``constraint`` demands
+    something of, follow from. ``owner``: the number of the block that finds each unknown.
+    """
+    for number in blocks_behind(system, blocks, owner, unknowns):
+        block = blocks[number]
+        if isinstance(block, Velocity):
+            thing = system.unknowns[system.differentiated(block.unknowns[0])[0]].thing
+            raise RateError(RateTrouble.DEMANDED, constraint, thing)
+
+
+def look_for_wished_rates(system: System, blocks: Sequence[Block]) -> None:
+    """Raise `RateError` where a wish is about the velocity of a free motion, and about nothing that it could draw."""
+    owner = {n: block.number for block in blocks for n in block.unknowns}
+    for wish in system.wishes:
+        about = [n for n in wish.about if n in owner]
+        if not any(isinstance(system.unknowns[n].payload, PosePart) or blocks[owner[n]].free for n in about):
+            look_for_demands(system, blocks, owner, about, wish.constraint)

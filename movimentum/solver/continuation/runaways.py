@@ -1,0 +1,147 @@
+"""Times at which something runs away to infinity and comes back from the other side: poles of what blocks compute.
+
+They are zeros of what is divided by: of the divisors in a block's equations, of the leading coefficient of a quadratic
+one, and of the determinant of a linear one (two lines that become parallel). Zeros are seen between nodes, so no frame
+needs to be near. What is a zero of the dividend too is no pole: the growth beside it tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from movimentum.arrays import FloatArray, IntArray
+from movimentum.planning.blocks.kinds import Assign, Block, Linear, Quadratic
+from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.solver.basis.memory import code_of
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.continuation.grid import Grid
+from movimentum.solver.continuation.tracks import Gap, Path
+
+FAR = 1e8
+"""Of the scene's size: what is farther away than that is as good as at infinity; rounding there is a pixel's 1e-6."""
+ROUNDS, SAMPLES = 26, 9
+VANISHES = 1e-9
+"""Of what it is at the nodes beside: a divisor that comes so near to zero, without a change of sign, is zero."""
+BESIDE = np.geomspace(1e-7, 1e-3, 17)
+"""Of the way to the next nodes: where the growth beside a pole is looked at."""
+GROWTH = 0.25
+"""The least power with which a pole grows; what is smooth has -1."""
+NODES = np.geomspace(1e-9, 1.0, 28)[:-1]
+"""Of the way to the next nodes: nodes beside a pole, between which nothing changes by more than about 2."""
+NEAREST = np.geomspace(1e-13, 1.0, 105)
+"""Of the way to the next nodes: where is looked at how far something is."""
+LEAST = 8 * 2.2e-16
+"""Of the time: how wide a pole is at least, to both sides. Nearer, its time is not known."""
+
+
+def vanishing(path: Path, grid: Grid, block: Block) -> list[tuple[float, float]]:
+    """The times at which something that ``block`` divides by is zero, ascending, and for each how far it is to the
+    nearest node; nodes are put beside them.
+    """
+    if not block.moving or not (block.divisors or isinstance(block, Linear)):
+        return []
+    divisors = code_of(block.divisors, path.plan.clocks) if block.divisors else None
+    found: set[tuple[float, float]] = set()
+    with np.errstate(all="ignore"):
+        rows = _values_of(block, divisors, grid.state, grid.instants.clocks, len(grid.tau))
+        for number, row in enumerate(rows):
+
+            def size(tau: FloatArray, number: int = number) -> FloatArray:
+                instants = path.instants(tau)
+                before = path.before(block.number, instants)
+                return np.abs(_values_of(block, divisors, before, instants.clocks, len(tau))[number])
+
+            found.update(_zeros(size, grid.tau, row))
+    if found:
+        beside = [place + side * width * NODES for place, width in found for side in (-1.0, 1.0)]
+        nodes = np.unique(np.concatenate(beside))
+        grid.insert(nodes[(nodes > path.begin) & (nodes < path.end)])
+    return sorted(found)
+
+
+def runaways(path: Path, block: Block, places: Sequence[tuple[float, float]]) -> list[Gap]:
+    """The first pole of a block in closed form among ``places`` (see `vanishing`): the time about it in which
+    something is farther away than `FAR`.
+    """
+    if not isinstance(block, Assign | Linear | Quadratic):
+        return []
+    with np.errstate(all="ignore"):
+        gaps = (_pole(path, block, place, width) for place, width in places)
+        first = next((gap for gap in gaps if gap is not None), None)
+        return [] if first is None else [first]
+
+
+def _values_of(
+    block: Block, divisors: Compiled | None, state: State, clocks: Sequence[FloatArray], count: int
+) -> list[FloatArray]:
+    """(count,) for each divisor; of a linear block the last one is its determinant."""
+    rows = [] if divisors is None else [np.broadcast_to(value, count) for value in divisors(state, clocks)]
+    if isinstance(block, Linear):
+        m = len(block.core)
+        matrix = np.stack([np.broadcast_to(v, count) for v in block.system(state, clocks)[: m * m]], axis=-1)
+        rows.append(np.linalg.det(np.nan_to_num(matrix).reshape(count, m, m)) if m > 1 else matrix[:, 0])
+    return rows
+
+
+def _zeros(size: Callable[[FloatArray], FloatArray], tau: FloatArray, row: FloatArray) -> Iterator[tuple[float, float]]:
+    """The zeros of a divisor between the nodes ``tau``, where it is ``row``, with the distance to the next nodes."""
+    low, high = _brackets(row)
+    a, b = tau[low].copy(), tau[high].copy()
+    place = 0.5 * (a + b)
+    least = np.full(len(a), np.inf)
+    for _ in range(ROUNDS if len(a) else 0):
+        points = a[:, None] + (b - a)[:, None] * np.linspace(0.0, 1.0, SAMPLES + 2)
+        values = size(points.reshape(-1)).reshape(points.shape)
+        values = np.where(np.isnan(values), np.inf, values)
+        i, rows = np.argmin(values, axis=1), np.arange(len(a))
+        place, least = points[rows, i], values[rows, i]
+        a, b = points[rows, np.maximum(i - 1, 0)], points[rows, np.minimum(i + 1, SAMPLES + 1)]
+    vanishes = (least <= VANISHES * np.maximum(np.abs(row[low]), np.abs(row[high]))) & (place > tau[0])
+    width = 0.5 * (tau[high] - tau[low])
+    yield from zip(place[vanishes].tolist(), width[vanishes].tolist(), strict=True)
+
+
+def _brackets(row: FloatArray) -> tuple[IntArray, IntArray]:
+    """Pairs of nodes between which values (N,) may come to zero: about a change of sign, or a minimum of the size."""
+    size = np.where(np.isfinite(row), np.abs(row), np.inf)
+    last = len(row) - 1
+    change = np.nonzero(np.sign(row[:-1]) * np.sign(row[1:]) < 0.0)[0]
+    around = np.concatenate([[np.inf], size, [np.inf]])
+    minimum = (size <= around[:-2]) & (size <= around[2:]) & np.isfinite(size)
+    minimum[change] = minimum[change + 1] = False
+    i = np.nonzero(minimum)[0]
+    low, high = np.maximum(i - 1, 0), np.minimum(i + 1, last)
+    worth = size[i] < 0.5 * np.maximum(size[low], size[high])
+    low, high = np.append(change, low[worth]), np.append(change + 1, high[worth])
+    return low.astype(np.int64), high.astype(np.int64)
+
+
+def _pole(path: Path, block: Block, place: float, width: float) -> Gap | None:
+    """The gap about ``place``, where an unknown of the block grows without bound on a side of it."""
+    reach, grows = 0.0, False
+    unknowns = [n for n in block.unknowns if not isinstance(path.plan.system.unknowns[n].payload, PoseCos | PoseSin)]
+    for side in (-1.0, 1.0):
+        beside, near = (_values(path, block, unknowns, place + side * width * part) for part in (BESIDE, NEAREST))
+        for n, values, nearer in zip(unknowns, beside, near, strict=True):
+            steps = np.diff(values)
+            power = np.log(abs(steps[0] / steps[-1])) / np.log(BESIDE[-1] / BESIDE[0])
+            if power > GROWTH and (np.all(steps > 0.0) or np.all(steps < 0.0)):
+                grows = True
+                is_place = isinstance(path.plan.system.unknowns[n].payload, PoseX | PoseY)
+                far = np.abs(nearer) > FAR * (path.plan.size if is_place else abs(values[-1]))
+                reach = max(reach, width * float(np.max(NEAREST[far], initial=0.0)))
+    if not grows:
+        return None
+    reach = max(reach, LEAST * max(abs(place), abs(float(path.segment_start) + place)))
+    return Gap(max(place - reach, path.begin), min(place + reach, path.end), block.number, place)
+
+
+def _values(path: Path, block: Block, unknowns: Sequence[int], tau: FloatArray) -> list[FloatArray]:
+    """(F,) each; nan outside of the path."""
+    inside = (tau >= path.begin) & (tau <= path.end)
+    instants = path.instants(np.clip(tau, path.begin, path.end))
+    state, _ = path.evaluate(instants, (*path.upstream(block.number), block.number))
+    return [np.where(inside, np.broadcast_to(state[n], len(tau)), np.nan) for n in unknowns]

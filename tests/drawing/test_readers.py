@@ -1,0 +1,107 @@
+"""What others make of our SVGs: librsvg, resvg, xmllint (and CairoSVG), compared with our own pixels."""
+
+from __future__ import annotations
+
+import io
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+import movimentum as mv
+from movimentum.vector.numbers import joined
+from tests.command import ROOT
+from tests.drawing.films import everything
+from tests.drawing.likeness import LETTERS, Tolerance, unlike
+
+
+def _librsvg(path: Path) -> bytes:
+    if shutil.which("rsvg-convert") is None:
+        pytest.skip("rsvg-convert is not installed")
+    return subprocess.run(["rsvg-convert", path], capture_output=True, check=True, timeout=60).stdout
+
+
+def _resvg(path: Path) -> bytes:
+    resvg = pytest.importorskip("resvg_py")
+    return bytes(resvg.svg_to_bytes(svg_string=path.read_text(encoding="utf-8")))
+
+
+def _cairosvg(path: Path) -> bytes:
+    cairosvg = pytest.importorskip("cairosvg")
+    return cairosvg.svg2png(url=str(path))
+
+
+EDGES = Tolerance(96, 0.05)
+"""Thin lines: ours are covered by their distance, others' by their area."""
+
+READERS = {"librsvg": _librsvg, "resvg": _resvg, "cairosvg": _cairosvg}
+SCRIPTS = ("four-bar", "locomotive", "planetary", "scissor-lift", "excavator")
+
+
+def _same(script: Path, reader: Callable[[Path], bytes], folder: Path) -> None:
+    motion = mv.load(script).solve()
+    motion.render(folder / "a.svg")
+    motion.render(folder / "a.png", frames=0)
+    image = Image.open(io.BytesIO(reader(folder / "a.svg"))).convert("RGBA")
+    read = Image.new("RGB", image.size, "white")
+    read.paste(image, (0, 0), image)
+    like = LETTERS if ".label" in script.read_text(encoding="utf-8") else EDGES
+    worst, edges = unlike(read, Image.open(folder / "a.png"))
+    assert (worst <= like.worst, edges <= like.edges) == (True, True), (worst, edges)
+
+
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_other_readers_see_the_first_frame(name: str, reader: str, tmp_path: Path) -> None:
+    _same(ROOT / "scripts" / f"{name}.mov", READERS[reader], tmp_path)
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_other_readers_see_everything(reader: str, tmp_path: Path) -> None:
+    _same(everything(tmp_path), READERS[reader], tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("script", sorted((ROOT / "scripts").glob("*.mov")), ids=lambda path: path.stem)
+def test_other_readers_see_the_gallery(script: Path, reader: str, tmp_path: Path) -> None:
+    _same(script, READERS[reader], tmp_path)
+
+
+def test_numbers_have_separators(tmp_path: Path) -> None:
+    assert joined(1.0, -2.0, -0.5, 0.0, decimals=2) == "1 -2 -.5 0"
+    mv.load(everything(tmp_path)).solve().render(tmp_path / "a.svg")
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    lists = re.findall(r'(?:points|values|transform|stroke-dasharray)="([^"#]*)"', text)
+    assert len(lists) > 30
+    assert [part for part in lists if re.search(r"\d-|\.\d*\.", part)] == []
+
+
+def test_the_file_is_well_formed(tmp_path: Path) -> None:
+    if shutil.which("xmllint") is None:
+        pytest.skip("xmllint is not installed")
+    mv.load(everything(tmp_path)).solve().render(tmp_path / "a.svg")
+    subprocess.run(["xmllint", "--noout", tmp_path / "a.svg"], check=True, timeout=60)
+
+
+def test_a_film_has_a_description_and_stands_still_for_who_wants_that(tmp_path: Path) -> None:
+    motion = mv.load(ROOT / "scripts" / "four-bar.mov").solve()
+    motion.render(tmp_path / "a.svg")
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert re.search(r"<desc>An animation of [^<]*Crank[^<]*: 2 s, again and again\.</desc>", text)
+    assert "@media (prefers-reduced-motion:reduce){#film{display:none}#still{display:inline}}" in text
+    still = text[text.index('<g id="still" display="none"') :]
+    assert "<animate" not in still
+    ids = re.findall(r' id="([^"]*)"', text)
+    assert len(ids) == len(set(ids))
+    assert set(re.findall(r'href="#([^"]*)"', text)) <= set(ids)
+    motion.render(tmp_path / "b.svg", frames="0:1")
+    one = (tmp_path / "b.svg").read_text(encoding="utf-8")
+    assert "<desc>A drawing of " in one
+    assert "<style" not in one
+    assert sys.getsizeof(one) < sys.getsizeof(text)
