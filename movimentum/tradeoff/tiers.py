@@ -21,6 +21,8 @@ from movimentum.solver.accuracy.refinement import RefinedMotion, refined
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
 from movimentum.solver.basis.instants import at_times
+from movimentum.solver.basis.tightening import tightened
+from movimentum.solver.continuation.tracks import FlowTrack, NodeTrack
 from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
@@ -35,6 +37,8 @@ RUNS = 5
 PATIENCE_S = 1.0
 """A measurement is repeated `RUNS` times, or less often if that would take longer than this."""
 TIMED_FRAMES = 20_000
+TIGHTER = 0.01
+"""The error of a step of the motion by which the integration's error is measured, of that which is usual."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,13 +59,18 @@ class Tier:
 
 @dataclass(frozen=True, slots=True)
 class SolverTrade:
-    """The four tiers, on ``frames`` frames, compared at ``samples`` of them; ``size``: the scene's (pixels)."""
+    """The four tiers, on ``frames`` frames, compared at ``samples`` of them; ``size``: the scene's (pixels).
+
+    ``integration``: the error (pixels) of what is integrated, free motion and differential equations, which all tiers
+    share; None where nothing is.
+    """
 
     frames: int
     samples: int
     size: float
     digits: int
     tiers: tuple[Tier, ...]
+    integration: float | None = None
 
 
 def timed(work: Callable[[], Any], runs: int = RUNS) -> float:
@@ -131,7 +140,18 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     residual = _residual(motion, times[:: max(1, len(times) // 12)], exact.arithmetic, _as_digits(exact))
     tiers.append(Tier("exact", begin + exact_start, exact_frame, residual, 0.0))
     progress(6, 6)
-    return SolverTrade(count, len(times), motion.size, digits, tuple(tiers))
+    integration = _integration_error(timeline, motion, times)
+    return SolverTrade(count, len(times), motion.size, digits, tuple(tiers), integration)
+
+
+def _integration_error(timeline: Timeline, motion: PathMotion, times: Sequence[Fraction]) -> float | None:
+    """The largest distance (pixels) at ``times`` to a motion with far more accurate steps; None without any."""
+    tracks = [t for s in motion.stretches for piece in s.pieces if isinstance(piece, Piece) for t in piece.tracks]
+    if not any(isinstance(t, FlowTrack) or (isinstance(t, NodeTrack) and t.tolerance > 0.0) for t in tracks):
+        return None
+    with tightened(TIGHTER):
+        better = solve(timeline)
+    return _farthest(timeline.scene, motion.poses_at(times), better.poses_at(times))
 
 
 def _first(motion: RefinedMotion, times: Sequence[Fraction]) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import movimentum as mv
 from tests.command import BINDS, CRANK, environment, movimentum
 
 
@@ -150,6 +151,18 @@ def test_trade_as_json_orders_the_tiers(script: Path) -> None:
 
 
 @pytest.mark.slow
+def test_trade_tells_the_error_of_free_motion_that_all_accuracies_share(tmp_path: Path) -> None:
+    path = tmp_path / "tractrix.mov"
+    path.write_text(".config(10); Tail : .bar P=[0,0] Q=[0,100]; @0 Tail.P = [50*.t, 0]; x = Tail.Q.x; @4")
+    done = movimentum("trade", path, "--format", "json", "-q")
+    trade = json.loads(done.stdout)
+    motion = mv.load(path).solve(accuracy="exact")
+    u = np.array(motion.times, dtype=float) / 2
+    true = float(np.max(np.abs(np.array(motion["x"], dtype=float) - 100 * (u - np.tanh(u)))))
+    assert 0.3 * true < trade["solver"]["integration"] < 3.0 * true
+    assert any("gain nothing" in lesson and "free motion" in lesson for lesson in trade["lessons"])
+
+
 def test_trade_plots(script: Path, tmp_path: Path) -> None:
     done = movimentum("trade", script, "-o", tmp_path / "plot.svg", "--format", "json")
     assert done.returncode == 0, done.stderr

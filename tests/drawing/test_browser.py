@@ -47,7 +47,8 @@ def same(page: Any, motion: mv.Motion, folder: Path, like: Tolerance, frames: li
 def test_the_gallery_looks_the_same_in_a_browser(script: Path, page: Any, tmp_path: Path) -> None:
     motion = mv.load(script).solve()
     last = motion.timeline.frame_count - 1
-    like = LETTERS if ".label" in script.read_text(encoding="utf-8") else ALIKE
+    text = script.read_text(encoding="utf-8")
+    like = LETTERS if ".label" in text or ".dimension" in text else ALIKE
     same(page, motion, tmp_path, like, [0, last // 2, last - 1], trace=TRACED.get(script.stem, ()))
 
 

@@ -59,11 +59,11 @@ def test_a_tractrix_has_its_closed_form():
         here = motion.at(time)
         phi = radians(float(here["Tail.angle"]) + 90.0)  # of the bar, from the end that is dragged
         # tan(phi / 2) grows as exp(u t / L), from 1
-        assert 2.0 * np.degrees(np.arctan(np.exp(0.5 * time))) == pytest.approx(np.degrees(phi), abs=1e-6)
-        assert here["v"] == pytest.approx([50 * cos(phi) * cos(phi), 50 * cos(phi) * sin(phi)], abs=1e-6)
+        assert 2.0 * np.degrees(np.arctan(np.exp(0.5 * time))) == pytest.approx(np.degrees(phi), abs=1e-8)
+        assert here["v"] == pytest.approx([50 * cos(phi) * cos(phi), 50 * cos(phi) * sin(phi)], abs=1e-8)
         turning = 0.5 * sin(phi)  # radians per time unit
-        assert here["w"] == pytest.approx(np.degrees(turning), abs=1e-6)
-        assert here["a"] == pytest.approx([-50 * sin(2 * phi) * turning, 50 * cos(2 * phi) * turning], abs=1e-5)
+        assert here["w"] == pytest.approx(np.degrees(turning), abs=1e-8)
+        assert here["a"] == pytest.approx([-50 * sin(2 * phi) * turning, 50 * cos(2 * phi) * turning], abs=1e-8)
 
 
 def test_a_wish_with_a_speed_is_followed_as_its_velocity_says():

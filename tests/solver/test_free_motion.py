@@ -19,7 +19,27 @@ def test_a_bar_dragged_by_its_end_traces_a_tractrix():
         poses = motion.poses(0, motion.timeline.frame_count)
         u = 50 * poses.times / 100
         expected = np.stack([50 * poses.times - 100 * np.tanh(u), 100 / np.cosh(u)], axis=-1)
-        assert np.max(np.abs(anchor(motion, poses, "Rod.B") - expected)) < 1e-6
+        assert np.max(np.abs(anchor(motion, poses, "Rod.B") - expected)) < 5e-8
+
+
+def test_a_tractrix_turns_a_corner_that_no_frame_shows():
+    # along a line at 100, and from t = 2 at 80 across it; the angle between bar and way halves as exp(-u t / L)
+    motion = motion_of(
+        """.config(20); Rod : .bar A=[0,0] B=[0,100];
+        @0 Rod.A = [{ .t < 2.013 : 100*.t; 201.3 }, { .t < 2.013 : 0; 80*(.t - 2.013) }];
+        @4""",
+        20,
+    )
+    poses = motion.poses(0, motion.timeline.frame_count)
+    before, after = np.minimum(poses.times, 2.013), np.maximum(poses.times - 2.013, 0.0)
+    corner = 2.0 * np.arctan(np.exp(2.013))  # where the bar points when the way turns
+    angle = np.where(
+        poses.times < 2.013,
+        2.0 * np.arctan(np.exp(before)),
+        np.pi / 2 + 2.0 * np.arctan(np.tan(0.5 * corner - np.pi / 4) * np.exp(0.8 * after)),
+    )
+    expected = np.stack([100 * before + 100 * np.cos(angle), 80 * after + 100 * np.sin(angle)], axis=-1)
+    assert np.max(np.abs(anchor(motion, poses, "Rod.B") - expected)) < 1e-7
 
 
 def test_a_bar_that_only_turns_is_free_to_stay_where_it_is():

@@ -14,7 +14,6 @@ from movimentum.planning.codegen.generate import Clocks, Compiled
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.block.local import Local
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import FreeVelocity
@@ -50,7 +49,7 @@ class HeldBlock:
         self.x = np.array([self.state[n] for n in block.core])
         self._full: dict[int, State] = {}
         self._scale = scale_of(piece.plan, block.core)
-        self.motion = FreeVelocity(Local(block, self._problem, 1e-6, tau - 1.0, tau + 1.0), piece.plan)
+        self.motion = FreeVelocity(block, piece.plan, self._problem, tau + np.array([-1.0, 1.0]))
 
     def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         count = len(tau)

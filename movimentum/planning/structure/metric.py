@@ -19,6 +19,9 @@ Entries = tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]
 
 UNWEIGHTED = 1e-9
 """Of the largest weight: that of unknowns that move no anchor, so that they too stay where nothing drives them."""
+DEFINITE = 1e-12
+"""Of its own weight: what an unknown's weight gets besides, so that M is positive definite where two unknowns move the
+same anchors. It is the relative error of a least velocity."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +111,8 @@ def anchor_metric(system: System, core: Sequence[int], linear: LinearMap | None 
                         coupling[i, j] = coupling.get((i, j), 0.0) + a * b
     largest = max((form.get((k, k), 0.0) for k in range(count)), default=0.0) or 1.0
     for k in range(count):
-        form[k, k] = form.get((k, k), 0.0) + UNWEIGHTED * largest
+        own = form.get((k, k), 0.0)
+        form[k, k] = own * (1.0 + DEFINITE) if own > DEFINITE * largest else UNWEIGHTED * largest
     return Metric(count, _entries(form), _entries(coupling), tuple(coupled))
 
 

@@ -15,12 +15,11 @@ from typing import Protocol
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.planning.blocks.kinds import Free
-from movimentum.planning.plan import Plan
+from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.block.linearization import Tangent
-from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
+from movimentum.solver.block.local import SMALLEST_STEP
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
-from movimentum.solver.free.velocity import FreeVelocity
+from movimentum.solver.free.velocity import MOST_NODES
 
 TOLERANCE, LARGE_TOLERANCE = 1e-10, 1e-9
 """Error of a step, in units of the unknowns' scale; that of large blocks, whose steps take long."""
@@ -28,9 +27,9 @@ COARSEST = 1e-5
 ORDER = 4
 FIRST = 1e-3
 """Of the distance between two nodes: the first step."""
-STEPS, STEPS_PER_NODE, MOST_NODES = 2500, 4, 2000
-"""So many steps in all and for each of the path's nodes (of which no more are looked at); a motion that needs more is
-given a hundredth of the accuracy each time."""
+STEPS, STEPS_PER_NODE = 2500, 4
+"""So many steps in all and for each of the path's nodes; a motion that needs more is given a hundredth of the accuracy
+each time."""
 STEPS_PER_WAY, MOST_FOR_THE_WAY = 150, 10_000
 """Besides, so many for each unit of its scale (a radian) that the motion goes: what goes far is not wild. At most so
 many in all for that."""
@@ -38,7 +37,8 @@ ROUNDS = 3
 """Times that the budget of steps is spent before accuracy is given up: a motion that is drawn by something wild must
 come to an end too."""
 REFUSED = 3
-"""Steps in a row that are refused: what the past says is worth nothing then, as at a corner."""
+"""Steps in a row that are refused: what the past says is worth nothing then, as at a corner. The path has two points
+there, each with its velocity."""
 MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
 """By order: the corrector's error as a part of what it changed."""
 
@@ -46,22 +46,15 @@ MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
 class Integrable(Protocol):
     """What moves, as `drift` integrates it."""
 
-    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> FloatArray:
-        """The velocity (n,) at ``x`` (n,); ``tangent``: one from near there."""
+    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
+        """The velocity (n,) at ``x`` (n,); ``tangent``: one from near there. ``after``: that of what comes after, if
+        there is a kink.
+        """
         ...
 
     def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
         """The nearest values to ``x`` that are possible, whether they are, and the last tangent used."""
         ...
-
-
-def least_motion(plan: Plan, block: Free, probe: Probe, nodes: FloatArray) -> FreeVelocity:
-    """The least motion of a block with freedom left: of all velocities that keep the constraints, the one that moves
-    the anchors least (sum of squared speeds).
-    """
-    low, high = float(nodes[0]), float(nodes[-1])
-    delta = 1e-6 * max((high - low) / max(min(len(nodes), MOST_NODES) - 1, 1), 1e-300)
-    return FreeVelocity(Local(block, probe, delta, low, high), plan)
 
 
 def drift(
@@ -72,6 +65,7 @@ def drift(
     ``x`` (n,) are the values at ``nodes[0]``, ``scale`` (n,) their natural sizes; the track reaches ``until`` or the
     last node, or ends where a step as short as `SMALLEST_STEP` still fails.
     """
+    tolerance *= tightening()
     tau, high = float(nodes[0]), float(nodes[-1])
     total = high - tau
     if len(nodes) > MOST_NODES:
@@ -80,7 +74,7 @@ def drift(
     most = max(budget, MOST_FOR_THE_WAY)
     spent = stage = refused = begun = 0
     hurried = False
-    rate = motion.velocity(tau, x)
+    rate = motion.velocity(tau, x, after=True)
     times, values, rates = [tau], [x], [rate]
     length = FIRST * float(nodes[1] - nodes[0])
 
@@ -107,15 +101,16 @@ def drift(
             step = min(length, float(target) - tau)
             order = min(ORDER, len(times) - begun)
             past = [time - tau for time in times[-order:]]
+            instant = tau + step if target - tau - step > 1e-12 * total else float(target)
             predicted = x + _advance(past, rates[-order:], step)
-            new, good, tangent = motion.restored(tau + step, predicted)
-            new_rate = motion.velocity(tau + step, new, tangent) if good else np.full_like(x, np.nan)
+            new, good, tangent = motion.restored(instant, predicted)
+            new_rate = motion.velocity(instant, new, tangent) if good else np.full_like(x, np.nan)
             corrected = x + _advance([*past, step], [*rates[-order:], new_rate], step)
             error = MILNE[order - 1] * float(np.max(np.abs(corrected - new) / scale))
             bend = _bend([*past, step], [*rates[-order:], new_rate], step)
             error = max(error, step / 384.0 * float(np.max(np.abs(bend) / scale)))
             if np.isfinite(error) and error <= tolerance:
-                new, good, _ = motion.restored(tau + step, corrected, tangent)
+                new, good, _ = motion.restored(instant, corrected, tangent)
             if not (np.isfinite(error) and error <= tolerance and good):
                 if step <= SMALLEST_STEP * total:
                     if not motion.restored(float(target), x)[1]:
@@ -125,10 +120,14 @@ def drift(
                 known = np.isfinite(error) and error > tolerance
                 length = step * (max(0.2, 0.9 * (tolerance / error) ** (1.0 / (order + 1))) if known else 0.25)
                 if refused >= REFUSED or not np.isfinite(error):
+                    if times[-1] != times[begun]:
+                        times.append(tau)
+                        values.append(x)
+                        rates.append(motion.velocity(tau, x, after=True))
                     begun = len(times) - 1
                 continue
             refused = 0
-            tau = float(target) if target - tau - step < 1e-12 * total else tau + step
+            tau = instant
             budget = min(most, budget + STEPS_PER_WAY * float(np.max(np.abs(new - x) / scale)))
             x = new
             times.append(tau)

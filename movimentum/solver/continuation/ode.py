@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.solver.basis.effort import charge
+from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.continuation.tracks import FlowTrack, PolynomialTrack, Trouble, legendre
 
 STAGES = 16
 """Points in a step. The states are polynomials of this degree, and their order at a step's end is twice that."""
-TOLERANCE = 1e-12
+TOLERANCE, TIGHTEST = 1e-12, 0.1
 """What the polynomial's slope may be off by between the points, times the step, of a state's size."""
 SMALL = 1e-3
 """Of the largest state: a state that is smaller (a spring that the motion has not reached) counts as this large."""
@@ -224,11 +225,12 @@ class Flow:
         cores = p.core @ np.concatenate([x[None], core])
         expected = p.core_values @ cores
         test, slope = self._equation(tau + step * p.between).rates(z + step * (p.totals @ slopes), expected)
-        off = float(np.max(np.abs(slope - p.values @ slopes) * step / (TOLERANCE * size)))
+        tolerance = TOLERANCE * max(tightening(), TIGHTEST)
+        off = float(np.max(np.abs(slope - p.values @ slopes) * step / (tolerance * size)))
         early = (
             rate - legendre(-np.ones(1), STAGES)[0] @ slopes
         )  # a switch just after the beginning is nowhere else seen
-        off = max(off, float(np.max(np.abs(early) * step / (TOLERANCE * size))))
+        off = max(off, float(np.max(np.abs(early) * step / (tolerance * size))))
         bend = float(np.max(np.abs(test - expected) / self._scale, initial=0.0)) / BEND
         error = max(off, bend)
         if not np.isfinite(error):

@@ -6,6 +6,7 @@ space is written down.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -14,15 +15,27 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
-from movimentum.planning.structure.metric import Metric
 from movimentum.scene.model import Scene
 from movimentum.solver.block.linearization import Tangent, chord_newton, tangent_at
-from movimentum.solver.block.local import Local
+from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping
 
 FOLLOWING = 8.0
 """How fast a wish is followed: in an eighth of a time unit, what it is off by falls to 1/e (37 %)."""
+POINTS = 7
+"""Instants whose values give a derivative by time."""
+BEHIND, ACROSS, AHEAD = 1.0, 0.5, 0.0
+"""Which part of the time that they take is before the instant asked about."""
+STEPS = np.array([2.5e-2, 2.5e-4, 2.5e-6])
+"""Of the mean distance between two nodes, between which little turns: the distance between two such instants. The first
+choice that shows no kink is taken, or else the best: shorter ones have more rounding, longer ones more kinks."""
+ALIKE = 1e-8
+"""Of the largest derivative: by how much that of fourth order may be another; that of sixth order is far better."""
+ROUNDING = 1e-13
+"""Of the scene's size: the rounding in what is read."""
+MOST_NODES = 2000
+"""So many of a path's nodes are looked at, if it has more."""
 FARTHEST = 100.0
 """Fields (see `field_of`): a wish that is farther off is followed as fast as if it were so far."""
 
@@ -82,52 +95,82 @@ class Law:
 
 @dataclass(slots=True, eq=False)
 class FreeVelocity:
-    """The velocity of a free block, from differences of what it reads. ``local`` is the block of ``plan`` at an
-    instant.
+    """The velocity of a free ``block`` of ``plan``, from differences of what it reads.
+
+    ``probe`` gives the block's problem at offsets (F,), of which those between the first and the last of ``nodes`` (N,)
+    are on the path. The differences are of sixth order, and do not reach over a kink.
     """
 
-    local: Local
+    block: Free
     plan: Plan
+    probe: Probe
+    nodes: FloatArray
     law: Law = field(init=False)
+    _spacing: float = field(init=False)
 
     def __post_init__(self) -> None:
         """Look at the scene once."""
-        assert isinstance(self.local.block, Free)
-        self.law = Law(self.local.block, self.plan)
+        self.law = Law(self.block, self.plan)
+        spaces = max(min(len(self.nodes), MOST_NODES) - 1, 1)
+        self._spacing = max(float(self.nodes[-1] - self.nodes[0]) / spaces, 1e-300)
 
-    @property
-    def metric(self) -> Metric:
-        """The block's."""
-        return self.law.block.metric
+    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
+        """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there. ``after``:
+        that of what comes after, if there is a kink.
+        """
+        best = np.inf
+        rows, coupled = len(self.block.residuals), self.block.metric.coupled
+        changes = errors = slopes = np.zeros(0)
+        sides = (AHEAD, ACROSS, BEHIND) if after else (ACROSS, BEHIND, AHEAD)
+        for step, side in itertools.product(STEPS * self._spacing, sides):
+            instants = self._near(tau, step, side)
+            problem = self.probe(np.concatenate([[tau], instants]))
+            tangent = tangent or tangent_at(problem.first(), x)
+            repeated = np.repeat(x[None, :], 1 + POINTS, axis=0)
+            values = problem.completed(repeated) if coupled else {}
+            wished, all_slopes = problem.wishes(repeated)
+            read = [np.broadcast_to(values[n], 1 + POINTS)[:, None] for n in coupled]
+            seen = np.concatenate([problem.residual(repeated) / tangent.lengths, *read, wished], axis=1)[1:]
+            found = _weights(instants - tau) @ seen
+            error = float(np.max(np.abs(found - _weights(instants[1:-1] - tau) @ seen[1:-1]), initial=0.0))
+            if not error >= best:
+                best, changes, errors, slopes = error, found, wished[0], all_slopes[0]
+            if not error > ALIKE * np.max(np.abs(found), initial=0.0) + ROUNDING * self.plan.size / step:
+                break
+        assert tangent is not None
+        want, speeds, drift = np.split(changes, [rows, rows + len(coupled)])
+        pull = self.block.metric.pull(speeds) if coupled else None
+        return self.law.velocity(tangent, -want * tangent.lengths, pull, lambda: (errors, slopes, drift))
 
-    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> FloatArray:
-        """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there."""
-        problem, span = self.local.around(tau)
-        repeated = np.repeat(x[None, :], 3, axis=0)
-        residual = problem.residual(repeated)
-        want = (residual[2] - residual[1]) / span
-        pull: FloatArray | None = None
-        if self.metric.coupled:
-            values = problem.completed(repeated)
-            coupled = [np.broadcast_to(values[n], 3) for n in self.metric.coupled]
-            pull = self.metric.pull(np.array([(v[1] - v[2]) / span for v in coupled]))
-
-        def wish() -> tuple[FloatArray, FloatArray, FloatArray]:
-            errors, slopes = problem.wishes(repeated)
-            return errors[0], slopes[0], (errors[1] - errors[2]) / span
-
-        return self.law.velocity(tangent or tangent_at(problem.first(), x), want, pull, wish)
+    def _near(self, tau: float, step: float, side: float) -> FloatArray:
+        """(`POINTS`,) instants, ``step`` apart, that begin ``side`` of their extent before ``tau``; on the path where
+        they can be.
+        """
+        low, high, width = float(self.nodes[0]), float(self.nodes[-1]), (POINTS - 1) * step
+        first = tau - side * width
+        if high - low >= width:
+            first = min(max(first, low), high - width)
+        return np.asarray(first + step * np.arange(POINTS), dtype=np.float64)
 
     def tangent(self, tau: float, x: FloatArray) -> Tangent:
         """The block linearised at core values ``x`` (n,)."""
-        return tangent_at(self.local.around(tau)[0].first(), x)
+        return tangent_at(self.probe(np.array([tau])), x)
 
     def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
         """The core values nearest to ``x`` (n,) that satisfy the block's equations, whether they do (to a relative
         residual of 1e-10), and the last tangent used; ``tangent``: one from near there.
         """
-        found, error, used = chord_newton(self.local.probe(np.array([tau])), x, 10, tangent=tangent)
+        found, error, used = chord_newton(self.probe(np.array([tau])), x, 10, tangent=tangent)
         return found, error <= 1e-10, used
+
+
+def _weights(offsets: FloatArray) -> FloatArray:
+    """(P,) by which values at ``offsets`` (P,), evenly spread, give the derivative at 0 of the polynomial there."""
+    step = float(offsets[1] - offsets[0])
+    powers = np.vander(offsets / step, len(offsets), increasing=True)
+    first = np.zeros(len(offsets))
+    first[1] = 1.0 / step
+    return np.asarray(np.linalg.solve(powers.T, first), dtype=np.float64)
 
 
 def projected(problem: BlockProblem, x: FloatArray) -> tuple[FloatArray, bool]:

@@ -21,11 +21,11 @@ from movimentum.solver.block.newton import freedom_of, newton, unrolled
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of, track_scale
 from movimentum.solver.block.turns import unwound
-from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE, drift, least_motion
+from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE, drift
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.trace import trace
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, PolynomialTrack
-from movimentum.solver.free.velocity import field_of
+from movimentum.solver.free.velocity import FreeVelocity, field_of
 from movimentum.solver.kinds.context import Beginning, Found
 from movimentum.solver.solutions.newton_starts import Starts, newton_starts
 
@@ -103,7 +103,7 @@ def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap
 
     def followed() -> NodeTrack:
         if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
-            moving = least_motion(plan, block, probe, grid.tau)
+            moving = FreeVelocity(block, plan, probe, grid.tau)
             found = drift(moving, x, scale, grid.tau, until, TOLERANCE if block.sparse is None else LARGE_TOLERANCE)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)

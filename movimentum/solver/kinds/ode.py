@@ -20,7 +20,7 @@ from movimentum.solver.block.newton import newton as newton_steps
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import RANK_TOLERANCE
 from movimentum.solver.block.sizes import scale_of, track_scale
-from movimentum.solver.continuation.free_motion import drift, least_motion
+from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.ode import Equation, Slopes, flow
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, Path, PolynomialTrack
@@ -150,7 +150,7 @@ class _Drifting:
     problems: _Problems
     nodes: FloatArray
 
-    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> FloatArray:
+    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
         """See `Integrable`; the states are last."""
         count = len(self.problems.block.core)
         core, z = x[:count], x[count:]
@@ -159,7 +159,7 @@ class _Drifting:
         def probe(times: FloatArray) -> BlockProblem:
             return self.problems.given(self.problems.outer(times), z + (times - tau)[:, None] * rates)
 
-        return np.concatenate([self._free(probe).velocity(tau, core, tangent), rates])
+        return np.concatenate([self._free(probe).velocity(tau, core, tangent, after), rates])
 
     def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
         """See `Integrable`."""
@@ -171,7 +171,7 @@ class _Drifting:
     def _free(self, probe: Probe) -> FreeVelocity:
         rows = self.problems.block.algebraic
         assert isinstance(rows, Free)
-        return least_motion(self.problems.path.plan, rows, probe, self.nodes)
+        return FreeVelocity(rows, self.problems.path.plan, probe, self.nodes)
 
 
 def _drifting(path: Path, block: Ode, nodes: FloatArray, x: FloatArray, until: float) -> FlowTrack:
