@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.analysis.diagnose.differential import given_up
+from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, left_out, off_text
 from movimentum.analysis.diagnose.runaway import runaway
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
@@ -60,7 +61,35 @@ def failure_diagnostic(
         return _left_nothing(motion, stretch, trouble, trouble.begin), 3
     if trouble.kind is FailureKind.CHECK:
         return _no_longer(motion, stretch, trouble)
+    if trouble.kind is FailureKind.LIMIT:
+        return not_looked_at(stretch, trouble), 3
     return _no_beginning(motion, stretch, trouble, advice)
+
+
+def not_looked_at(stretch: SegmentMotion, trouble: Failure) -> Diagnostic:
+    """A motion that comes to an end over and over, and what comes after the last of these that was looked at."""
+    when = _at(stretch, trouble.begin)
+    if trouble.selector is not None:
+        number_ = stretch.plan.system.selectors[trouble.selector].constraint
+        constraint = constraint_of(stretch, number_)
+        span = None if constraint is None else constraint.span
+        what = "the motion leaves this inequality again and again"
+        notes, helps = ("what satisfies it crosses it at once, over and over",), ()
+    else:
+        assert trouble.block is not None
+        span = span_of_blocks(stretch, (trouble.block,))
+        ends = [item.begin for item in stretch.troubles if item.kind is FailureKind.GAP]
+        what = f"the motion comes to an end {len(ends)} times from t = {_at(stretch, min(ends))} on"
+        notes = ("the frames after that have no pose; there may well be a solution",)
+        helps = (f"`@{when}` begins another step there, which is looked at on its own",)
+    return Diagnostic(
+        code="limit/paths",
+        severity=Severity.ERROR,
+        message=f"{what}; what comes after t = {when} was not looked at",
+        span=span,
+        notes=notes,
+        helps=helps,
+    )
 
 
 def _no_longer(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> tuple[Diagnostic, int]:
@@ -220,10 +249,7 @@ def _left_nothing(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, 
         text = motion.timeline.scene.source.slice(turned_down.span).strip() if turned_down else "a length or an angle"
         notes.append(f"candidate {k + 1} misses `{' '.join(text.split())}` by {number(abs(rejection.amount))}")
     when = _at(stretch, tau)
-    if selection is None:
-        message = f"the motion leaves this inequality again and again from t = {when} on"
-        notes.append("every solution that satisfies it crosses it at once; the search for another was given up")
-    elif selector.constraint is not None:
+    if selector.constraint is not None:
         message = f"no solution satisfies this inequality at t = {when}"
     else:
         message = f"at t = {when} this has no solution (a length cannot be negative, an angle points one way)"
