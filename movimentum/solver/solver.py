@@ -218,7 +218,8 @@ def _resumed(piece: Piece, gap: Gap) -> tuple[float, float, list[Choice]] | None
     else:
         times = times_after(gap.begin, piece.nodes, piece.end)
         if gap.begin < gap.end < piece.end:  # known to the last digit, unless something else is in the way
-            times = np.union1d(times, [gap.end])
+            inside = np.maximum(gap.begin, gap.end - np.array([0.5 * (gap.end - gap.begin), 8.0 * np.spacing(gap.end)]))
+            times = np.concatenate([inside, [gap.end], times[times > gap.end]])
         found = branch.first(times, gap.begin)
     return None if found is None else (found[0], *branch.clear_of(found[0], piece.end, found[1]))
 

@@ -77,11 +77,13 @@ def not_looked_at(stretch: SegmentMotion, trouble: Failure) -> Diagnostic:
         notes, helps = ("what satisfies it crosses it at once, over and over",), ()
     else:
         assert trouble.block is not None
-        span = span_of_blocks(stretch, (trouble.block,))
+        span = span_of_blocks(stretch, (trouble.block,)) or stretch.plan.system.scene.steps[stretch.segment.step].span
         ends = [item.begin for item in stretch.troubles if item.kind is FailureKind.GAP]
         what = f"the motion comes to an end {len(ends)} times from t = {_at(stretch, min(ends))} on"
         notes = ("the frames after that have no pose; there may well be a solution",)
         helps = (f"`@{when}` begins another step there, which is looked at on its own",)
+        if when == _at(stretch, 0.0):
+            helps = ()
     return Diagnostic(
         code="limit/paths",
         severity=Severity.ERROR,

@@ -65,12 +65,20 @@ def least_motion(plan: Plan, block: Free, probe: Probe, nodes: FloatArray) -> Fr
 
 
 def drift(
-    motion: Integrable, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float, tolerance: float = TOLERANCE
+    motion: Integrable,
+    x: FloatArray,
+    scale: FloatArray,
+    nodes: FloatArray,
+    until: float,
+    tolerance: float = TOLERANCE,
+    *,
+    roughly: bool = False,
 ) -> NodeTrack:
     """A ``motion`` integrated with its own step control, brought back onto the constraints after every step.
 
     ``x`` (n,) are the values at ``nodes[0]``, ``scale`` (n,) their natural sizes; the track reaches ``until`` or the
-    last node, or ends where a step as short as `SMALLEST_STEP` still fails.
+    last node, or ends where a step as short as `SMALLEST_STEP` still fails. ``roughly``: accuracy is given up from the
+    beginning, because what drives the motion is not followed closely either.
     """
     tau, high = float(nodes[0]), float(nodes[-1])
     total = high - tau
@@ -78,7 +86,8 @@ def drift(
         nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
     budget = STEPS + STEPS_PER_NODE * len(nodes)
     most = max(budget, MOST_FOR_THE_WAY)
-    spent = stage = refused = begun = 0
+    spent = refused = begun = 0
+    stage = ROUNDS if roughly else 0
     hurried = False
     rate = motion.velocity(tau, x)
     times, values, rates = [tau], [x], [rate]

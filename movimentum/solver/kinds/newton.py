@@ -104,7 +104,8 @@ def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap
     def followed() -> NodeTrack:
         if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
             moving = least_motion(plan, block, probe, grid.tau)
-            found = drift(moving, x, scale, grid.tau, until, TOLERANCE if block.sparse is None else LARGE_TOLERANCE)
+            tolerance = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
+            found = drift(moving, x, scale, grid.tau, until, tolerance, roughly=not path.resolved)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)
             found = trace(block, probe, x, scale, grid.tau, until, rates, sizes)
