@@ -214,13 +214,12 @@ def _resumed(piece: Piece, gap: Gap) -> tuple[float, float, list[Choice]] | None
     """When the branch of ``piece`` has a solution again after ``gap``; from when it can be followed, and the choice."""
     branch = Branch.of(piece, gap.begin)
     if gap.pole is not None and gap.end < piece.end and (choices := branch.beyond(gap, piece.end)) is not None:
-        found = gap.end, choices
-    else:
-        times = times_after(gap.begin, piece.nodes, piece.end)
-        if gap.begin < gap.end < piece.end:  # known to the last digit, unless something else is in the way
-            inside = np.maximum(gap.begin, gap.end - np.array([0.5 * (gap.end - gap.begin), 8.0 * np.spacing(gap.end)]))
-            times = np.concatenate([inside, [gap.end], times[times > gap.end]])
-        found = branch.first(times, gap.begin)
+        return gap.end, gap.end, choices
+    times = times_after(gap.begin, piece.nodes, piece.end)
+    if gap.begin < gap.end < piece.end:  # known to the last digit, unless something else is in the way
+        inside = np.maximum(gap.begin, gap.end - np.array([0.5 * (gap.end - gap.begin), 8.0 * np.spacing(gap.end)]))
+        times = np.concatenate([inside, [gap.end], times[times > gap.end]])
+    found = branch.first(times, gap.begin)
     return None if found is None else (found[0], *branch.clear_of(found[0], piece.end, found[1]))
 
 

@@ -13,7 +13,6 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import Gap, Path
 
-
 INSTANT = 1e-12
 """Of a path: where something has no value for no longer than this, as sin(t)/t at zero, the path does not end."""
 
