@@ -6,6 +6,8 @@ the joints): the distance of a solution from the pose goes to zero with the time
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -75,7 +77,12 @@ def _right(kind: str, seed: int, orders: tuple[int, ...]) -> None:
                 assert "at t = 0: there" not in script.diagnostics[0].message
             if not paths:
                 assert not motion.solved[1:].any()
-                assert "at t = 0: there is no solution from then on" in script.diagnostics[0].message
+                told = re.search(
+                    r"at t = ([-0-9.e]+): there is no solution from then on", script.diagnostics[0].message
+                )
+                # where equations hold to the second order, they hold to rounding for so long
+                assert told is not None
+                assert 0.0 <= float(told[1]) <= 1e-8
             now = np.array([motion[f"{body}.{joints[-1]}"] for body, joints in drawn.bodies.items()])
             if before is not None:
                 assert now == pytest.approx(before, abs=1e-6 * drawn.size, nan_ok=True)

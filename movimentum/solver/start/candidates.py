@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.block.sizes import scale_of
@@ -94,9 +94,21 @@ def mirrored_settled(plan: Plan, leaves: list[Candidate]) -> list[Candidate]:
         near = all(y - x <= SAME * (1.0 + abs(x)) for x, y in zip(a[:3], b[:3], strict=True))
         return near and b[3] - a[3] <= MIRRORED * a[3] and same_pose(plan, leaves[0], leaf)
 
-    def way(leaf: Candidate) -> float:
-        scale = scale_of(plan, list(leaf.values))
-        return sum((leaf.later[n] - leaf.values[n]) / s for n, s in zip(leaf.values, scale, strict=True))
+    number_of, things = plan.system.number_of, sorted(plan.system.scene.things, key=lambda thing: thing.name)
+
+    def way(leaf: Candidate) -> list[float]:
+        """How each thing turns, and then how it moves, by name: which anchor its place is that of depends on order."""
+        found: list[float] = []
+        for one, other in ((PoseCos, PoseSin), (PoseX, PoseY)):
+            for thing in things:
+                a, b = number_of.get(one(thing.number)), number_of.get(other(thing.number))
+                if a in leaf.values and b in leaf.values:
+                    if one is PoseCos:
+                        turned = leaf.values[a] * leaf.later[b] - leaf.values[b] * leaf.later[a]
+                        found.append(round(turned / SEEN))
+                    else:
+                        found += [round((leaf.later[n] - leaf.values[n]) / plan.size / SEEN) for n in (a, b)]
+        return found
 
     tied = [leaf for leaf in leaves if is_tied(leaf)]
     return leaves if len(tied) < 2 else [first := max(tied, key=way), *(leaf for leaf in leaves if leaf is not first)]
