@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, solutions
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.linearization import Tangent
@@ -35,8 +35,8 @@ STEPS_PER_WAY, MOST_FOR_THE_WAY = 150, 10_000
 """Besides, so many for each unit of its scale (a radian) that the motion goes: what goes far is not wild. At most so
 many in all for that."""
 ROUNDS = 3
-"""Times that the budget of steps is spent before accuracy is given up: a motion that is drawn by something wild must
-come to an end too."""
+"""Times that the budget of steps is spent, each time half as much, before accuracy is given up: a motion that is drawn
+by something wild must come to an end too."""
 REFUSED = 3
 """Steps in a row that are refused: what the past says is worth nothing then, as at a corner."""
 MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
@@ -101,7 +101,7 @@ def drift(
             if tau >= until:
                 return track(until)
             spent += 1
-            if spent > (stage + 1) * budget or hurried:
+            if spent > (2.0 - 0.5**stage) * budget or hurried:
                 stage, hurried = stage + 1, False
                 tolerance = min(100.0 * tolerance, COARSEST)
             if stage >= ROUNDS:  # from node to node, each the nearest to the one before
@@ -153,7 +153,9 @@ def _advance(times: Sequence[float], rates: Sequence[FloatArray], step: float) -
     count = len(times)
     t = np.array(times) / step
     powers = np.vander(t, count, increasing=True)
-    weights = np.linalg.solve(powers.T, 1.0 / np.arange(1, count + 1))
+    weights = solutions(powers.T, 1.0 / np.arange(1, count + 1))
+    if not np.isfinite(weights).all():  # times that rounding makes one
+        weights = np.append(np.zeros(count - 1), 1.0)
     result = np.zeros_like(rates[0])
     for weight, rate in zip(weights, rates, strict=True):
         result = result + step * weight * rate
@@ -168,5 +170,6 @@ def _bend(times: Sequence[float], rates: Sequence[FloatArray], step: float) -> F
     if len(times) >= 4:
         last = [time / step for time in times[-4:]]
         for i, rate in enumerate(rates[-4:]):
-            result = result + 6.0 / math.prod(last[i] - t for j, t in enumerate(last) if j != i) * rate
+            apart = math.prod(last[i] - t for j, t in enumerate(last) if j != i)
+            result = result + 6.0 / (apart or math.inf) * rate
     return result
