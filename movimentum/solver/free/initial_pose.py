@@ -23,9 +23,6 @@ leaps to another side of an inequality.
 """
 TO_BEGIN = Damping(weak=1e-3)
 """Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
-ASTRAY = 1e-2
-"""Of the unknowns' scale: where steps lead farther from the constraints than that, and than before, they are too long.
-"""
 CURVED = 1e-5
 """Of the unknowns' scale: the width of differences of the Jacobian."""
 FLAT = 0.05
@@ -158,7 +155,7 @@ def _dense_least(
     assert isinstance(block, Free)
     metric = block.metric.dense
     x = start.copy()
-    longest, nearest, before = most, np.inf, np.inf
+    longest, nearest = most, np.inf
     for _ in range(80 if not len(wished) else 240):
         residual = problem.residual(x[None])
         jacobian = problem.jacobian(x[None])
@@ -170,10 +167,6 @@ def _dense_least(
         _, free, inverse = null_space(rows[0])
         restore = -(inverse @ right) * scale
         free = free * scale[:, None]
-        if not turns and not len(wished):
-            missed = float(np.max(np.abs(right), initial=0.0))
-            longest = 0.5 * longest if missed > max(before, ASTRAY) else min(most, 1.2 * longest)
-            before = missed
         if len(wished) and free.shape[1]:  # first as near to the wishes as can be, then what is left of the freedom
             errors, wish_rows = (item[0, wished] for item in problem.wishes(x[None]))
             # as near as can be may be a stretched pose, which full steps would jump over for ever
