@@ -98,11 +98,14 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, visible: Vi
         ranks = block_ranks(stretch)
         every.append(ranks)
         if fault == 0 and stretch.troubles:
-            from movimentum.analysis.diagnose.failure import failure_diagnostic
+            from movimentum.analysis.diagnose.failure import failure_diagnostic, not_looked_at
 
             trouble = min(stretch.troubles, key=lambda item: item.begin)
             diagnostic, fault = failure_diagnostic(motion, stretch, trouble, advice)
             found.append(diagnostic)
+            last = stretch.troubles[-1]
+            if last.kind is FailureKind.LIMIT and last is not trouble:
+                found.append(not_looked_at(stretch, last))
         for diagnostic in (
             *ambiguities(trials, index),
             *free_motions(trials, index, ranks),

@@ -44,13 +44,15 @@ class FailureKind(StrEnum):
     """Why there is no solution.
 
     START: none to begin with; GAP: a block has none, after a path that ended; SELECTOR: an inequality is violated and
-    no other solution satisfies it; CHECK: an equation, which held so far although others say as much, no longer does.
+    no other solution satisfies it; CHECK: an equation, which held so far although others say as much, no longer does;
+    LIMIT: paths end over and over, and what comes after that is not looked at.
     """
 
     START = "start"
     GAP = "gap"
     SELECTOR = "selector"
     CHECK = "check"
+    LIMIT = "limit"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,8 +60,8 @@ class Failure:
     """No solution from offset ``begin`` to ``until``.
 
     START has a ``selection`` with the reasons; GAP the number of the ``block`` (what that computes is at
-    infinity at the time ``pole``); SELECTOR that of the inequality, ``selector`` (without a ``selection``:
-    what satisfies it violates it again at once, over and over); CHECK that of the equation, ``check``.
+    infinity at the time ``pole``); SELECTOR that of the inequality, ``selector``; CHECK that of the equation,
+    ``check``; LIMIT the block or the inequality that the paths end at.
     """
 
     kind: FailureKind

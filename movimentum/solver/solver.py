@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,16 +27,28 @@ from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
 
-if TYPE_CHECKING:
-    pass
-
-MAXIMAL_PIECES = 400
-"""Of one segment; where there would be more, the rest is without a solution."""
+MAXIMAL_PIECES = 600
+"""Of one segment; where there would be more, the rest is not looked at."""
+AHEAD = 4.0
+"""Paths that end over and over are followed so many times as far as the last of them went, and if that shows no end, so
+many times as far again: following them takes time in proportion to the whole segment, however many they are."""
 CREEPING = 12
 """So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, it has
 solutions at single instants only, or Newton's method is at the end of its precision."""
-SHORT = 3e-4
-"""Of a segment: a piece that is shorter ends where it begins. `MAXIMAL_PIECES` like that would not fill a segment."""
+SHORT = 1e-7
+"""Of a segment: a piece that is shorter ends where it begins."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Followed:
+    """A path, and why it ends, if it does: an inequality is ``violated`` (its number and when), or it has no solution
+    in a ``gap``, after which it is ``resumed``: when it has one again, and from when it can be followed, with what.
+    """
+
+    piece: Piece
+    violated: tuple[int, float] | None
+    gap: Gap | None
+    resumed: tuple[float, float, list[Choice]] | None
 
 
 def solve(
@@ -86,7 +97,8 @@ def _solved(work: Solving, timeline: Timeline, begin: Carry | None, known: Known
 def _solve_segment(work: Solving, task: SegmentTask, earlier: SegmentMotion | None) -> SegmentMotion:
     segment, carry = task.segment, task.carry
     plan, selection = begin_segment(work, task, earlier)
-    if earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended:
+    still = earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended
+    if still and earlier is not None and earlier.troubles[-1].kind is not FailureKind.LIMIT:
         # the path ended and nothing new is stated: there is still no solution on it
         stretch = SegmentMotion(segment, plan, carry, [Unsolved(0.0, task.length, carry)], [], [])
         stretch.troubles.append(Failure(FailureKind.START, 0.0, until=task.length, selection=selection))
@@ -117,11 +129,11 @@ def _followed(
     if choices is None:
         choices, begin = _late_beginning(stretch, selection, length, ahead, resumes=work.resumes)
     while choices is not None:
-        piece, gaps = follow(plan, segment.start, begin, length, choices)
-        stretch.pieces.append(piece)
+        path = _path(stretch, begin, length, choices, resumes=work.resumes)
+        stretch.pieces.append(path.piece)
         if length <= begin:
             break
-        choices, begin = _continue(stretch, piece, gaps, length, ahead, resumes=work.resumes)
+        choices, begin = _continue(stretch, path, length, ahead)
     return stretch
 
 
@@ -181,28 +193,55 @@ def _late_beginning(
     return there.choices, begin
 
 
+def _path(stretch: SegmentMotion, begin: float, length: float, choices: list[Choice], *, resumes: bool) -> _Followed:
+    """The path from ``begin`` to where it ends."""
+    times = [beginning.time for beginning in stretch.beginnings[-4:]]
+    reach = length
+    if len(times) > 1:
+        reach = min(length, begin + AHEAD * max(*np.diff(times).tolist(), SHORT * length))
+    while True:
+        piece, gaps = follow(stretch.plan, stretch.segment.start, begin, reach, choices)
+        gap = min(gaps, key=lambda item: item.begin, default=None)
+        violated = first_violation(piece, piece.end if gap is None else gap.begin)
+        resumed = _resumed(piece, gap) if resumes and gap is not None and violated is None else None
+        ends = violated is not None or resumed is not None or (gap is not None and not resumes)
+        if ends or reach >= length:
+            return _Followed(piece, violated, gap, resumed)
+        reach = min(length, begin + AHEAD * (reach - begin))
+
+
+def _resumed(piece: Piece, gap: Gap) -> tuple[float, float, list[Choice]] | None:
+    """When the branch of ``piece`` has a solution again after ``gap``; from when it can be followed, and the choice."""
+    branch = Branch.of(piece, gap.begin)
+    if gap.pole is not None and gap.end < piece.end and (choices := branch.beyond(gap, piece.end)) is not None:
+        return gap.end, gap.end, choices
+    times = times_after(gap.begin, piece.nodes, piece.end)
+    if gap.begin < gap.end < piece.end:  # known to the last digit, unless something else is in the way
+        inside = np.maximum(gap.begin, gap.end - np.array([0.5 * (gap.end - gap.begin), 8.0 * np.spacing(gap.end)]))
+        times = np.concatenate([inside, [gap.end], times[times > gap.end]])
+    found = branch.first(times, gap.begin)
+    return None if found is None else (found[0], *branch.clear_of(found[0], piece.end, found[1]))
+
+
 def _continue(
-    stretch: SegmentMotion, piece: Piece, gaps: list[Gap], length: float, ahead: float, *, resumes: bool
+    stretch: SegmentMotion, path: _Followed, length: float, ahead: float
 ) -> tuple[list[Choice] | None, float]:
-    """What comes after ``piece``: nothing (it reaches the end), or another piece: from where an inequality is violated,
-    or from where a path that ended has a solution again.
+    """What comes after ``path``: nothing (it reaches the end), or another one: from where an inequality is violated, or
+    from where a path that ended has a solution again.
     """
-    gap = min(gaps, key=lambda item: item.begin, default=None)
-    violated = first_violation(piece, piece.end if gap is None else gap.begin)
-    if violated is not None or gap is not None:
-        end = violated[1] if violated is not None else gap.begin if gap is not None else length
-        if len(stretch.pieces) >= MAXIMAL_PIECES or _creeps(stretch, end, length):
-            trouble = Failure(FailureKind.GAP, end, until=length, block=None if gap is None else gap.block)
-            if violated is not None:
-                trouble = Failure(FailureKind.SELECTOR, end, until=length, selector=violated[0])
-            stretch.troubles.append(trouble)
-            _die(stretch, piece, end, length)
-            return None, length
-    if violated is not None:
-        return _beyond_inequality(stretch, piece, violated, length, ahead)
-    if gap is None:
+    end = path.violated[1] if path.violated is not None else length if path.gap is None else path.gap.begin
+    again = path.violated is not None or path.resumed is not None
+    given_up = again and (len(stretch.pieces) >= MAXIMAL_PIECES or _creeps(stretch, end, length))
+    if path.violated is not None and given_up:
+        selector = path.violated[0]
+        stretch.troubles.append(Failure(FailureKind.LIMIT, end, until=length, selector=selector))
+        _die(stretch, path.piece, end, length)
         return None, length
-    return _beyond_gap(stretch, piece, gap, length, resumes=resumes)
+    if path.violated is not None:
+        return _beyond_inequality(stretch, path.piece, path.violated, length, ahead)
+    if path.gap is None:
+        return None, length
+    return _beyond_gap(stretch, path, path.gap, length, given_up=given_up)
 
 
 def _creeps(stretch: SegmentMotion, end: float, length: float) -> bool:
@@ -222,25 +261,18 @@ def _die(stretch: SegmentMotion, piece: Piece, end: float, until: float) -> Carr
 
 
 def _beyond_gap(
-    stretch: SegmentMotion, piece: Piece, gap: Gap, length: float, *, resumes: bool
+    stretch: SegmentMotion, path: _Followed, gap: Gap, length: float, *, given_up: bool
 ) -> tuple[list[Choice] | None, float]:
-    """From where the branch has a solution again."""
-    branch = Branch.of(piece, gap.begin)
-    times = times_after(gap.begin, piece.nodes, length)
-    if gap.begin < gap.end < length:  # known to the last digit, unless something else is in the way
-        times = np.union1d(times, [gap.end])
-    found = None
-    if resumes and gap.pole is not None and gap.end < length and (choices := branch.beyond(gap, length)) is not None:
-        found = gap.end, choices
-    elif resumes:
-        found = branch.first(times, gap.begin)
-    until = length if found is None else found[0]
+    """From where the branch has a solution again, unless that is ``given_up``."""
+    until = length if path.resumed is None else path.resumed[0]
     stretch.troubles.append(Failure(FailureKind.GAP, gap.begin, until=until, block=gap.block, pole=gap.pole))
-    if found is None:
-        _die(stretch, piece, gap.begin, length)
+    if given_up:
+        stretch.troubles.append(Failure(FailureKind.LIMIT, until, until=length, block=gap.block))
+    if path.resumed is None or given_up:
+        _die(stretch, path.piece, gap.begin, length)
         return None, length
-    begin, choices = branch.clear_of(found[0], length, found[1])
-    carry = _die(stretch, piece, gap.begin, begin)
+    _, begin, choices = path.resumed
+    carry = _die(stretch, path.piece, gap.begin, begin)
     stretch.beginnings.append(PathBeginning(begin, Selection(choices, ()), carry, PathReason.REACH))
     return choices, begin
 

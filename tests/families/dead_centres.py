@@ -149,10 +149,19 @@ class Linkage:
                 found.append(one)
         return sorted(float(np.max(np.abs(one - drawn))) / size for one in found)
 
+    def lasting(self, sign: int) -> bool:
+        """Whether all paths that leave the drawn pose go on for a while."""
+        known = self.paths(sign)
+        return all(sum(d < 0.3 for d in self.distances(sign * travel)) >= known for travel in (1e-4, 1e-3, 1e-2))
+
     def paths(self, sign: int) -> int:
         """How many paths leave the drawn pose with this sign of the drive."""
-        far, near = self.distances(sign * 1e-2), self.distances(sign * 1e-4)
-        return sum(d < 0.2 and not any(abs(d - e) < 0.25 * d for e in far) for d in near)
+        far, near, nearest = (self.distances(sign * travel) for travel in (1e-3, 1e-5, 1e-6))
+        if not any(
+            d < 0.2 for d in far
+        ):  # what solves the equations to rounding near by, and not farther on, is no path
+            return 0
+        return sum(d < 0.2 and not any(abs(d - e) < 0.25 * d for e in nearest) for d in near)
 
 
 def fourbar(rng: random.Random) -> Linkage:

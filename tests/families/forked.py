@@ -144,7 +144,7 @@ def main() -> None:
         for seed in range(given.first, given.first + given.count):
             kind = given.kind or kind_of(seed)
             found = tried_input(kind, seed, room)
-            if totals["inputs"] % 500 == 499:
+            if totals["inputs"] % 100 == 99:
                 print(totals["inputs"] + 1, "inputs up to", seed, flush=True)
             totals.update(["inputs", f"{kind} inputs", *(f"exit {code}" for code in found.codes), *found.faults])
             if found.faults or given.keep:

@@ -170,13 +170,15 @@ def test_constructions_are_found_as_near_as_can_be_to_the_drawing(kind: str):
     _verify(kind, len(kind))
 
 
+FARTHER = {("distance", 111), ("reflection", 108), ("simson", 108)}
+"""On the way to the nearest pose two of the points come together, where steps lead to and fro."""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "seed"), list(itertools.product(KINDS, range(100, 112))))
 def test_many_constructions_are_found(kind: str, seed: int):
-    """Some 25 of these 132 are found, but not as near to the drawing as can be: that is not claimed here. Two are off
-    by up to 5e-8 px, for a reason that is not known.
-    """
-    _verify(kind, seed, least=False)
+    """Of these 132, three are found, but not as near to the drawing as can be."""
+    _verify(kind, seed, least=(kind, seed) not in FARTHER)
 
 
 def test_a_free_point_is_held_where_it_is_drawn():

@@ -4,6 +4,7 @@ that would take long to try.
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
@@ -11,7 +12,8 @@ import pytest
 from movimentum.analysis.diagnose import trials
 from movimentum.solver.basis.effort import GivenUp, charge, limited
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.solver import CREEPING
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.solver import CREEPING, MAXIMAL_PIECES
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, moved, understand
@@ -57,7 +59,48 @@ def assert_soon_told(text: str, good: bool) -> None:
     found = examined(motion.timeline, Choices())
     assert found.fault == (0 if good else 3), (text, found.diagnostics)
     if not good:
-        assert any(item.code.startswith("solve/") for item in found.diagnostics), text
+        assert any(item.code.startswith(("solve/", "limit/paths")) for item in found.diagnostics), text
+
+
+def _binding_crank(seed: int, turns: int) -> tuple[str, list[tuple[float, float]]]:
+    """A crank that makes many turns in one step before two bars that do not reach all the way round, and the times
+    (from, to) at which they do not, by the cosine rule.
+    """
+    chance = random.Random(seed)
+    a, g = chance.uniform(30, 60), chance.uniform(90, 150)
+    reach = g + a * chance.uniform(-0.6, 0.6)
+    b = reach * chance.uniform(0.45, 0.55)
+    c = reach - b
+    angle = math.degrees(math.acos((a * a + g * g - reach * reach) / (2 * a * g)))
+    d = g - a
+    x = (b * b - c * c + d * d) / (2 * d)
+    joint = f"[{a + x!r}, {math.sqrt(b * b - x * x)!r}]"
+    text = f"""A : .bar O = [0,0] P = [{a!r},0]; B : .bar P = [{a!r},0] Q = {joint}; C : .bar Q = {joint} X = [{g!r},0];
+@0 A.O = [0,0]; B.P = A.P; C.Q = B.Q; C.X = [{g!r},0]; A.angle = {360 * turns}*.t;
+@1"""
+    return text, [((k + angle / 360) / turns, (k + 1 - angle / 360) / turns) for k in range(turns)]
+
+
+@pytest.mark.parametrize(("seed", "turns"), [(1, 30), (2, 60), pytest.param(3, 280, marks=pytest.mark.slow)])
+def test_many_binds_are_all_found_and_take_work_in_proportion(seed: int, turns: int) -> None:
+    text, gaps = _binding_crank(seed, turns)
+    (stretch, *_) = motion_of(text).stretches
+    found = [(trouble.begin, trouble.until) for trouble in stretch.troubles]
+    assert len(found) == turns
+    # the ends are simple zeros of the margin, which is known to 1e-13
+    assert found == [pytest.approx(pair, abs=1e-11) for pair in gaps]
+    nodes = [len(piece.nodes) for piece in stretch.pieces if isinstance(piece, Piece)]
+    assert sum(nodes) <= 30 * turns * 2 + 200 * turns  # the first path is followed all the way, the others some turns
+
+
+@pytest.mark.slow
+def test_binds_beyond_the_limit_are_told_as_not_looked_at() -> None:
+    text, gaps = _binding_crank(4, 400)
+    found = examined(motion_of(text).timeline, Choices())
+    assert found.fault == 3
+    (limit,) = [item for item in found.diagnostics if item.code == "limit/paths"]
+    assert f"{MAXIMAL_PIECES // 2 + 1} times" in limit.message
+    assert f"`@{gaps[MAXIMAL_PIECES // 2][1]:.9g}"[:8] in limit.helps[0]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -1,5 +1,6 @@
 """What runs far away or through infinity: told with the time, at any frame rate; frames are right on both sides."""
 
+import math
 import re
 
 import numpy as np
@@ -116,3 +117,31 @@ def test_what_runs_away_is_named(statements, message):
     examination, _, _ = solved_as_written(f"D : .disc(4) C=[0,0]; @0 {statements} @1", 10)
     (error,) = errors_of(examination)
     assert error.message.startswith(message)
+
+
+@pytest.mark.parametrize("rate", [10, 7])
+@pytest.mark.parametrize(
+    ("formula", "limit"),
+    [
+        (".sin(50*(.t-0.5))/(.t-0.5)", math.radians(50)),
+        ("((.t-0.5)^3 + 3*(.t-0.5))/(.t-0.5)", 3.0),
+        ("(.exp(2*(.t-0.5))-1)/(.t-0.5)", 2.0),
+    ],
+)
+@pytest.mark.parametrize(
+    "scene",
+    [
+        "A:.bar O=[0,0] P=[60,0]; @0 A.O=[0,0]; A.angle={}; @1",
+        "A:.disc(4) P=[60,0]; @0 A.P=[{},10]; @1",
+        "A:.bar O=[0,0] P=[60,0]; L:.bar P=[60,0] X=[100,60]; @0 A.O=[0,0]; L.P=A.P; L.X=[100+{},60]; @1",
+    ],
+)
+def test_what_has_no_value_at_one_instant_has_the_limit(scene, formula, limit, rate):
+    examination, motion, poses = solved_as_written(scene.format(formula), rate)
+    assert errors_of(examination) == []
+    assert poses.solved.all()
+    _, _, exact = solved_as_written(scene.format(repr(limit)), rate)
+    if rate == 10:
+        place = anchor(motion, poses, "A.P")[5]
+        # extrapolated from twelve points beside, to what rounding there leaves
+        assert place == pytest.approx(anchor(motion, exact, "A.P")[0], abs=1e-9)

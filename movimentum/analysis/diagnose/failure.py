@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.analysis.diagnose.differential import given_up
+from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, left_out, off_text
 from movimentum.analysis.diagnose.runaway import runaway
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
@@ -16,6 +17,7 @@ from movimentum.planning.structure.rates import RateError, RateTrouble, reader_o
 from movimentum.scene.model import Constraint, Scene, Thing
 from movimentum.scene.text_edits import added, lengthened, turned_round
 from movimentum.settings import Advice
+from movimentum.solver.kinds.linear import INSTANT
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
@@ -51,7 +53,7 @@ def failure_diagnostic(
         and trouble.block is not None
         and _is_formula(stretch.plan.blocks[trouble.block])
     ):
-        return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin), 3
+        return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin, trouble.until), 3
     if trouble.kind is FailureKind.GAP and (ended := given_up(stretch, trouble)) is not None:
         return ended, 3
     if trouble.kind is FailureKind.GAP and (bound := bind(motion, stretch, trouble, advice)) is not None:
@@ -60,7 +62,37 @@ def failure_diagnostic(
         return _left_nothing(motion, stretch, trouble, trouble.begin), 3
     if trouble.kind is FailureKind.CHECK:
         return _no_longer(motion, stretch, trouble)
+    if trouble.kind is FailureKind.LIMIT:
+        return not_looked_at(stretch, trouble), 3
     return _no_beginning(motion, stretch, trouble, advice)
+
+
+def not_looked_at(stretch: SegmentMotion, trouble: Failure) -> Diagnostic:
+    """A motion that comes to an end over and over, and what comes after the last of these that was looked at."""
+    when = _at(stretch, trouble.begin)
+    if trouble.selector is not None:
+        number_ = stretch.plan.system.selectors[trouble.selector].constraint
+        constraint = constraint_of(stretch, number_)
+        span = None if constraint is None else constraint.span
+        what = "the motion leaves this inequality again and again"
+        notes, helps = ("what satisfies it crosses it at once, over and over",), ()
+    else:
+        assert trouble.block is not None
+        span = span_of_blocks(stretch, (trouble.block,)) or stretch.plan.system.scene.steps[stretch.segment.step].span
+        ends = [item.begin for item in stretch.troubles if item.kind is FailureKind.GAP]
+        what = f"the motion comes to an end {len(ends)} times from t = {_at(stretch, min(ends))} on"
+        notes = ("the frames after that have no pose; there may well be a solution",)
+        helps = (f"`@{when}` begins another step there, which is looked at on its own",)
+        if when == _at(stretch, 0.0):
+            helps = ()
+    return Diagnostic(
+        code="limit/paths",
+        severity=Severity.ERROR,
+        message=f"{what}; what comes after t = {when} was not looked at",
+        span=span,
+        notes=notes,
+        helps=helps,
+    )
 
 
 def _no_longer(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> tuple[Diagnostic, int]:
@@ -107,13 +139,14 @@ def _no_beginning(
     always = contradiction is not None and _holds_all_along(stretch, contradiction)
     # stated by a first step for all its time, it is a contradiction; driven there or stated later, it is a reach
     first = stretch.segment.step == 0 and trouble.until >= float(stretch.segment.end - stretch.segment.start)
+    refused = [stretch.plan.blocks[r.block] for r in selection.rejections if r.block is not None]
+    formula = next((block for block in refused if _is_formula(block)), None)
+    if contradiction is None and formula is not None:
+        return _undefined(stretch, formula, 0.0, trouble.until), 3
     past = driven_past(stretch, selection) and not (first and always)
     if past and (bound := bind(motion, stretch, trouble, advice)) is not None:
         return bound, 3
     if contradiction is None:
-        for rejection in selection.rejections:
-            if rejection.block is not None and _is_formula(stretch.plan.blocks[rejection.block]):
-                return _undefined(stretch, stretch.plan.blocks[rejection.block], 0.0), 3
         if selectors and all(part.complete for part in selection.parts):
             told = _left_nothing(motion, stretch, trouble, 0.0)
             return told, 1 if told.code == "constraint/conflict" else 3
@@ -218,12 +251,10 @@ def _left_nothing(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, 
         other = plan.system.selectors[rejection.selector or 0]
         turned_down = constraint_of(stretch, other.constraint if other.constraint is not None else other.equation_of)
         text = motion.timeline.scene.source.slice(turned_down.span).strip() if turned_down else "a length or an angle"
-        notes.append(f"candidate {k + 1} misses `{' '.join(text.split())}` by {number(abs(rejection.amount))}")
+        by = f" by {number(abs(rejection.amount))}" if np.isfinite(rejection.amount) else ""
+        notes.append(f"candidate {k + 1} misses `{' '.join(text.split())}`{by}")
     when = _at(stretch, tau)
-    if selection is None:
-        message = f"the motion leaves this inequality again and again from t = {when} on"
-        notes.append("every solution that satisfies it crosses it at once; the search for another was given up")
-    elif selector.constraint is not None:
+    if selector.constraint is not None:
         message = f"no solution satisfies this inequality at t = {when}"
     else:
         message = f"at t = {when} this has no solution (a length cannot be negative, an angle points one way)"
@@ -260,8 +291,10 @@ def _is_formula(block: Block) -> bool:
     return isinstance(block, Assign | Linear | Winding | Integral | Velocity)
 
 
-def _undefined(stretch: SegmentMotion, block: Block, tau: float) -> Diagnostic:
+def _undefined(stretch: SegmentMotion, block: Block, tau: float, until: float) -> Diagnostic:
     """A formula without a finite value."""
+    at_once = until - tau <= INSTANT * float(stretch.segment.end - stretch.segment.start)
+    when = f"at t = {_at(stretch, tau)}" if at_once else f"from t = {_at(stretch, tau)} on"
     plan = stretch.plan
     numbers = [plan.system.equations[e].constraint for e in block.equations]
     if plan.system.differentiated(block.unknowns[0])[1]:
@@ -273,7 +306,7 @@ def _undefined(stretch: SegmentMotion, block: Block, tau: float) -> Diagnostic:
     return Diagnostic(
         code="solve/not-converged",
         severity=Severity.ERROR,
-        message=f"{name} has no finite value from t = {_at(stretch, tau)} on",
+        message=f"{name} has no finite value {when}",
         span=spans[-1] if spans else None,
         notes=(f"a division by zero, {note}",),
         helps=("`.max(…, 0)` keeps the argument of a root at 0 or above; `--on-failure skip` leaves such frames out",),

@@ -141,7 +141,9 @@ def left_out(source: SourceText, constraint: Constraint) -> Fix:
 def off_text(conflict: Conflict, constraint: int) -> str:
     """The error of a constraint in a contradicting set."""
     off = conflict.off.get(constraint)
-    return "" if off is None else f"off by {number(off)} where the others hold"
+    if off is None:
+        return ""
+    return f"off by {number(off)} where the others hold" if np.isfinite(off) else "without a finite value"
 
 
 def _block(stretch: SegmentMotion, trouble: Failure) -> Block:
@@ -202,7 +204,8 @@ def _amount(scene: Scene, conflict: Conflict) -> str:
     """
     short = [(t, f) for t, f in conflict.stretch.items() if abs(f - 1.0) > 1e-12]
     if not short:
-        return f"they are out of reach by {number(max(conflict.off.values()))}" if conflict.off else ""
+        most = max(conflict.off.values(), default=np.nan)
+        return f"they are out of reach by {number(most)}" if np.isfinite(most) else ""
     t, factor = max(short, key=lambda item: abs(item[1] - 1.0))
     thing = scene.things[t]
     gap = (factor - 1.0) * _length(thing)

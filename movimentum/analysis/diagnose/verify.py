@@ -6,14 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.judge import TOLERANCE, Judge
 from movimentum.solver.motion import PathMotion
+from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 CHUNK = 8192
+BESIDE = 1e-6
+"""Of a path: where a constraint is judged that has no value at an instant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +62,7 @@ def _of_stretch(motion: PathMotion, judge: Judge, stretch: SegmentMotion, low: i
         with np.errstate(all="ignore"):
             state, bad = evaluated(piece, part)
             worst = np.where(bad, np.inf, judge.worst(state, part))
+            worst = np.fmin(worst, _beside(piece, judge, part.tau, ~bad & np.isinf(worst)))
         if not (worst > TOLERANCE).any():
             continue
         place = int(np.argmax(worst > TOLERANCE))
@@ -76,3 +81,17 @@ def _of_stretch(motion: PathMotion, judge: Judge, stretch: SegmentMotion, low: i
         amount, constraint = max(amounts, key=lambda item: item[0], default=(0.0, None))
         return Shortfall(frame, stretch, constraint=constraint, amount=amount)
     return None
+
+
+def _beside(piece: Piece, judge: Judge, tau: FloatArray, asked: BoolArray) -> FloatArray:
+    """(F,) the worst a little before and after the ``asked`` of the instants ``tau`` (F,), infinite for all others: a
+    constraint may have no value where the pose has one, that of the motion on both sides (sin(t)/t at zero).
+    """
+    worst = np.full(len(tau), np.inf)
+    if asked.any():
+        aside = BESIDE * (piece.end - piece.begin)
+        points = np.concatenate([tau[asked] - aside, tau[asked] + aside])
+        instants = piece.instants(np.clip(points, piece.begin, piece.end))
+        state, bad = evaluated(piece, instants)
+        worst[asked] = np.where(bad, np.inf, judge.worst(state, instants)).reshape(2, -1).max(axis=0)
+    return worst

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,13 +17,16 @@ SELECTOR_TOLERANCE = 1e-9
 """Of the scene's size: an inequality that is violated by less than that is just met."""
 
 
+RADIAN = math.degrees(1.0)
+
+
 def scale_of(plan: Plan, unknowns: Sequence[int]) -> FloatArray:
     """The natural size of each unknown: 1 for a direction, a radian for an angle, else the scene's size."""
     sizes: list[float] = []
     for n in unknowns:
         payload = plan.system.unknowns[n].payload
         sizes.append(
-            1.0 if isinstance(payload, PoseCos | PoseSin) else 57.0 if isinstance(payload, ThingAngle) else plan.size
+            1.0 if isinstance(payload, PoseCos | PoseSin) else RADIAN if isinstance(payload, ThingAngle) else plan.size
         )
     return np.array(sizes)
 
@@ -30,3 +34,10 @@ def scale_of(plan: Plan, unknowns: Sequence[int]) -> FloatArray:
 def track_scale(plan: Plan, block: Block) -> FloatArray:
     """`scale_of` of the block's core."""
     return scale_of(plan, block.core)
+
+
+def sizes_at(x: FloatArray, scale: FloatArray) -> FloatArray:
+    """What errors and steps near core values ``x`` (…, n) are measured in: what is far away changes in proportion to
+    that, and an angle, however large, by radians.
+    """
+    return np.where(scale == RADIAN, scale, np.maximum(scale, np.abs(x)))

@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, solutions
 from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.block.local import SMALLEST_STEP
@@ -34,8 +34,8 @@ STEPS_PER_WAY, MOST_FOR_THE_WAY = 150, 10_000
 """Besides, so many for each unit of its scale (a radian) that the motion goes: what goes far is not wild. At most so
 many in all for that."""
 ROUNDS = 3
-"""Times that the budget of steps is spent before accuracy is given up: a motion that is drawn by something wild must
-come to an end too."""
+"""Times that the budget of steps is spent, each time half as much, before accuracy is given up: a motion that is drawn
+by something wild must come to an end too."""
 REFUSED = 3
 """Steps in a row that are refused: what the past says is worth nothing then, as at a corner. The path has two points
 there, each with its velocity."""
@@ -58,12 +58,20 @@ class Integrable(Protocol):
 
 
 def drift(
-    motion: Integrable, x: FloatArray, scale: FloatArray, nodes: FloatArray, until: float, tolerance: float = TOLERANCE
+    motion: Integrable,
+    x: FloatArray,
+    scale: FloatArray,
+    nodes: FloatArray,
+    until: float,
+    tolerance: float = TOLERANCE,
+    *,
+    roughly: bool = False,
 ) -> NodeTrack:
     """A ``motion`` integrated with its own step control, brought back onto the constraints after every step.
 
     ``x`` (n,) are the values at ``nodes[0]``, ``scale`` (n,) their natural sizes; the track reaches ``until`` or the
-    last node, or ends where a step as short as `SMALLEST_STEP` still fails.
+    last node, or ends where a step as short as `SMALLEST_STEP` still fails. ``roughly``: accuracy is given up from the
+    beginning, because what drives the motion is not followed closely either.
     """
     tolerance *= tightening()
     tau, high = float(nodes[0]), float(nodes[-1])
@@ -72,7 +80,8 @@ def drift(
         nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
     budget = STEPS + STEPS_PER_NODE * len(nodes)
     most = max(budget, MOST_FOR_THE_WAY)
-    spent = stage = refused = begun = 0
+    spent = refused = begun = 0
+    stage = ROUNDS if roughly else 0
     hurried = False
     rate = motion.velocity(tau, x, after=True)
     times, values, rates = [tau], [x], [rate]
@@ -86,7 +95,7 @@ def drift(
             if tau >= until:
                 return track(until)
             spent += 1
-            if spent > (stage + 1) * budget or hurried:
+            if spent > (2.0 - 0.5**stage) * budget or hurried:
                 stage, hurried = stage + 1, False
                 tolerance = min(100.0 * tolerance, COARSEST)
             if stage >= ROUNDS:  # from node to node, each the nearest to the one before
@@ -143,7 +152,9 @@ def _advance(times: Sequence[float], rates: Sequence[FloatArray], step: float) -
     count = len(times)
     t = np.array(times) / step
     powers = np.vander(t, count, increasing=True)
-    weights = np.linalg.solve(powers.T, 1.0 / np.arange(1, count + 1))
+    weights = solutions(powers.T, 1.0 / np.arange(1, count + 1))
+    if not np.isfinite(weights).all():  # times that rounding makes one
+        weights = np.append(np.zeros(count - 1), 1.0)
     result = np.zeros_like(rates[0])
     for weight, rate in zip(weights, rates, strict=True):
         result = result + step * weight * rate
@@ -158,5 +169,6 @@ def _bend(times: Sequence[float], rates: Sequence[FloatArray], step: float) -> F
     if len(times) >= 4:
         last = [time / step for time in times[-4:]]
         for i, rate in enumerate(rates[-4:]):
-            result = result + 6.0 / math.prod(last[i] - t for j, t in enumerate(last) if j != i) * rate
+            apart = math.prod(last[i] - t for j, t in enumerate(last) if j != i)
+            result = result + 6.0 / (apart or math.inf) * rate
     return result

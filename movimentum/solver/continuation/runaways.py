@@ -12,16 +12,19 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
-from movimentum.planning.blocks.kinds import Assign, Block, Linear, Quadratic
+from movimentum.planning.blocks.kinds import Assign, Block, Linear, Newton, Quadratic
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
-from movimentum.solver.continuation.tracks import Gap, Path
+from movimentum.solver.continuation.tracks import Gap, NodeTrack, Path
 
 FAR = 1e8
 """Of the scene's size: what is farther away than that is as good as at infinity; rounding there is a pixel's 1e-6."""
+AWAY = 1e6
+"""Of its scale: what comes farther away than that before its path ends runs away; where iteration is lost in rounding.
+"""
 ROUNDS, SAMPLES = 26, 9
 VANISHES = 1e-9
 """Of what it is at the nodes beside: a divisor that comes so near to zero, without a change of sign, is zero."""
@@ -72,6 +75,24 @@ def runaways(path: Path, block: Block, places: Sequence[tuple[float, float]]) ->
         gaps = (_pole(path, block, place, width) for place, width in places)
         first = next((gap for gap in gaps if gap is not None), None)
         return [] if first is None else [first]
+
+
+def pole_ahead(path: Path, block: Newton, track: NodeTrack, scale: FloatArray) -> Gap | None:
+    """The time about the end of a path that Newton's method follows, in which one of its values is as good as at
+    infinity; None where none runs away. Beside a pole, a value divided by its velocity goes to zero evenly.
+    """
+    size = np.abs(track.values) / scale
+    n = int(np.argmax(size[-1]))
+    some = np.nonzero(size[:, n] <= AWAY)[0][-2:]
+    if not size[-1, n] > AWAY or len(some) < 2:
+        return None
+    with np.errstate(all="ignore"):
+        a, b = (track.values[some, n] / track.rates[some, n]).tolist()
+        tau = track.tau[some]
+        pole = float(tau[1] - b * (tau[1] - tau[0]) / (b - a))
+    if not (tau[1] < pole < path.end and abs(pole - track.until) <= 0.5 * (pole - tau[1])):
+        return None
+    return Gap(float(tau[1]), min(2.0 * pole - float(tau[1]), path.end), block.number, pole)
 
 
 def _values_of(

@@ -13,6 +13,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.solver.block.local import SINGULAR, Local
+from movimentum.solver.block.sizes import sizes_at
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +68,15 @@ def attempt(
     tau = here.tau + length
     predicted = here.x + length * here.v + 0.5 * length * length * here.bend
     x, converged = local.corrected(tau, predicted)
-    moved = _moved(here.x, x, scale)
-    corrected = _part(x - predicted, moved, limits.correction, scale, limits)
+    unit = sizes_at(here.x, scale)
+    moved = _moved(here.x, x, unit)
+    corrected = _part(x - predicted, moved, limits.correction, unit, limits)
     if not converged or not corrected <= 1.0:
         return None
     v, smallest = local.rate(tau, x, scale)
     if smallest < SINGULAR:  # on a singular point the block alone cannot tell the velocity: go on with the one we have
         v = (x - here.x) / length * 2.0 - here.v
-    missed = _part(x - here.x - 0.5 * length * (here.v + v), moved, limits.mismatch, scale, limits)
+    missed = _part(x - here.x - 0.5 * length * (here.v + v), moved, limits.mismatch, unit, limits)
     if not missed <= 1.0:
         return None
     if side * local.orientation(tau, x, scale) < 0.0:
@@ -90,9 +92,10 @@ def in_agreement(tau: FloatArray, x: FloatArray, v: FloatArray, bend: FloatArray
     bends = np.concatenate([bend[None], np.diff(v, axis=0)[:-1] / length[:-1]])
     predicted = x[:-1] + length * v[:-1] + 0.5 * length * length * bends
     with np.errstate(all="ignore"):
-        moved = _moved(x[:-1], x[1:], scale)
-        corrected = _part(x[1:] - predicted, moved, CERTAIN.correction, scale, CERTAIN)
-        missed = _part(x[1:] - x[:-1] - 0.5 * length * (v[:-1] + v[1:]), moved, CERTAIN.mismatch, scale, CERTAIN)
+        unit = sizes_at(x[:-1], scale)
+        moved = _moved(x[:-1], x[1:], unit)
+        corrected = _part(x[1:] - predicted, moved, CERTAIN.correction, unit, CERTAIN)
+        missed = _part(x[1:] - x[:-1] - 0.5 * length * (v[:-1] + v[1:]), moved, CERTAIN.mismatch, unit, CERTAIN)
         return np.asarray((corrected <= 1.0) & (missed <= 1.0), dtype=np.bool_)
 
 

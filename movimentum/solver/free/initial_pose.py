@@ -23,6 +23,10 @@ leaps to another side of an inequality.
 """
 TO_BEGIN = Damping(weak=1e-3)
 """Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
+CURVED = 1e-5
+"""Of the unknowns' scale: the width of differences of the Jacobian."""
+FLAT = 0.05
+"""Of the metric: what curvature leaves of it at the least."""
 TRACE = 1e-6
 """How much the anchors' motion weighs beside turns, where these are to be least."""
 
@@ -179,6 +183,9 @@ def _dense_least(
             weight, gradient = metric, metric @ (x - origin) + pull
         if free.shape[1]:
             hessian = free.T @ weight @ free
+            if not turns and not len(wished):
+                pulls = inverse[:, : len(lengths[0])].T @ (gradient * scale) / lengths[0]
+                hessian = _with_curvature(problem, x, free, hessian, pulls[: jacobian.shape[1]])
             damped = hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian))
             y = -solutions(damped, free.T @ (gradient + weight @ restore))
             step = restore + free @ y
@@ -191,6 +198,29 @@ def _dense_least(
         if size < 1e-13:
             break
     return x
+
+
+def _with_curvature(
+    problem: BlockProblem, x: FloatArray, free: FloatArray, metric: FloatArray, pulls: FloatArray
+) -> FloatArray:
+    """The ``metric`` (k, k) of the directions ``free`` (n, k) with what the constraints' curvature adds to it, which
+    ``pulls`` (m,) hold the pose. Without that, steps go to and fro for ever where it is large. Made definite, so that
+    steps lead downhill.
+    """
+    aside = CURVED * free.T
+    jacobians = problem.jacobian(np.concatenate([x + aside, x - aside]))
+    bent = np.einsum("fmn,m->fn", (jacobians[: len(aside)] - jacobians[len(aside) :]) / (2.0 * CURVED), pulls)
+    curved = 0.5 * (bent @ free + (bent @ free).T)
+    if not np.isfinite(curved).all():
+        return metric
+    try:
+        root = np.linalg.cholesky(metric + 1e-14 * np.trace(metric) * np.eye(len(metric)))
+        inner = np.linalg.solve(root, np.linalg.solve(root, metric - curved).T)
+        values, axes = np.linalg.eigh(0.5 * (inner + inner.T))
+    except np.linalg.LinAlgError:
+        return metric
+    axes = root @ axes
+    return (axes * np.maximum(np.abs(values), FLAT)) @ axes.T
 
 
 def _held_turns(held: Sequence[tuple[Turn, float]], x: FloatArray) -> tuple[FloatArray, FloatArray]:

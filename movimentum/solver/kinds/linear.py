@@ -13,6 +13,9 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import Gap, Path
 
+INSTANT = 1e-12
+"""Of a path: where something has no value for no longer than this, as sin(t)/t at zero, the path does not end."""
+
 
 def evaluate(block: Linear, state: State, instants: Instants) -> None:
     """Set the core."""
@@ -37,4 +40,6 @@ def undefined(path: Path, grid: Grid, block: Assign | Linear) -> list[Gap]:
         state, _ = path.evaluate(path.instants(tau), (*path.upstream(block.number), block.number))
         return finite(state, len(tau))
 
-    return [Gap(begin, end, block.number) for begin, end in find_events(margin, grid.tau, values).gaps]
+    gaps = find_events(margin, grid.tau, values).gaps
+    least = INSTANT * (path.end - path.begin)  # at a single instant, the value is that of the motion on both sides
+    return [Gap(a, b, block.number) for a, b in gaps if b - a > least or not path.begin + least < a < path.end - least]

@@ -23,6 +23,7 @@ from movimentum.solver.block.sizes import scale_of, track_scale
 from movimentum.solver.block.turns import unwound
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE, drift
 from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.runaways import pole_ahead
 from movimentum.solver.continuation.trace import trace
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, PolynomialTrack
 from movimentum.solver.free.velocity import FreeVelocity, field_of
@@ -104,7 +105,8 @@ def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap
     def followed() -> NodeTrack:
         if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
             moving = FreeVelocity(block, plan, probe, grid.tau)
-            found = drift(moving, x, scale, grid.tau, until, TOLERANCE if block.sparse is None else LARGE_TOLERANCE)
+            tolerance = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
+            found = drift(moving, x, scale, grid.tau, until, tolerance, roughly=not path.resolved)
         else:
             rates = None if choice.rates is None else np.array(choice.rates)
             found = trace(block, probe, x, scale, grid.tau, until, rates, sizes)
@@ -113,7 +115,9 @@ def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap
     with np.errstate(all="ignore"):
         track = remembered(lambda: _path_key(path, block, choice, grid.tau, until, sizes), followed)
     if track.until < path.end and track.until < until:
-        gaps.append(Gap(track.until, path.end, block.number))
+        gap = pole_ahead(path, block, track, scale) or Gap(track.until, path.end, block.number)
+        gaps.append(gap)
+        track = replace(track, until=gap.begin)
     return track
 
 

@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.start.contradictions import Contradiction
 from movimentum.solver.start.costs import SAME
 from movimentum.solver.start.rejections import Rejection, TurnedDown
+
+SEEN = 1e-6
+"""Of an unknown's size: a difference that can be seen."""
+MIRRORED = 1e-6
+"""Of the squared turn: two paths that turn as far as each other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +77,43 @@ def decided_by(leaves: Sequence[Candidate]) -> str:
     return "drawn"
 
 
+def same_pose(plan: Plan, one: Candidate, other: Candidate) -> bool:
+    """Whether two candidates begin with the same pose, as far as can be seen."""
+    unknowns = [n for n in one.values if not isinstance(plan.system.unknowns[n].payload, Anonymous | ThingAngle)]
+    scale = scale_of(plan, unknowns)
+    return all(abs(one.values[n] - other.values[n]) <= SEEN * s for n, s in zip(unknowns, scale, strict=True))
+
+
+def mirrored_settled(plan: Plan, leaves: list[Candidate]) -> list[Candidate]:
+    """``leaves``, which are sorted; of those that begin with the pose of the first and turn as far from it (the two
+    paths that leave a fold), the same one is first in every order of the statements.
+    """
+
+    def is_tied(leaf: Candidate) -> bool:
+        a, b = leaves[0].cost, leaf.cost
+        near = all(y - x <= SAME * (1.0 + abs(x)) for x, y in zip(a[:3], b[:3], strict=True))
+        return near and b[3] - a[3] <= MIRRORED * a[3] and same_pose(plan, leaves[0], leaf)
+
+    number_of, things = plan.system.number_of, sorted(plan.system.scene.things, key=lambda thing: thing.name)
+
+    def way(leaf: Candidate) -> list[float]:
+        """How each thing turns, and then how it moves, by name: which anchor its place is that of depends on order."""
+        found: list[float] = []
+        for one, other in ((PoseCos, PoseSin), (PoseX, PoseY)):
+            for thing in things:
+                a, b = number_of.get(one(thing.number)), number_of.get(other(thing.number))
+                if a in leaf.values and b in leaf.values:
+                    if one is PoseCos:
+                        turned = leaf.values[a] * leaf.later[b] - leaf.values[b] * leaf.later[a]
+                        found.append(round(turned / SEEN))
+                    else:
+                        found += [round((leaf.later[n] - leaf.values[n]) / plan.size / SEEN) for n in (a, b)]
+        return found
+
+    tied = [leaf for leaf in leaves if is_tied(leaf)]
+    return leaves if len(tied) < 2 else [first := max(tied, key=way), *(leaf for leaf in leaves if leaf is not first)]
+
+
 def distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
     """Without candidates that differ in nothing visible (the sign of a ``_``, say); the cheaper one stays."""
     unknowns = plan.system.unknowns
@@ -83,8 +126,8 @@ def distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
             if isinstance(payload, Anonymous | ThingAngle):
                 continue
             scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else plan.size
-            shown.append(round(leaf.values[n] / scale / 1e-6))
-            shown.append(round(leaf.later[n] / scale / 1e-6))
+            shown.append(round(leaf.values[n] / scale / SEEN))
+            shown.append(round(leaf.later[n] / scale / SEEN))
         key = tuple(shown)
         if key not in keys:
             keys.add(key)

@@ -21,7 +21,7 @@ from movimentum.solver.block.local import Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
-from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, scale_of, track_scale
+from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, scale_of, sizes_at, track_scale
 from movimentum.solver.continuation.folds import CLOSED, fold_near
 from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, SignTrack, StillTrack
@@ -58,19 +58,21 @@ motion far beyond all scales can have 400,000 nodes.)
 class Branch:
     """The branch that ``piece`` is on at offset ``tau``, at any other time of the segment.
 
-    ``before``: the state before a pole, which the motion goes on from, with these ``signs`` of blocks. What an assigned
-    or linear block computes counts as infinite if it is not ``within``.
+    ``before``: the state before a ``pole``, which the motion goes on from, with these ``signs`` of blocks. What an
+    assigned or linear block computes counts as infinite if it is not ``within``.
     """
 
     piece: Piece
     tau: float
     _cores: dict[int, FloatArray]
     before: State | None = None
+    pole: float | None = None
     signs: dict[int, float] = field(default_factory=dict[int, float])
     within: float = math.inf
     _led: dict[tuple[int, float], FloatArray] = field(default_factory=dict[tuple[int, float], FloatArray])
     _clear: float = CLEAR
     _good: float = 0.0
+    _begins: bool = False
 
     @staticmethod
     def of(piece: Piece, tau: float) -> Branch:
@@ -100,7 +102,7 @@ class Branch:
         place = int(np.argmax(far))
         state: State = [None if v is None else np.broadcast_to(v, asides.shape)[place : place + 1] for v in states]
         after = min(length, pole.end + float(asides[place]))
-        later = replace(self, before=state, signs={})
+        later = replace(self, before=state, pole=pole.pole, signs={})
         choices = later.at(after)
         if choices is not None:
             later.signs.update(
@@ -143,16 +145,16 @@ class Branch:
                 return None
             return Choice(values=tuple(first_of(state[n]) for n in block.core))
         if isinstance(track, NodeTrack) and isinstance(block, Newton):
-            scale = track_scale(piece.plan, block)
-            problem = BlockProblem.of(block, state, instants.clocks, scale)
-            start = self._led.get((block.number, tau), self._cores[block.number])
-            outcome = newton(problem, start[None], iterations=30, limit=0.1)
-            if not (outcome.error[0] <= CLOSED and self._regular(problem, outcome.x)):
-                return None
-            for j, n in enumerate(block.core):
-                state[n] = outcome.x[:, j]
-            closed_form.fill_explicit(block, state, instants.clocks)
-            return Choice(values=tuple(map(float, outcome.x[0])))
+            problem = BlockProblem.of(block, state, instants.clocks, track_scale(piece.plan, block))
+            for start in self._starts(block, track, tau):
+                outcome = newton(problem, start[None], iterations=30, limit=0.1)
+                if not (outcome.error[0] <= CLOSED and self._regular(problem, outcome.x)):
+                    continue
+                for j, n in enumerate(block.core):
+                    state[n] = outcome.x[:, j]
+                closed_form.fill_explicit(block, state, instants.clocks)
+                return Choice(values=tuple(map(float, outcome.x[0])))
+            return None
         if isinstance(track, SignTrack) and isinstance(block, Quadratic):
             sign = first_of(track.sign(instants.tau))
             if block.number in self.signs:
@@ -177,6 +179,16 @@ class Branch:
             return None
         return choice
 
+    def _starts(self, block: Newton, track: NodeTrack, tau: float) -> list[FloatArray]:
+        """Core values (n,) near those at ``tau``; what comes back from a pole is as far away as before, on the other
+        side or on the same one.
+        """
+        if self.pole is None:
+            return [self._led.get((block.number, tau), self._cores[block.number])]
+        before = track.guess(np.array([min(2.0 * self.pole - tau, track.until)]))[:, 0]
+        far = np.abs(before) > AFAR * track_scale(self.piece.plan, block)
+        return [np.where(far, -before, before), before]
+
     def _off(self, block: Quadratic, state: State, instants: Instants, sign: float) -> float:
         """How far a block is with this ``sign`` from where it is ``before``; what is far away, from as far away on
         either side.
@@ -192,7 +204,7 @@ class Branch:
     def _regular(self, problem: BlockProblem, x: FloatArray) -> bool:
         """Whether a pose is clear of the fold at which a path ends: just past it, equations are met within rounding."""
         block = problem.block
-        rows = scaled(problem.jacobian(x), problem.scale)[0][0]
+        rows = scaled(problem.jacobian(x), sizes_at(x[0], problem.scale))[0][0]
         singular = np.linalg.svd(rows, compute_uv=False)
         return block.free or bool(len(singular) == len(block.core) and singular[-1] > self._clear * singular[0])
 
@@ -200,7 +212,7 @@ class Branch:
         """The first of ``times`` (ascending, all after ``bad``) at which the branch has a solution, brought back to the
         time at which it begins to have one; None where there is none.
         """
-        lost = False
+        lost, end = False, bad
         nearest: float | None = None
         for time, hopeful in self._lead(times):
             choices = self.at(time) if hopeful else None
@@ -208,7 +220,11 @@ class Branch:
                 bad, lost = time, True
             elif lost:
                 self._stand(choices)
-                return self.onset(bad, time, choices)
+                found = self.onset(bad, time, choices)
+                if self._begins or not self._cores:
+                    return found
+                found = self.onset(end, *found)  # Newton's method from the last pose did not find it before
+                return found if self._begins else None  # it was there when the path ended: another branch
             elif nearest is None and time - bad > BEFORE * (float(times[-1]) - bad):
                 nearest = time
         if lost or nearest is None:
@@ -218,6 +234,7 @@ class Branch:
 
     def onset(self, bad: float, good: float, choices: list[Choice]) -> tuple[float, list[Choice]]:
         """Between ``bad``, without a solution, and ``good``: the earliest time with one, by bisection."""
+        self._begins = False
         for _ in range(100):
             middle = 0.5 * (bad + good)
             if not bad < middle < good:
@@ -225,6 +242,7 @@ class Branch:
             here = self.at(middle)
             if here is None:
                 bad = middle
+                self._begins = True
                 continue
             good, choices = middle, here
             self._stand(choices)

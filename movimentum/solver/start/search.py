@@ -25,7 +25,15 @@ from movimentum.planning.structure.graph import groups
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.continuation.tracks import Choice
-from movimentum.solver.start.candidates import Candidate, Part, Selection, decided_by, distinct
+from movimentum.solver.start.candidates import (
+    Candidate,
+    Part,
+    Selection,
+    decided_by,
+    distinct,
+    mirrored_settled,
+    same_pose,
+)
 from movimentum.solver.start.judgements import Judgements
 from movimentum.solver.start.options import BlockOptions, BlockSolution
 from movimentum.solver.start.order import solving_order
@@ -202,15 +210,12 @@ class _Search:
             leaves.append(closed)
         leaves = distinct(self.plan, leaves)
         leaves.sort(key=lambda leaf: leaf.cost)
+        leaves = mirrored_settled(self.plan, leaves)
         complete = complete and self.blocks.enumerated
         decided = decided_by(leaves)
-        if decided == "drawn" and closed is not None and self._same(leaves[0], closed):
+        if decided == "drawn" and closed is not None and same_pose(self.plan, leaves[0], closed):
             decided = "closed"
         return Part(tuple(numbers), tuple(leaves), tuple(rejections), complete, decided)
-
-    def _same(self, one: Candidate, other: Candidate) -> bool:
-        """Whether two candidates are the same pose."""
-        return one is other or len(distinct(self.plan, [one, other])) == 1
 
     def _searched(self, numbers: list[int], rejections: list[Rejection], longest: int) -> tuple[list[Candidate], bool]:
         """Complete candidates for the blocks ``numbers``, and whether these are all; depth first, with an effort of at
