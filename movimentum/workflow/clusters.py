@@ -29,6 +29,10 @@ AHEAD = 3
 """Pieces for each thread that are sent out before the first of them is back: nobody waits, and little is kept."""
 _DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 """Ctrl-C in a terminal goes to the workers too: they are ended by the command, which tells what is left."""
+_BORN_DEAF = "import signal as s; hasattr(s, 'pthread_sigmask') and s.pthread_sigmask(s.SIG_BLOCK, {s.SIGINT})"
+"""The same from the first moment: the thread that starts workers (in this process, so not by a handler) blocks the
+signal, and they inherit that.
+"""
 _LOCAL = re.compile(r"local(?::(\d{1,4}))?")
 
 
@@ -70,7 +74,7 @@ def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, No
                     dashboard_address=None,
                     silence_logs=logging.CRITICAL + 1,
                     preload=[_DEAF],
-                    preload_nanny=[_DEAF],
+                    preload_nanny=[_BORN_DEAF],
                 ) as started,
                 distributed.Client(started, set_as_default=False) as client,
             ):
