@@ -7,14 +7,14 @@ pieces may be done anywhere, in any order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any, Protocol
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.fitting.least_squares import Rows, minimize_together
+from movimentum.fitting.least_squares import Rows, inside, minimize_together
 from movimentum.fitting.merit import Evaluate, Lagrangian, Merit
 from movimentum.fitting.sides import Evaluation
 from movimentum.fitting.timing import FreeTimes
@@ -45,7 +45,9 @@ class Timing(Protocol):
         ...
 
 
-SAMPLE = 64
+PERIODIC = 1e-9
+"""Of the scene's size: what differs by no more is the same."""
+SAMPLE, FEW = 64, 4
 """Variants that tell how goals and requirements change."""
 
 
@@ -130,7 +132,8 @@ class Candidates:
 @dataclass(eq=False)
 class Search:
     """Searches the box ``low`` to ``high`` (C,) for what ``evaluate`` and ``merit`` call best. ``size``: of the scene;
-    ``own``: the script's own constants, in units of the box.
+    ``own``: the script's own constants, in units of the box; ``periods`` (C,): after which a constant is the same
+    again, infinite where it never is.
     """
 
     evaluate: Evaluate
@@ -142,6 +145,49 @@ class Search:
     seed: int
     effort: SearchEffort
     timing: Timing | None = None
+    periods: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if len(self.periods) == 0:
+            self.periods = np.full(len(self.low), np.inf)
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """(C,) each: where points may be while they are looked for. What has a period may pass the ends."""
+        beyond = np.where(np.isfinite(self.periods), 1.0, 0.0)
+        return -beyond, 1.0 + beyond
+
+    def inside(self, points: FloatArray) -> FloatArray:
+        """Points (…, C) as points of the box."""
+        return inside(points, self.periods)
+
+    def look_for_periods(self, length: float) -> None:
+        """Find constants with a period: their interval, or a full turn. ``length``: of the film. Where each variant is
+        solved by itself, only such intervals are tried as are usual.
+        """
+        together = bool(self.effort.heats)
+        points = _sobol(len(self.low), 0).random(SAMPLE if together else FEW)
+        for column, width in enumerate((self.high - self.low).tolist()):
+            usual = together or width in (360.0, length)
+            for period in (width if usual else 360.0, 360.0):
+                if period <= width and self._same_after(points, column, period / width):
+                    self.periods[column] = period / width
+
+    def _same_after(self, points: FloatArray, column: int, period: float) -> bool:
+        """Whether goals and requirements are the same, and change alike, when a constant grows by ``period``."""
+        slopes = bool(self.effort.heats)
+        first, last, between = points.copy(), points.copy(), points.copy()
+        first[:, column], last[:, column], between[:, column] = 0.0, period, 0.37 * period
+        one, other, third = (self.at(each, slopes=slopes) for each in (first, last, between))
+        both = one.moves & other.moves
+        if not both.any():
+            return False
+        apart = np.abs(one.sides - other.sides)[both].max()
+        if one.slopes is not None and other.slopes is not None:
+            steep = max(self.size, float(np.abs(one.slopes[both]).max()))
+            apart = max(apart, self.size / steep * np.abs(one.slopes - other.slopes)[both].max())
+        idle = np.array_equal(one.sides, third.sides, equal_nan=True)
+        return bool(apart <= PERIODIC * self.size) and not idle
 
     def retimed(self, points: FloatArray) -> FloatArray:
         """Points (M, C) with the best free times of their mechanisms (`fitting.timing`)."""
@@ -161,7 +207,7 @@ class Search:
         points = _sobol(len(self.low), 0).random(SAMPLE)
         found = self.at(self.retimed(points), slopes=True)
         if found.moves.any() and found.slopes is not None:
-            self.merit = self.merit.balanced(found.slopes[found.moves])
+            self.merit = self.merit.balanced(found.sides[found.moves], found.slopes[found.moves])
 
     def judged(self, points: FloatArray) -> Candidates:
         """Points as candidates."""
@@ -237,15 +283,20 @@ class Search:
         points = starts
         for steps, best in self.effort.heats:  # most show soon that they lead nowhere
             if len(points) > best:
-                points = self._better_timed(minimize_together(self._rows(lagrangian), points, steps).points)
+                points = self._better_timed(self._minimized(lagrangian, points, steps))
                 points = points[np.sort(np.argsort(self._merits(points), kind="stable")[:best])]
                 lagrangian = replace(lagrangian, multipliers=lagrangian.multipliers[:best])
         for penalty in penalties:
             if penalty != lagrangian.penalty:
                 points = self._better_timed(points)
                 lagrangian = lagrangian.updated(self.at(points).sides, penalty)
-            points = minimize_together(self._rows(lagrangian), points, iterations, self.effort.tolerance).points
+            points = self._minimized(lagrangian, points, iterations, self.effort.tolerance)
         return self.judged(points)
+
+    def _minimized(
+        self, lagrangian: Lagrangian, points: FloatArray, iterations: int, tolerance: float = 1e-12
+    ) -> FloatArray:
+        return minimize_together(self._rows(lagrangian), points, iterations, tolerance, self.periods).points
 
     def _better_timed(self, points: FloatArray) -> FloatArray:
         """`retimed` points, where that is better."""
@@ -282,7 +333,7 @@ class Search:
         fine = 1e-3 * self.effort.tolerance
         required = bool(self.merit.required.any())
         for number in range(DEEP):
-            points = minimize_together(self._rows(lagrangian), points, 8 * self.effort.iterations, fine).points
+            points = self._minimized(lagrangian, points, 8 * self.effort.iterations, fine)
             now = self.judged(points)
             best = float(np.min(now.costs, initial=np.inf))
             met = ((now.costs <= enough) & (now.worst == 0.0)).any()
@@ -300,7 +351,7 @@ class Search:
                 lagrangian = lagrangian.updated(self.at(points).sides, penalty)
         before = np.full(len(points), np.inf)
         for _ in range(ROUNDS if required else 0):
-            points = minimize_together(self._rows(lagrangian), points, self.effort.iterations // 2, fine).points
+            points = self._minimized(lagrangian, points, self.effort.iterations // 2, fine)
             now = self.judged(points)
             slow = now.worst > 0.25 * before
             penalty = lagrangian.penalty * (10.0 if slow.any() and (now.worst[slow] > 0.0).any() else 1.0)
@@ -318,17 +369,19 @@ class Search:
         lagrangian = Lagrangian(self.merit, np.zeros((1, len(self.merit.scale))), PENALTIES[0])
 
         def rows(u: FloatArray) -> FloatArray:
-            return np.nan_to_num(lagrangian.rows(self.at(u[None], slopes=True))[0][0], nan=1e3 * self.size)
+            found = self.at(self.inside(u)[None], slopes=True)
+            return np.nan_to_num(lagrangian.rows(found)[0][0], nan=1e3 * self.size)
 
         def slopes(u: FloatArray) -> FloatArray:
-            found = lagrangian.rows(self.at(u[None], slopes=True))[1]
+            found = lagrangian.rows(self.at(self.inside(u)[None], slopes=True))[1]
             assert found is not None
             return np.nan_to_num(found[0])
 
-        inside = np.clip(point, 1e-12, 1.0 - 1e-12)
+        low, high = self.bounds
+        start = np.clip(point, low + 1e-12, high - 1e-12)
         tiny = {"ftol": 1e-15, "xtol": 1e-15, "gtol": 1e-15}
-        found = least_squares(rows, inside, slopes, bounds=(0.0, 1.0), method="dogbox", max_nfev=60, **tiny)
-        both = self.judged(np.stack([point, np.clip(found.x, 0.0, 1.0)]))
+        found = least_squares(rows, start, slopes, bounds=(low, high), method="dogbox", max_nfev=60, **tiny)
+        both = self.judged(np.stack([point, self.inside(found.x)]))
         better = both.worst[1] <= both.worst[0] and both.costs[1] < both.costs[0]
         return both.points[1] if better else point
 

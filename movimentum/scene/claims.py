@@ -20,6 +20,7 @@ from movimentum.scene.resolve import ThingTable, VariableUse
 from movimentum.scene.text_edits import removed
 from movimentum.source import Span
 from movimentum.syntax import expression_tree, tree
+from movimentum.syntax.expression_tree import EXTREMES, Comparison
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import Purpose
 from movimentum.text import time_text
@@ -68,6 +69,9 @@ def _claim(
     weight = _weight(claim, findings) if claim.purpose is Purpose.GOAL else 1.0
     if left is None or right is None:
         return
+    if claim.comparison in EXTREMES and not _has_one_value(left[0]):
+        _report_many_values(claim, any(node.op == "reduction" for node in walk(left[0])), findings)
+        return
     pairs = [pair for pair in zip(left, right, strict=True) if not any(map(_is_blank, pair))]
     if not pairs:
         findings.error(
@@ -105,6 +109,37 @@ def _claim(
         tolerance=tolerance,
         purpose=claim.purpose,
         weight=weight,
+    )
+
+
+def _has_one_value(root: Expr) -> bool:
+    """Whether it has one value for the film: what moves is inside reductions."""
+    stack, seen = [root], set[int]()
+    while stack:
+        node = stack.pop()
+        if node.op in ("symbol", "clock", "progress"):
+            return False
+        if node.op != "reduction" and id(node) not in seen:
+            seen.add(id(node))
+            stack += node.args
+    return True
+
+
+def _report_many_values(claim: tree.ClaimStatement, in_part: bool, findings: Findings) -> None:
+    """That it is not said which of the values in the film is to be largest."""
+    text, word = expression_text(claim.left), claim.comparison
+    first, other = ("min", "max") if word is Comparison.LARGEST else ("max", "min")
+    told = {"min": "the least of them", "max": "the greatest of them", "mean": "their mean"}
+    findings.error(
+        "kind/reduction",
+        f"`{text}` has a value in every frame: which of them is to be the {word[1:]}?",
+        claim.span,
+        helps=["each part that changes has to be in a reduction"]
+        if in_part
+        else [
+            replacement(f"{told[each]}: `.goal .{each}({text}) {word};`", claim.left.span, f".{each}({text})")
+            for each in (first, other, "mean")
+        ],
     )
 
 
