@@ -12,7 +12,8 @@ from movimentum.errors import ScriptError, usage_error
 from movimentum.fitting.aims import LoweredAims, lower_aims
 from movimentum.fitting.evaluation import TogetherEvaluator
 from movimentum.fitting.merit import Merit
-from movimentum.fitting.programming import Program
+from movimentum.fitting.periods import periods_of
+from movimentum.fitting.programming import Program, largest
 from movimentum.fitting.search import ONE_BY_ONE, TOGETHER, Candidates, Search, SearchEffort, Task, tasks_of
 from movimentum.fitting.sides import SideFormulas
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
@@ -199,7 +200,7 @@ def make_problem(job: FitJob) -> FitProblem:
     search = Search(evaluate, merit, low, high, size, own, job.seed, effort, timing)
     if reason is None:
         search.balance()
-    search.look_for_periods(float(traced.end - traced.start))
+    search.periods = periods_of(search, float(traced.end - traced.start))
     return FitProblem(job, single, search, lowered, reason)
 
 
@@ -242,10 +243,9 @@ def done_here(problem: FitProblem) -> Work:
 
 def task_done(problem: FitProblem, task: Task) -> Candidates:
     """What comes of one part of the search."""
-    kind, number = task
-    found = problem.search.piece(number) if kind == "piece" else problem.search.island(number)
+    found = problem.search.piece(task[1]) if task[0] == "piece" else problem.search.island(task[1])
     found = found.best(BEST * 4)
-    return _extreme(problem.search, found.best(1)).and_others(found) if problem.search.merit.extremes else found
+    return largest(problem.search, found.best(1)).and_others(found) if problem.search.merit.extremes else found
 
 
 def fit(
@@ -308,14 +308,8 @@ def _as_required(search: Search, found: Candidates) -> Candidates:
 
 
 def _refined(search: Search, best: Candidates, enough: float = -1.0) -> Candidates:
-    refined = _extreme(search, best) if search.merit.extremes else search.refined(best, enough)
+    refined = largest(search, best) if search.merit.extremes else search.refined(best, enough)
     return refined.and_others(best).best(len(best))
-
-
-def _extreme(search: Search, found: Candidates) -> Candidates:
-    """Candidates brought to where what is to be largest is largest."""
-    program = Program(search)
-    return search.judged(np.array([program.nearest_goals(point) for point in found.points]).reshape(found.points.shape))
 
 
 def _nearest(search: Search, found: Candidates) -> tuple[Candidates, Candidates]:
@@ -344,9 +338,8 @@ def _chosen(problem: FitProblem, refined: Candidates, spare: Candidates, first: 
             continue
         k, point, constants, motion = believed
         rest = [int(j) for j in found.order() if j != k and found.worst[j] == 0.0]
-        share = ALIKE if search.merit.extremes else 0.02
-        enough = found.costs[k] + share * abs(found.costs[k]) + (EXACT * search.size) ** 2
-        close = [j for j in rest if found.costs[j] <= enough]
+        enough = found.costs[k] + (ALIKE if search.merit.extremes else 0.02) * abs(found.costs[k])
+        close = [j for j in rest if found.costs[j] <= enough + (EXACT * search.size) ** 2]
         left = undecided(search, np.clip((constants - search.low) / width, 0.0, 1.0))
         if left.idle.any():
             constants, motion = _as_before(problem, left, constants, motion)

@@ -76,7 +76,9 @@ def minimize_together(
         predicted = -np.einsum("vi,vi->v", step, g) - 0.5 * np.einsum("vi,vij,vj->v", step, h, step)
         gain = cost[some] - cost_new
         better = gain > 0.0
-        ratio = np.where(better, gain / np.maximum(np.maximum(predicted, gain), 1e-300), 0.0)  # more than 1 counts as 1
+        ratio = np.where(better, gain, 0.0) / np.maximum(
+            np.maximum(predicted, gain), 1e-300
+        )  # 1 is the most that counts
         moved = np.max(np.abs(step), axis=1)
         done = (moved <= tolerance) | (better & (gain <= tolerance * 1e-3 * cost[some]))
         where = some[better]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.fitting.search import Search
+from movimentum.fitting.search import Candidates, Search
 from movimentum.fitting.sides import Evaluation
 
 ITERATIONS = 100
@@ -137,3 +137,9 @@ class Program:
             method="SLSQP",
             options={"maxiter": ITERATIONS, "ftol": 1e-12},
         )
+
+
+def largest(search: Search, found: Candidates) -> Candidates:
+    """Candidates brought to where what is to be largest is largest."""
+    program = Program(search)
+    return search.judged(np.array([program.nearest_goals(point) for point in found.points]).reshape(found.points.shape))

@@ -45,9 +45,7 @@ class Timing(Protocol):
         ...
 
 
-PERIODIC = 1e-9
-"""Of the scene's size: what differs by no more is the same."""
-SAMPLE, FEW = 64, 4
+SAMPLE = 64
 """Variants that tell how goals and requirements change."""
 
 
@@ -161,34 +159,6 @@ class Search:
         """Points (…, C) as points of the box."""
         return inside(points, self.periods)
 
-    def look_for_periods(self, length: float) -> None:
-        """Find constants with a period: their interval, or a full turn. ``length``: of the film. Where each variant is
-        solved by itself, only such intervals are tried as are usual.
-        """
-        together = bool(self.effort.heats)
-        points = _sobol(len(self.low), 0).random(SAMPLE if together else FEW)
-        for column, width in enumerate((self.high - self.low).tolist()):
-            usual = together or width in (360.0, length)
-            for period in (width if usual else 360.0, 360.0):
-                if period <= width and self._same_after(points, column, period / width):
-                    self.periods[column] = period / width
-
-    def _same_after(self, points: FloatArray, column: int, period: float) -> bool:
-        """Whether goals and requirements are the same, and change alike, when a constant grows by ``period``."""
-        slopes = bool(self.effort.heats)
-        first, last, between = points.copy(), points.copy(), points.copy()
-        first[:, column], last[:, column], between[:, column] = 0.0, period, 0.37 * period
-        one, other, third = (self.at(each, slopes=slopes) for each in (first, last, between))
-        both = one.moves & other.moves
-        if not both.any():
-            return False
-        apart = np.abs(one.sides - other.sides)[both].max()
-        if one.slopes is not None and other.slopes is not None:
-            steep = max(self.size, float(np.abs(one.slopes[both]).max()))
-            apart = max(apart, self.size / steep * np.abs(one.slopes - other.slopes)[both].max())
-        idle = np.array_equal(one.sides, third.sides, equal_nan=True)
-        return bool(apart <= PERIODIC * self.size) and not idle
-
     def retimed(self, points: FloatArray) -> FloatArray:
         """Points (M, C) with the best free times of their mechanisms (`fitting.timing`)."""
         if self.timing is None or len(points) == 0:
@@ -204,7 +174,7 @@ class Search:
 
     def balance(self) -> None:
         """Have requirements weigh as much as goals: see `Merit.balanced`."""
-        points = _sobol(len(self.low), 0).random(SAMPLE)
+        points = sobol(len(self.low), 0).random(SAMPLE)
         found = self.at(self.retimed(points), slopes=True)
         if found.moves.any() and found.slopes is not None:
             self.merit = self.merit.balanced(found.sides[found.moves], found.slopes[found.moves])
@@ -217,7 +187,7 @@ class Search:
 
     def piece(self, number: int) -> Candidates:
         """Where the starts of one piece come to; those of the first piece include the script's own constants."""
-        sampler = _sobol(len(self.low), self.seed)
+        sampler = sobol(len(self.low), self.seed)
         if number:
             sampler.fast_forward(number * self.effort.points)
         points = self.retimed(sampler.random(self.effort.points))
@@ -403,6 +373,7 @@ class Search:
         return rows
 
 
-def _sobol(columns: int, seed: int) -> Any:
+def sobol(columns: int, seed: int) -> Any:
+    """A sequence of points of the unit box."""
     qmc: Any = import_module("scipy.stats").qmc
     return qmc.Sobol(columns, scramble=True, seed=np.random.default_rng(seed))

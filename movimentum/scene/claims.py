@@ -78,24 +78,8 @@ def _claim(
             "claim/empty", f"{what} of nothing: `_` is any value", claim.span, helps=(_left_out(claim, findings),)
         )
         return
-    for node in walk(*(side for pair in pairs for side in pair)):
-        if node.op in ("integral", "derivative"):
-            word = {"integral": ".i", "derivative": ".d"}[node.op]
-            findings.error(
-                "claim/not-a-reading",
-                f"{what} reads results, but `{word}(…)` has to be solved for",
-                claim.span,
-                helps=(f"state `v = {word}(…);` and make {what} about `v`",),
-            )
-            return
-        if _is_blank(node):
-            findings.error(
-                "claim/not-a-reading",
-                f"`_` in {what} can only be a whole side or a component of one: nothing solves for it",
-                claim.span,
-                helps=("write `[_, 100]` to claim only the height of a point",),
-            )
-            return
+    if not _reads(claim, [side for pair in pairs for side in pair], findings):
+        return
     yield Claim(
         number=number,
         step=draft.step,
@@ -110,6 +94,30 @@ def _claim(
         purpose=claim.purpose,
         weight=weight,
     )
+
+
+def _reads(claim: tree.ClaimStatement, sides: Sequence[Expr], findings: Findings) -> bool:
+    """Whether nothing in it has to be solved for; reported where it has."""
+    what = NAMED[claim.purpose]
+    for node in walk(*sides):
+        if node.op in ("integral", "derivative"):
+            word = {"integral": ".i", "derivative": ".d"}[node.op]
+            findings.error(
+                "claim/not-a-reading",
+                f"{what} reads results, but `{word}(…)` has to be solved for",
+                claim.span,
+                helps=(f"state `v = {word}(…);` and make {what} about `v`",),
+            )
+            return False
+        if _is_blank(node):
+            findings.error(
+                "claim/not-a-reading",
+                f"`_` in {what} can only be a whole side or a component of one: nothing solves for it",
+                claim.span,
+                helps=("write `[_, 100]` to claim only the height of a point",),
+            )
+            return False
+    return True
 
 
 def _has_one_value(root: Expr) -> bool:
