@@ -37,6 +37,7 @@ KINDS: dict[str, tuple[TokenKind, str]] = {
     "UNIT": (Keyword.Namespace, "keyword.other.unit"),
     "WITHIN": (Keyword.Namespace, "keyword.other.within"),
     "WEIGHT": (Keyword.Namespace, "keyword.other.weight"),
+    "EXTREME": (Keyword.Namespace, "keyword.other.extreme"),
     "SPEED": (Keyword.Namespace, "keyword.other.speed"),
     **{word.upper(): (Keyword.Type, "storage.type.shape") for word in SHAPES},
     "CLOCK": (Name.Builtin.Pseudo, "variable.language.clock"),

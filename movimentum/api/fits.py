@@ -73,8 +73,8 @@ class Fit:
 
     @property
     def cost(self) -> float | None:
-        """The sum over all goals of the mean square of what they miss by, times their weights; None where nothing
-        moves.
+        """The sum over all goals of the mean square of what they miss by, less what is to be largest, times their
+        weights; None where nothing moves.
         """
         from movimentum.fitting.summary import cost_of
 
@@ -82,7 +82,9 @@ class Fit:
 
     @cached_property
     def goals(self) -> Sequence[AimOutcome]:
-        """What each goal misses by, in the order written: ``told``, ``line``, ``rms``, ``worst``, ``time``."""
+        """What each goal misses by, in the order written: ``told``, ``line``, ``rms``, ``worst``, ``time``; and the
+        ``value`` of one to be largest or smallest.
+        """
         return self._outcomes("goal")
 
     @cached_property

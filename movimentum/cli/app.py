@@ -11,8 +11,8 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext, suppress
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from importlib import import_module
 from io import StringIO
 from typing import Any, NoReturn, cast
@@ -131,13 +131,23 @@ class _Modules(Mapping[str, click.Command]):
 class _Commands(click.Group):
     """click itself ends the process for some of our exceptions; under another name they come through."""
 
+    def make_context(self, *given: Any, **named: Any) -> click.Context:
+        with _by_another_name():  # `--help` and `--version` are answered here
+            return super().make_context(*given, **named)
+
     def invoke(self, ctx: click.Context) -> Any:
-        try:
+        with _by_another_name():
             return super().invoke(ctx)
-        except BrokenPipeError as error:
-            raise ReaderGone from error
-        except EOFError as error:
-            raise RuntimeError("unexpected end of a file") from error
+
+
+@contextmanager
+def _by_another_name() -> Generator[None]:
+    try:
+        yield
+    except BrokenPipeError as error:
+        raise ReaderGone from error
+    except EOFError as error:
+        raise RuntimeError("unexpected end of a file") from error
 
 
 @click.group(

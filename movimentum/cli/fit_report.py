@@ -30,7 +30,8 @@ def as_text(found: Fitted) -> str:
             lines.append(f"{title}:")
         for was, now in own:
             told = _off(now, purpose is Purpose.GOAL)
-            earlier = "" if was.rms is None else f"   (before: {_off(was, purpose is Purpose.GOAL)})"
+            moved = was.rms is not None or was.value is not None
+            earlier = f"   (before: {_off(was, purpose is Purpose.GOAL)})" if moved else ""
             lines.append(f"  line {now.line}: {now.told}: {told}{earlier}")
     if len(found.others):
         lines.append(f"{counted(len(found.others), 'other solution')} as good:")
@@ -41,6 +42,8 @@ def as_text(found: Fitted) -> str:
 
 def _off(outcome: AimOutcome, goal: bool) -> str:
 
+    if outcome.value is not None:
+        return number(outcome.value)
     if outcome.worst is None or outcome.rms is None:
         return "it does not move"
     when = "" if outcome.time is None else f" at t = {time_text(outcome.time)}"
@@ -71,6 +74,8 @@ def as_json(found: Fitted) -> str:
                 "time": now.time,
                 "rms_before": was.rms,
                 "worst_before": was.worst,
+                "value": now.value,
+                "value_before": was.value,
             }
             for was, now in pairs
             if now.claim.purpose is purpose

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from movimentum.expressions import Expr, sub, substitute, symbol, walk
+from movimentum.expressions import ONE, ZERO, Expr, mul, neg, ratio, sub, substitute, symbol, walk
+from movimentum.planning.lowering.calculus import differentiate
 from movimentum.scene.model import AnchorCoordinate, Purpose, Relation, ThingAngle, VariableComponent
 from movimentum.timeline.model import HeldClaim, Timeline
 from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied
@@ -32,7 +33,8 @@ class ReducedExpr:
 class LoweredAim:
     """``sides``: what is left of each component when its right-hand side is taken away. In symbols of the scene, of the
     varied constants, and `Reduced` with numbers of `LoweredAims.reductions`. ``lasting``: whether it has a value in
-    every frame (else one for the whole film).
+    every frame (else one for the whole film). A goal to be largest or smallest is several of them, one for each term:
+    what counts is the sum over these of their greatest sides.
     """
 
     held: HeldClaim
@@ -43,6 +45,11 @@ class LoweredAim:
     def required(self) -> bool:
         """A requirement, and not a goal."""
         return self.held.claim.purpose is Purpose.REQUIREMENT
+
+    @property
+    def extreme(self) -> bool:
+        """A goal that something is as large or as small as can be: its sides are to be as small as can be."""
+        return self.held.claim.relation in _SIGNS
 
     @property
     def angular(self) -> bool:
@@ -76,9 +83,11 @@ class LoweredAims:
 
     @property
     def equations(self) -> float:
-        """How many scalar equations they state; infinite if one of them is stated in every frame."""
+        """How many scalar equations they state; infinite if one of them is stated in every frame, or never met."""
         stated = [aim for aim in self.aims if aim.held.claim.relation is Relation.EQUAL]
-        return math.inf if any(aim.lasting for aim in stated) else sum(len(aim.sides) for aim in stated)
+        if any(aim.lasting for aim in stated) or any(aim.extreme for aim in self.aims):
+            return math.inf
+        return sum(len(aim.sides) for aim in stated)
 
 
 def lower_aims(timeline: Timeline) -> LoweredAims:
@@ -91,12 +100,45 @@ def lower_aims(timeline: Timeline) -> LoweredAims:
         for left, right in zip(held.claim.left, held.claim.right, strict=True):
             outside = sub(_without(left, number, reductions, unfolding), _without(right, number, reductions, unfolding))
             sides.append(unfolding.unfolded(outside))
-        lasting = any(
-            node.op == "clock" or (node.op == "symbol" and not isinstance(node.payload, Varied | Reduced))
-            for node in walk(*sides)
-        )
-        aims.append(LoweredAim(held, tuple(sides), lasting))
+        sign = _SIGNS.get(held.claim.relation)
+        terms = [tuple(sides)] if sign is None else _terms(mul(sign, sides[0]), reductions)
+        aims += [LoweredAim(held, own, _lasting(own)) for own in terms]
     return LoweredAims(tuple(aims), tuple(reductions), timeline)
+
+
+_SIGNS = {Relation.LARGEST: neg(ONE), Relation.SMALLEST: ONE}
+
+
+def _lasting(sides: tuple[Expr, ...]) -> bool:
+    return any(
+        node.op == "clock" or (node.op == "symbol" and not isinstance(node.payload, Varied | Reduced))
+        for node in walk(*sides)
+    )
+
+
+def _terms(root: Expr, reductions: Sequence[ReducedExpr]) -> Iterator[tuple[Expr, ...]]:
+    """Terms of ``root``, which is to be as small as can be, as the sides of aims. The greatest value in the film, times
+    a number above 0, becomes the value in every frame: which frame decides may change from step to step of a search,
+    and where several do, they all must be seen.
+    """
+    rest: dict[Expr, Expr] = {}
+    for node in walk(root):
+        if node.op != "symbol" or not isinstance(node.payload, Reduced):
+            continue
+        part = reductions[node.payload.number]
+        factor = differentiate(root, lambda other, node=node: ONE if other == node else ZERO).value
+        if factor is None or part.kind not in ("max", "min", "range") or factor * (part.kind == "min") > 0.0:
+            continue
+        if factor < 0.0 and part.kind != "min":
+            continue
+        inner = mul(ratio(Fraction(factor)), part.inner)
+        yield (inner,)
+        if part.kind == "range":
+            yield (neg(inner),)
+        rest[node] = ZERO
+    left = substitute(root, lambda node: None, rest) if rest else root
+    if not rest or left != ZERO:
+        yield (left,)
 
 
 def _without(root: Expr, aim: int, reductions: list[ReducedExpr], unfolding: OriginUnfolding) -> Expr:

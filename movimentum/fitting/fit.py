@@ -12,7 +12,8 @@ from movimentum.errors import ScriptError, usage_error
 from movimentum.fitting.aims import LoweredAims, lower_aims
 from movimentum.fitting.evaluation import TogetherEvaluator
 from movimentum.fitting.merit import Merit
-from movimentum.fitting.programming import Program
+from movimentum.fitting.periods import periods_of
+from movimentum.fitting.programming import Program, largest
 from movimentum.fitting.search import ONE_BY_ONE, TOGETHER, Candidates, Search, SearchEffort, Task, tasks_of
 from movimentum.fitting.sides import SideFormulas
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
@@ -199,6 +200,7 @@ def make_problem(job: FitJob) -> FitProblem:
     search = Search(evaluate, merit, low, high, size, own, job.seed, effort, timing)
     if reason is None:
         search.balance()
+    search.periods = periods_of(search, float(traced.end - traced.start))
     return FitProblem(job, single, search, lowered, reason)
 
 
@@ -241,9 +243,9 @@ def done_here(problem: FitProblem) -> Work:
 
 def task_done(problem: FitProblem, task: Task) -> Candidates:
     """What comes of one part of the search."""
-    kind, number = task
-    found = problem.search.piece(number) if kind == "piece" else problem.search.island(number)
-    return found.best(BEST * 4)
+    found = problem.search.piece(task[1]) if task[0] == "piece" else problem.search.island(task[1])
+    found = found.best(BEST * 4)
+    return largest(problem.search, found.best(1)).and_others(found) if problem.search.merit.extremes else found
 
 
 def fit(
@@ -253,7 +255,7 @@ def fit(
     ``effort``: so many times the usual number of starts.
     """
     search, job = problem.search, problem.job
-    usual = len(tasks_of(search.effort, effort))
+    usual, extreme = len(tasks_of(search.effort, effort)), bool(search.merit.extremes)
     solvable = bool(search.effort.generations) and problem.lowered.equations <= len(job.names)
     tasks = tasks_of(search.effort, LONGER * effort if solvable else effort)
     found = Candidates(np.zeros((0, len(job.names))), np.zeros(0), np.zeros(0))
@@ -273,7 +275,7 @@ def fit(
     exact = _exact(search, best)
     if not every and exact.any():
         best = best.take([int(k) for k in np.nonzero(exact)[0]])
-    enough = -1.0 if every else (EXACT * search.size) ** 2
+    enough = -1.0 if every or extreme else (EXACT * search.size) ** 2
     refined = _refined(search, best, enough) if _met(search, best).any() else best
     spare = found.best(SPARE)
     if len(refined) and (refined.worst > 0.0).all():
@@ -289,13 +291,13 @@ def _met(search: Search, found: Candidates) -> BoolArray:
 
 def _exact(search: Search, found: Candidates) -> BoolArray:
     """(M,) whether goals are met, and requirements or nearly."""
-    return _met(search, found) & (found.costs <= (EXACT * search.size) ** 2)
+    return _met(search, found) & (found.costs <= (EXACT * search.size) ** 2) & (not search.merit.extremes)
 
 
 def _agree(bests: Sequence[float], wanted: int) -> bool:
     """Whether so many parts have come to the best cost of all."""
     least = min(bests)
-    return bool(np.isfinite(least)) and sum(cost <= (1.0 + ALIKE) * least for cost in bests) >= wanted
+    return bool(np.isfinite(least)) and sum(cost <= least + ALIKE * abs(least) for cost in bests) >= wanted
 
 
 def _as_required(search: Search, found: Candidates) -> Candidates:
@@ -306,7 +308,8 @@ def _as_required(search: Search, found: Candidates) -> Candidates:
 
 
 def _refined(search: Search, best: Candidates, enough: float = -1.0) -> Candidates:
-    return search.refined(best, enough).and_others(best).best(len(best))
+    refined = largest(search, best) if search.merit.extremes else search.refined(best, enough)
+    return refined.and_others(best).best(len(best))
 
 
 def _nearest(search: Search, found: Candidates) -> tuple[Candidates, Candidates]:
@@ -335,7 +338,8 @@ def _chosen(problem: FitProblem, refined: Candidates, spare: Candidates, first: 
             continue
         k, point, constants, motion = believed
         rest = [int(j) for j in found.order() if j != k and found.worst[j] == 0.0]
-        close = [j for j in rest if found.costs[j] <= 1.02 * found.costs[k] + (EXACT * search.size) ** 2]
+        enough = found.costs[k] + (ALIKE if search.merit.extremes else 0.02) * abs(found.costs[k])
+        close = [j for j in rest if found.costs[j] <= enough + (EXACT * search.size) ** 2]
         left = undecided(search, np.clip((constants - search.low) / width, 0.0, 1.0))
         if left.idle.any():
             constants, motion = _as_before(problem, left, constants, motion)
@@ -352,7 +356,7 @@ def _believed(problem: FitProblem, found: Candidates) -> tuple[int, FloatArray, 
     fallback: tuple[int, FloatArray, FloatArray, SingleMotion] | None = None
     for k in map(int, found.order()):
         point = found.points[k]
-        if problem.reason is None and found.worst[k] == 0.0:
+        if problem.reason is None and found.worst[k] == 0.0 and not search.merit.extremes:
             point = search.polished(point)
         constants, motion = _rounded(problem, search.low + point * (search.high - search.low))
         if motion is None:

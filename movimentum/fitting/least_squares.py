@@ -34,9 +34,17 @@ LEAST_DAMPING = 1e-14
 """Of the largest diagonal element: less would leave a singular matrix singular."""
 
 
-def minimize_together(rows: Rows, starts: FloatArray, iterations: int, tolerance: float = 1e-12) -> Minimized:
-    """Minimize from all ``starts`` (M, C) in the unit box. A start ends when its step, or what it gains, is below
-    ``tolerance``. Every other start has its damping in proportion.
+def inside(points: FloatArray, periods: FloatArray) -> FloatArray:
+    """Points (…, C) as points of the unit box: those beyond an end are put there, or ``periods`` (C,) away from it."""
+    turns = np.where(points < 0.0, np.ceil(-points / periods), np.minimum(-np.ceil((points - 1.0) / periods), 0.0))
+    return np.clip(points + turns * np.where(np.isfinite(periods), periods, 0.0), 0.0, 1.0)
+
+
+def minimize_together(
+    rows: Rows, starts: FloatArray, iterations: int, tolerance: float, periods: FloatArray
+) -> Minimized:
+    """Minimize from all ``starts`` (M, C) in the unit box; ``periods`` (C,): see `inside`. A start ends when its step,
+    or what it gains, is below ``tolerance``. Every other start has its damping in proportion.
     """
     count = len(starts)
     x = starts.copy()
@@ -54,13 +62,13 @@ def minimize_together(rows: Rows, starts: FloatArray, iterations: int, tolerance
         if len(some) == 0:
             break
         at, g, h = x[some], gradient[some], normal[some]
-        free = ~(((at <= 0.0) & (g > 0.0)) | ((at >= 1.0) & (g < 0.0)))
+        free = np.isfinite(periods) | ~(((at <= 0.0) & (g > 0.0)) | ((at >= 1.0) & (g < 0.0)))
         matrix = np.where(free[:, :, None] & free[:, None, :], h, 0.0)
         diagonal = np.einsum("vii->vi", matrix)
         diagonal += np.where(free, damping[some][:, None] * weights[some] + 1e-300, 1.0)
         step = steps_of(matrix, np.where(free, g, 0.0))
-        new = np.clip(at + step, 0.0, 1.0)
-        step = new - at
+        new = inside(at + step, periods)
+        step = np.where(np.isfinite(periods), step, new - at)
         chosen = np.zeros(count, dtype=np.bool_)
         chosen[some] = True
         r_new, j_new = rows(new, chosen, cost[some])
@@ -68,14 +76,16 @@ def minimize_together(rows: Rows, starts: FloatArray, iterations: int, tolerance
         predicted = -np.einsum("vi,vi->v", step, g) - 0.5 * np.einsum("vi,vij,vj->v", step, h, step)
         gain = cost[some] - cost_new
         better = gain > 0.0
-        ratio = np.where(better, gain / np.maximum(predicted, 1e-300), 0.0)
+        ratio = np.where(better, gain, 0.0) / np.maximum(
+            np.maximum(predicted, gain), 1e-300
+        )  # 1 is the most that counts
         moved = np.max(np.abs(step), axis=1)
         done = (moved <= tolerance) | (better & (gain <= tolerance * 1e-3 * cost[some]))
         where = some[better]
         x[where], cost[where] = new[better], cost_new[better]
         normal[where], gradient[where] = _normal(j_new[better], r_new[better])
         weights[where] = _weights(normal[where], weights[where], scaled[where])
-        shrink = np.maximum(1.0 / 3.0, 1.0 - (2.0 * np.clip(ratio, 0.0, 1.0) - 1.0) ** 3)
+        shrink = np.maximum(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3)
         damping[some] = np.where(better, damping[some] * shrink, damping[some] * growth[some])
         growth[some] = np.where(better, 2.0, 2.0 * growth[some])
         damping[some] = np.clip(damping[some], LEAST_DAMPING, 1e300)

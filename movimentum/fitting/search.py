@@ -7,14 +7,14 @@ pieces may be done anywhere, in any order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any, Protocol
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.fitting.least_squares import Rows, minimize_together
+from movimentum.fitting.least_squares import Rows, inside, minimize_together
 from movimentum.fitting.merit import Evaluate, Lagrangian, Merit
 from movimentum.fitting.sides import Evaluation
 from movimentum.fitting.timing import FreeTimes
@@ -130,7 +130,8 @@ class Candidates:
 @dataclass(eq=False)
 class Search:
     """Searches the box ``low`` to ``high`` (C,) for what ``evaluate`` and ``merit`` call best. ``size``: of the scene;
-    ``own``: the script's own constants, in units of the box.
+    ``own``: the script's own constants, in units of the box; ``periods`` (C,): after which a constant is the same
+    again, infinite where it never is.
     """
 
     evaluate: Evaluate
@@ -142,6 +143,21 @@ class Search:
     seed: int
     effort: SearchEffort
     timing: Timing | None = None
+    periods: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if len(self.periods) == 0:
+            self.periods = np.full(len(self.low), np.inf)
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """(C,) each: where points may be while they are looked for. What has a period may pass the ends."""
+        beyond = np.where(np.isfinite(self.periods), 1.0, 0.0)
+        return -beyond, 1.0 + beyond
+
+    def inside(self, points: FloatArray) -> FloatArray:
+        """Points (…, C) as points of the box."""
+        return inside(points, self.periods)
 
     def retimed(self, points: FloatArray) -> FloatArray:
         """Points (M, C) with the best free times of their mechanisms (`fitting.timing`)."""
@@ -158,10 +174,10 @@ class Search:
 
     def balance(self) -> None:
         """Have requirements weigh as much as goals: see `Merit.balanced`."""
-        points = _sobol(len(self.low), 0).random(SAMPLE)
+        points = sobol(len(self.low), 0).random(SAMPLE)
         found = self.at(self.retimed(points), slopes=True)
         if found.moves.any() and found.slopes is not None:
-            self.merit = self.merit.balanced(found.slopes[found.moves])
+            self.merit = self.merit.balanced(found.sides[found.moves], found.slopes[found.moves])
 
     def judged(self, points: FloatArray) -> Candidates:
         """Points as candidates."""
@@ -171,7 +187,7 @@ class Search:
 
     def piece(self, number: int) -> Candidates:
         """Where the starts of one piece come to; those of the first piece include the script's own constants."""
-        sampler = _sobol(len(self.low), self.seed)
+        sampler = sobol(len(self.low), self.seed)
         if number:
             sampler.fast_forward(number * self.effort.points)
         points = self.retimed(sampler.random(self.effort.points))
@@ -237,15 +253,20 @@ class Search:
         points = starts
         for steps, best in self.effort.heats:  # most show soon that they lead nowhere
             if len(points) > best:
-                points = self._better_timed(minimize_together(self._rows(lagrangian), points, steps).points)
+                points = self._better_timed(self._minimized(lagrangian, points, steps))
                 points = points[np.sort(np.argsort(self._merits(points), kind="stable")[:best])]
                 lagrangian = replace(lagrangian, multipliers=lagrangian.multipliers[:best])
         for penalty in penalties:
             if penalty != lagrangian.penalty:
                 points = self._better_timed(points)
                 lagrangian = lagrangian.updated(self.at(points).sides, penalty)
-            points = minimize_together(self._rows(lagrangian), points, iterations, self.effort.tolerance).points
+            points = self._minimized(lagrangian, points, iterations, self.effort.tolerance)
         return self.judged(points)
+
+    def _minimized(
+        self, lagrangian: Lagrangian, points: FloatArray, iterations: int, tolerance: float = 1e-12
+    ) -> FloatArray:
+        return minimize_together(self._rows(lagrangian), points, iterations, tolerance, self.periods).points
 
     def _better_timed(self, points: FloatArray) -> FloatArray:
         """`retimed` points, where that is better."""
@@ -282,7 +303,7 @@ class Search:
         fine = 1e-3 * self.effort.tolerance
         required = bool(self.merit.required.any())
         for number in range(DEEP):
-            points = minimize_together(self._rows(lagrangian), points, 8 * self.effort.iterations, fine).points
+            points = self._minimized(lagrangian, points, 8 * self.effort.iterations, fine)
             now = self.judged(points)
             best = float(np.min(now.costs, initial=np.inf))
             met = ((now.costs <= enough) & (now.worst == 0.0)).any()
@@ -300,7 +321,7 @@ class Search:
                 lagrangian = lagrangian.updated(self.at(points).sides, penalty)
         before = np.full(len(points), np.inf)
         for _ in range(ROUNDS if required else 0):
-            points = minimize_together(self._rows(lagrangian), points, self.effort.iterations // 2, fine).points
+            points = self._minimized(lagrangian, points, self.effort.iterations // 2, fine)
             now = self.judged(points)
             slow = now.worst > 0.25 * before
             penalty = lagrangian.penalty * (10.0 if slow.any() and (now.worst[slow] > 0.0).any() else 1.0)
@@ -318,17 +339,19 @@ class Search:
         lagrangian = Lagrangian(self.merit, np.zeros((1, len(self.merit.scale))), PENALTIES[0])
 
         def rows(u: FloatArray) -> FloatArray:
-            return np.nan_to_num(lagrangian.rows(self.at(u[None], slopes=True))[0][0], nan=1e3 * self.size)
+            found = self.at(self.inside(u)[None], slopes=True)
+            return np.nan_to_num(lagrangian.rows(found)[0][0], nan=1e3 * self.size)
 
         def slopes(u: FloatArray) -> FloatArray:
-            found = lagrangian.rows(self.at(u[None], slopes=True))[1]
+            found = lagrangian.rows(self.at(self.inside(u)[None], slopes=True))[1]
             assert found is not None
             return np.nan_to_num(found[0])
 
-        inside = np.clip(point, 1e-12, 1.0 - 1e-12)
+        low, high = self.bounds
+        start = np.clip(point, low + 1e-12, high - 1e-12)
         tiny = {"ftol": 1e-15, "xtol": 1e-15, "gtol": 1e-15}
-        found = least_squares(rows, inside, slopes, bounds=(0.0, 1.0), method="dogbox", max_nfev=60, **tiny)
-        both = self.judged(np.stack([point, np.clip(found.x, 0.0, 1.0)]))
+        found = least_squares(rows, start, slopes, bounds=(low, high), method="dogbox", max_nfev=60, **tiny)
+        both = self.judged(np.stack([point, self.inside(found.x)]))
         better = both.worst[1] <= both.worst[0] and both.costs[1] < both.costs[0]
         return both.points[1] if better else point
 
@@ -350,6 +373,7 @@ class Search:
         return rows
 
 
-def _sobol(columns: int, seed: int) -> Any:
+def sobol(columns: int, seed: int) -> Any:
+    """A sequence of points of the unit box."""
     qmc: Any = import_module("scipy.stats").qmc
     return qmc.Sobol(columns, scramble=True, seed=np.random.default_rng(seed))

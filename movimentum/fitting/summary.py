@@ -11,6 +11,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity, replacement
 from movimentum.fitting.fit import Fitted
+from movimentum.fitting.programming import Program
 from movimentum.fitting.single import SingleMotion
 from movimentum.fitting.timing import varied_names
 from movimentum.scene.model import Claim, Relation
@@ -28,7 +29,8 @@ AT_AN_END = 1e-6
 class AimOutcome:
     """How far a goal or a requirement (``told`` as the script says it, in ``line``) is off: the root of the mean square
     over its frames (``rms``), and the most (``worst``) at ``time`` (None: it is about the whole film). Of an inequality
-    ``worst`` is what is too much: below 0 it holds, with that to spare. None where the variant does not move.
+    ``worst`` is what is too much: below 0 it holds, with that to spare. None where the variant does not move. What is
+    to be as large or as small as can be has a ``value`` instead.
     """
 
     claim: Claim = field(repr=False)
@@ -37,6 +39,7 @@ class AimOutcome:
     rms: float | None
     worst: float | None
     time: float | None
+    value: float | None = None
 
 
 def aim_outcomes(fitted: Fitted, motion: SingleMotion) -> list[AimOutcome]:
@@ -52,6 +55,13 @@ def aim_outcomes(fitted: Fitted, motion: SingleMotion) -> list[AimOutcome]:
         text = " ".join(source.slice(claim.span).split()).removeprefix(f".{claim.purpose} ")
         own = layout.aim == n
         sides = motion.sides[own].reshape(len(aim.sides), -1)
+        if aim.extreme:
+            sign = -1.0 if claim.relation is Relation.LARGEST else 1.0
+            value = sign * float(np.max(sides))
+            if found and found[-1].claim is claim:  # one more term
+                value += found.pop().value or 0.0
+            found.append(AimOutcome(claim, text, line, None, None, None, value if np.isfinite(value) else None))
+            continue
         if not np.isfinite(sides).all():
             found.append(AimOutcome(claim, text, line, None, None, None))
             continue
@@ -142,14 +152,13 @@ def notes(fitted: Fitted) -> Iterator[Diagnostic]:
         return
     job = fitted.problem.job
     idle = fitted.left.idle
-    for name, value, (low, high), unused in zip(
-        job.names, fitted.after.tolist(), job.intervals.tolist(), idle.tolist(), strict=True
-    ):
+    each = zip(job.names, fitted.after.tolist(), job.intervals.tolist(), idle.tolist(), strict=True)
+    for column, (name, value, (low, high), unused) in enumerate(each):
         near = AT_AN_END * (high - low)
         if unused:
             message = f"no goal and no requirement depends on {name}: it is left as it was"
             yield Diagnostic("fit/idle", Severity.NOTE, message, helps=(f"--set {name}={number(value)}",))
-        elif min(value - low, high - value) <= near:
+        elif min(value - low, high - value) <= near and np.isinf(fitted.problem.search.periods[column]):
             yield from _at_an_end(fitted, name, value, low, high)
     if fitted.left.free and fitted.met:
         free, every = fitted.left.free, counted(int(np.sum(~idle)), "constant")
@@ -186,9 +195,11 @@ def _better_within(fitted: Fitted, column: int, wider: tuple[float, float]) -> b
     beyond = replace(search, low=low, high=high, timing=None)
     point = np.clip((fitted.after - low) / (high - low), 0.0, 1.0)[None]
     before, after = beyond.judged(point), beyond.descended(point)
+    if search.merit.extremes:
+        after = beyond.judged(Program(beyond).nearest_goals(point[0])[None])
     if after.worst[0] > 0.0 or before.worst[0] > 0.0:
         return bool(after.worst[0] < before.worst[0] or not fitted.met)
-    return bool(after.costs[0] < (1.0 - GAIN) * before.costs[0])
+    return bool(after.costs[0] < before.costs[0] - GAIN * abs(before.costs[0]))
 
 
 def _lower(low: float, high: float) -> float:
@@ -203,6 +214,6 @@ def constants_text(fitted: Fitted) -> str:
 
 
 def cost_of(fitted: Fitted, motion: SingleMotion) -> float | None:
-    """The weighted sum of squares of what goals miss by; None where the variant does not move."""
+    """The weighted sum of squares of what goals miss by, and of what is to be small; None where nothing moves."""
     sides: FloatArray = motion.sides[None]
     return float(fitted.problem.search.merit.cost(sides)[0]) if np.isfinite(sides).all() else None

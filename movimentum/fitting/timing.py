@@ -15,6 +15,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.expressions import Expr, walk
+from movimentum.fitting.aims import ReducedExpr
 from movimentum.fitting.dual import Dual
 from movimentum.fitting.sides import SideFormulas, signed
 from movimentum.variants.together.pattern import Pattern
@@ -54,6 +55,8 @@ class FreeTimes:
             if part.time is not None and not _plain(part.time):
                 taken |= varied_names(part.time)
         for number, aim in enumerate(lowered.aims):
+            if aim.extreme:
+                taken |= {name for k in _reduced(aim.sides) for name in _times(lowered.reductions[k])}
             if number not in orders:
                 taken |= {name for side in aim.sides for name in varied_names(side)}
         reading = [_reduced(aim.sides) for aim in lowered.aims]
@@ -203,6 +206,10 @@ def constants_of_motion(pattern: Pattern) -> set[str]:
 def varied_names(root: Expr) -> set[str]:
     """The varied constants in an expression."""
     return {node.payload.name for node in walk(root) if node.op == "symbol" and isinstance(node.payload, Varied)}
+
+
+def _times(part: ReducedExpr) -> set[str]:
+    return set() if part.time is None else varied_names(part.time)
 
 
 def _plain(root: Expr) -> bool:

@@ -51,7 +51,7 @@ class Undecided:
 def undecided(search: Search, point: FloatArray) -> Undecided:
     """What is left open at a solution, a ``point`` (C,) of the unit box."""
     sampler = np.random.default_rng(search.seed)
-    around = np.clip(point + sampler.uniform(-NEARBY, NEARBY, (ELSEWHERE, len(point))), 0.0, 1.0)
+    around = point + np.where(point < 0.5, 1.0, -1.0) * sampler.uniform(0.0, NEARBY, (ELSEWHERE, len(point)))
     found = search.at(np.concatenate([point[None], around]), slopes=True)
     assert found.slopes is not None
     slopes = np.nan_to_num(found.slopes)
@@ -61,11 +61,18 @@ def undecided(search: Search, point: FloatArray) -> Undecided:
     merit, sides = search.merit, found.sides[0]
     margin = np.where(merit.required, merit.allowed, 0.0) + ACTIVE * search.size
     counts = merit.equal | (sides > -margin)
-    at_end = (point <= 0.0) | (point >= 1.0)
+    at_end = ((point <= 0.0) | (point >= 1.0)) & np.isinf(search.periods)
     ends = np.eye(len(point))[at_end & ~idle]
-    if float(merit.cost(found.sides[:1])[0]) > (LEFT_OVER * search.size) ** 2:
-        held = np.concatenate([slopes[0][counts & merit.required], ends])
-        return Undecided(idle, _flat(search, point, counts, held[:, ~idle], ~idle))
+    if merit.extremes or float(merit.cost(found.sides[:1])[0]) > (LEFT_OVER * search.size) ** 2:
+        limits = [np.eye(len(sides))[counts & merit.required]]
+        linear = np.zeros(len(sides))
+        for each in merit.extremes:  # all of its greatest sides stay alike
+            own = sides[each.sides]
+            first, *others = each.sides[own >= np.max(own) - ACTIVE * search.size]
+            linear[first] += 0.5 * each.weight
+            limits.append(np.eye(len(sides))[others] - np.eye(len(sides))[first])
+        held = _Held(np.concatenate(limits), linear, ends)
+        return Undecided(idle, _flat(search, point, np.where(counts & merit.goals, merit.scale**2, 0.0), held, ~idle))
     rows = np.concatenate([slopes[0][counts] * merit.scale[counts, None], ends])[:, ~idle]
     return Undecided(idle, rows.shape[1] - _rank(rows))
 
@@ -75,34 +82,45 @@ def _rank(rows: FloatArray) -> int:
     return int(np.sum(singular > RANK * np.max(singular, initial=0.0)))
 
 
-def _flat(search: Search, point: FloatArray, counts: BoolArray, held: FloatArray, used: BoolArray) -> int:
-    """In how many directions the Lagrangian has no curvature at a ``point`` where goals are missed, while what is
-    ``held`` (rows over the ``used`` constants) stays. Slopes alone do not tell: a minimum may be isolated although
-    fewer goals than constants change at first order (Nocedal & Wright, Numerical Optimization, theorem 12.6).
+@dataclass(frozen=True, slots=True, eq=False)
+class _Held:
+    """What stays as it is: ``limits`` (K, S) are sums of sides, and ``ends`` (E, C) constants. ``linear`` (S,): half of
+    what is to be small, as a sum of sides.
+    """
+
+    limits: FloatArray
+    linear: FloatArray
+    ends: FloatArray
+
+
+def _flat(search: Search, point: FloatArray, weights: FloatArray, held: _Held, used: BoolArray) -> int:
+    """In how many directions of the ``used`` constants the Lagrangian has no curvature at a ``point`` where goals
+    (``weights`` (S,) of their squares) are missed, while what is ``held`` stays. Slopes alone do not tell: a minimum
+    may be isolated although fewer goals than constants change at first order (Nocedal & Wright, Numerical Optimization,
+    theorem 12.6).
     """
     if not search.effort.heats:  # slopes are differences, too coarse to be differentiated again
         return 0
-    merit = search.merit
     columns = np.nonzero(used)[0]
     steps = CURVED * np.eye(len(point))[columns]
     found = search.at(np.concatenate([point[None], point + steps, point - steps]), slopes=True)
     assert found.slopes is not None
     if not np.isfinite(found.sides).all():
         return 0
-    weights = np.where(counts & merit.goals, merit.scale**2, 0.0)
-    gradients = np.einsum("s,vs,vsc->vc", weights, found.sides, found.slopes)[:, used]
-    required = np.nonzero(counts & merit.required)[0]
-    limits = found.slopes[:, required][:, :, used]
-    multipliers: FloatArray = np.zeros(0)
-    if len(held):
+    slopes = np.nan_to_num(found.slopes[:, :, used])
+    gradients = np.einsum("vs,vsc->vc", weights * found.sides + held.linear, slopes)
+    limits = np.einsum("ks,vsc->vkc", held.limits, slopes)
+    rows = np.concatenate([limits[0], held.ends[:, used]])
+    multipliers: FloatArray = np.zeros(len(held.limits))
+    if len(rows):
         least_squares: Any = np.linalg.lstsq
-        forces: FloatArray = least_squares(held.T, -gradients[0], rcond=None)[0]
-        multipliers = forces[: len(required)]
+        forces: FloatArray = least_squares(rows.T, -gradients[0], rcond=None)[0]
+        multipliers = forces[: len(multipliers)]
     gradients = gradients + np.einsum("r,vrc->vc", multipliers, limits)
     half = len(columns)
     curvature = (gradients[1 : half + 1] - gradients[half + 1 :]) / (2.0 * CURVED)
     free = np.eye(half)
-    if len(held):
-        free = np.linalg.svd(held)[2][_rank(held) :].T
+    if len(rows):
+        free = np.linalg.svd(rows)[2][_rank(rows) :].T
     bends = np.abs(np.linalg.eigvalsh(free.T @ (0.5 * (curvature + curvature.T)) @ free)) if free.size else np.zeros(0)
     return int(np.sum(bends <= STRAIGHT * np.max(np.abs(curvature), initial=0.0)))

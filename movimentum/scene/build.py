@@ -46,7 +46,7 @@ from movimentum.scene.resolve import (
 from movimentum.scene.silence import is_silent
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
-from movimentum.syntax.expression_tree import Blank, Comparison, Name, Transition, postorder
+from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, Name, Transition, postorder
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
 
@@ -227,9 +227,10 @@ def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, l
             inference.expression(draft.right, draft.meanings)
             if findings.errors == errors:
                 sign = statement.comparison
-                inference.equate(
-                    statement.left, statement.right, f"the two sides of `{sign}` are a scalar and a vector"
-                )
+                message = f"the two sides of `{sign}` are a scalar and a vector"
+                if sign in EXTREMES:
+                    message = f"a goal is `{sign}` of a scalar, and this is a vector: its `.l`, `.x` or `.y`?"
+                inference.equate(statement.left, statement.right, message)
         if findings.errors == errors and statement.comparison not in (Comparison.EQUAL, Comparison.WISH):
             message = f"`{statement.comparison}` compares scalars, not vectors"
             inference.require(statement.left, Kind.SCALAR, message)

@@ -20,6 +20,7 @@ from movimentum.scene.resolve import ThingTable, VariableUse
 from movimentum.scene.text_edits import removed
 from movimentum.source import Span
 from movimentum.syntax import expression_tree, tree
+from movimentum.syntax.expression_tree import EXTREMES, Comparison
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import Purpose
 from movimentum.text import time_text
@@ -68,30 +69,17 @@ def _claim(
     weight = _weight(claim, findings) if claim.purpose is Purpose.GOAL else 1.0
     if left is None or right is None:
         return
+    if claim.comparison in EXTREMES and not _has_one_value(left[0]):
+        _report_many_values(claim, any(node.op == "reduction" for node in walk(left[0])), findings)
+        return
     pairs = [pair for pair in zip(left, right, strict=True) if not any(map(_is_blank, pair))]
     if not pairs:
         findings.error(
             "claim/empty", f"{what} of nothing: `_` is any value", claim.span, helps=(_left_out(claim, findings),)
         )
         return
-    for node in walk(*(side for pair in pairs for side in pair)):
-        if node.op in ("integral", "derivative"):
-            word = {"integral": ".i", "derivative": ".d"}[node.op]
-            findings.error(
-                "claim/not-a-reading",
-                f"{what} reads results, but `{word}(…)` has to be solved for",
-                claim.span,
-                helps=(f"state `v = {word}(…);` and make {what} about `v`",),
-            )
-            return
-        if _is_blank(node):
-            findings.error(
-                "claim/not-a-reading",
-                f"`_` in {what} can only be a whole side or a component of one: nothing solves for it",
-                claim.span,
-                helps=("write `[_, 100]` to claim only the height of a point",),
-            )
-            return
+    if not _reads(claim, [side for pair in pairs for side in pair], findings):
+        return
     yield Claim(
         number=number,
         step=draft.step,
@@ -105,6 +93,61 @@ def _claim(
         tolerance=tolerance,
         purpose=claim.purpose,
         weight=weight,
+    )
+
+
+def _reads(claim: tree.ClaimStatement, sides: Sequence[Expr], findings: Findings) -> bool:
+    """Whether nothing in it has to be solved for; reported where it has."""
+    what = NAMED[claim.purpose]
+    for node in walk(*sides):
+        if node.op in ("integral", "derivative"):
+            word = {"integral": ".i", "derivative": ".d"}[node.op]
+            findings.error(
+                "claim/not-a-reading",
+                f"{what} reads results, but `{word}(…)` has to be solved for",
+                claim.span,
+                helps=(f"state `v = {word}(…);` and make {what} about `v`",),
+            )
+            return False
+        if _is_blank(node):
+            findings.error(
+                "claim/not-a-reading",
+                f"`_` in {what} can only be a whole side or a component of one: nothing solves for it",
+                claim.span,
+                helps=("write `[_, 100]` to claim only the height of a point",),
+            )
+            return False
+    return True
+
+
+def _has_one_value(root: Expr) -> bool:
+    """Whether it has one value for the film: what moves is inside reductions."""
+    stack, seen = [root], set[int]()
+    while stack:
+        node = stack.pop()
+        if node.op in ("symbol", "clock", "progress"):
+            return False
+        if node.op != "reduction" and id(node) not in seen:
+            seen.add(id(node))
+            stack += node.args
+    return True
+
+
+def _report_many_values(claim: tree.ClaimStatement, in_part: bool, findings: Findings) -> None:
+    """That it is not said which of the values in the film is to be largest."""
+    text, word = expression_text(claim.left), claim.comparison
+    first, other = ("min", "max") if word is Comparison.LARGEST else ("max", "min")
+    told = {"min": "the least of them", "max": "the greatest of them", "mean": "their mean"}
+    findings.error(
+        "kind/reduction",
+        f"`{text}` has a value in every frame: which of them is to be the {word[1:]}?",
+        claim.span,
+        helps=["each part that changes has to be in a reduction"]
+        if in_part
+        else [
+            replacement(f"{told[each]}: `.goal .{each}({text}) {word};`", claim.left.span, f".{each}({text})")
+            for each in (first, other, "mean")
+        ],
     )
 
 

@@ -17,6 +17,8 @@ RELATIONS = {
     Comparison.AT_MOST: Relation.BELOW,
     Comparison.ABOVE: Relation.ABOVE,
     Comparison.AT_LEAST: Relation.ABOVE,
+    Comparison.LARGEST: Relation.LARGEST,
+    Comparison.SMALLEST: Relation.SMALLEST,
 }
 
 

@@ -224,12 +224,14 @@ class Thing:
 
 
 class Relation(StrEnum):
-    """The direction of a constraint; part of its key."""
+    """The direction of a constraint; part of its key. A goal may be that something is as large as can be."""
 
     EQUAL = "="
     BELOW = "<"
     ABOVE = ">"
     WISH = "~"
+    LARGEST = ".largest"
+    SMALLEST = ".smallest"
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,8 +265,8 @@ class Claim:
     fit is to bring about: a goal with its ``weight``, or a requirement; these may have ``reduction`` nodes.
 
     Laid out as `Constraint` (``number`` counts claims only; the relation is never a wish); a component whose side is a
-    bare ``_`` is not claimed and left out. ``tolerance`` None: a default that depends on the scene's size. ``told`` has
-    the script's text of each side.
+    bare ``_`` is not claimed and left out; what is to be largest or smallest has 0 on its right. ``tolerance`` None: a
+    default that depends on the scene's size. ``told`` has the script's text of each side.
     """
 
     number: int

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.source import Span
@@ -22,7 +23,17 @@ from movimentum.syntax.building_values import (
     span_of,
     text_of,
 )
-from movimentum.syntax.expression_tree import Comparison, Element, Expression, Index, Member, Name, Operator, Sum
+from movimentum.syntax.expression_tree import (
+    Comparison,
+    Element,
+    Expression,
+    Index,
+    Member,
+    Name,
+    Number,
+    Operator,
+    Sum,
+)
 from movimentum.syntax.tree import (
     AnchorDefinition,
     ClaimStatement,
@@ -210,6 +221,11 @@ class Builder(ValueBuilder):
 
     goal = claim
     requirement = claim
+
+    def extreme_goal(self, pieces: Sequence[Piece]) -> ClaimStatement:
+        """``.goal value .largest .weight(weight);``."""
+        nothing = Number(Decimal(0), span=pieces[2].span)
+        return self.claim([*pieces[:3], nothing, *pieces[3:]])
 
 
 def _definition(

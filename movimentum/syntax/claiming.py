@@ -6,12 +6,13 @@ import re
 
 from movimentum.diagnostics import Fix, replacement
 from movimentum.source import Edit, Span
-from movimentum.syntax.suggest import dotted
+from movimentum.syntax.suggest import dotted, nearest
 
 _STATEMENT = re.compile(r"\.(claim|goal|require)\b([^;@]*)\Z")
 _ARGUMENTS = re.compile(r"\s*\([^();]*\)")
 _TIME = re.compile(r"(?:\d+\.?\d*|\.\d+|[A-Za-z][A-Za-z0-9_]*)(?:\s*/\s*\d+)?")
 _EXTENT = re.compile(r"\.(?:weight|within)\s*\([^();]*\)\s*\Z")
+_EXTREMES = (".largest", ".smallest")
 _WORDS = ("at", "weight", "within")
 
 
@@ -37,7 +38,16 @@ def claim_meant(text: str, before: int, place: int, found: str) -> str | Fix | N
     if found == "~":
         more = "a goal is as near as can be" if word == "goal" else "`.within(…)` says what it may be off by"
         return replacement(f"write `=`: {more}", here, "=")
+    if found in _EXTREMES and word != "goal":
+        begin = before - len(line) + statement.start()
+        return replacement(f"only a goal is `{found}`", Span(begin, begin + len(word) + 1), ".goal")
+    if found == ".within" and line.rstrip().endswith(_EXTREMES):
+        return "a goal comes as near as can be; what must hold whatever it costs stands in `.require …;`"
+    last = re.search(r"\.[a-z]+\Z", statement[2])
+    if found == ";" and word == "goal" and last is not None and (guess := nearest(last[0], _EXTREMES)):
+        return replacement(f"did you mean `{guess}`?", Span(before - len(last[0]), before), guess)
     if found == ";" and not re.search(r"[=<>~]", statement[2]):
         side = statement[2].strip() or "Rod.P.y"
-        return f"say what it is to be: `.{word} {side} = 100;`, or `> 100`"
+        more = "`> 100`, `.largest` or `.smallest`" if word == "goal" else "or `> 100`"
+        return f"say what it is to be: `.{word} {side} = 100;`, {more}"
     return None

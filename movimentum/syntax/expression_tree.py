@@ -25,7 +25,7 @@ class Operator(StrEnum):
 
 
 class Comparison(StrEnum):
-    """The sign between the two sides of a statement."""
+    """The sign between the two sides of a statement; or what a goal is to be."""
 
     EQUAL = "="
     WISH = "~"
@@ -33,6 +33,12 @@ class Comparison(StrEnum):
     AT_MOST = "<="
     ABOVE = ">"
     AT_LEAST = ">="
+    LARGEST = ".largest"
+    SMALLEST = ".smallest"
+
+
+EXTREMES = (Comparison.LARGEST, Comparison.SMALLEST)
+"""What is said of one value."""
 
 
 # --- expressions ----------------------------------------------------------------------------------

@@ -47,6 +47,7 @@ _WORDS = {
     "CONFIG": "`.config`",
     "WITHIN": "`.within(…)`",
     "WEIGHT": "`.weight(…)`",
+    "EXTREME": "`.largest`",
     "SPEED": "`.speed(…)`",
 }
 _ORDER = ("SEMICOLON", "RPAR", "RSQB", "RBRACE", "COMMA", "COLON", "LPAR", "LSQB", "ABOVE", "EQUAL")
@@ -160,7 +161,7 @@ def expected_words(accepted: frozenset[str]) -> str:
     if len(names) > 1:
         names -= {"SPEED", "TO"}  # nobody expects them here
     if "WORD" in names:
-        names -= {"WITHIN", "WEIGHT"} if len(names) > 1 else set()
+        names -= {"WITHIN", "WEIGHT", "EXTREME"} if len(names) > 1 else set()
     if "CIRCUMFLEX" in names or "STAR" in names:
         names -= {"LSQB"}  # an index, which hardly anybody expects
     words.extend(_WORDS[name] for name in _ORDER if name in names)

@@ -8,6 +8,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 from movimentum.syntax.expression_tree import (
+    EXTREMES,
     Blank,
     Call,
     Clock,
@@ -120,7 +121,9 @@ def item_text(item: Item) -> str:
             plain = all(_fits(node, _IN_TIMES) for node in postorder(item.time))
             return f"@{'+' if item.relative else ''}{time if plain else f'({time})'}"
         case ClaimStatement():
-            parts = [f".{item.purpose}", expression_text(item.left), item.comparison, expression_text(item.right)]
+            parts = [f".{item.purpose}", expression_text(item.left), item.comparison]
+            if item.comparison not in EXTREMES:
+                parts.append(expression_text(item.right))
             if item.extent is not None:
                 word = "weight" if item.purpose is Purpose.GOAL else "within"
                 parts.append(f".{word}({expression_text(item.extent)})")

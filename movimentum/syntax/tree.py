@@ -190,7 +190,7 @@ class ClaimStatement(Node):
     """``.claim left comparison right .within(extent);``: an expected result. The comparison is never a wish.
 
     Goals and requirements of a fit are read alike: ``.goal left comparison right .weight(extent);`` and ``.require left
-    comparison right .within(extent);``.
+    comparison right .within(extent);``. What is to be ``.largest`` or ``.smallest`` has 0 as its right side.
     """
 
     left: Expression

@@ -10,7 +10,7 @@ from typing import cast
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.expressions import ONE, ZERO, Expr, call, clock, div, ratio, substitute, walk
-from movimentum.scene.model import Claim, Constraint, Relation, Scene
+from movimentum.scene.model import Claim, Constraint, Ending, Relation, Scene
 from movimentum.text import fraction_text
 from movimentum.timeline.model import HeldClaim, Segment, Timeline
 from movimentum.timeline.trains import Trains
@@ -123,11 +123,11 @@ def _held(scene: Scene, segments: Sequence[Segment], trains: Trains, *, aims: bo
     for step in scene.steps:
         items = step.aims if aims else step.claims
         for item in items:
-            over.update((claim.number, step.time) for claim in held.pop((item.key, item.relation, item.purpose), ()))
+            over.update((claim.number, step.time) for claim in held.pop(_key(item), ()))
         for item in items:
             if isinstance(item, Claim):
                 made.append(item)
-                held.setdefault((item.key, item.relation, item.purpose), []).append(item)
+                held.setdefault(_key(item), []).append(item)
     result: list[HeldClaim] = []
     for claim in made:
         start, until = scene.steps[claim.step].time, over.get(claim.number, end)
@@ -138,6 +138,12 @@ def _held(scene: Scene, segments: Sequence[Segment], trains: Trains, *, aims: bo
         lasting = replace(claim, left=left, right=right)
         result.append(HeldClaim(lasting, start, until, claim.number not in over))
     return tuple(result)
+
+
+def _key(item: Claim | Ending) -> Hashable:
+    """Under which it is restated or ended; `= _` also ends a goal to be largest."""
+    extreme = item.relation in (Relation.LARGEST, Relation.SMALLEST)
+    return item.key, Relation.EQUAL if extreme else item.relation, item.purpose
 
 
 def _with_lifetime(constraint: Constraint, lifetimes: dict[int, Fraction], done: dict[int, Constraint]) -> Constraint:

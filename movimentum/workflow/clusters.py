@@ -9,10 +9,11 @@ import hashlib
 import logging
 import pickle
 import re
+import signal
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import lru_cache
 from importlib import import_module
 from typing import Any
@@ -29,10 +30,6 @@ AHEAD = 3
 """Pieces for each thread that are sent out before the first of them is back: nobody waits, and little is kept."""
 _DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 """Ctrl-C in a terminal goes to the workers too: they are ended by the command, which tells what is left."""
-_BORN_DEAF = "import signal as s; hasattr(s, 'pthread_sigmask') and s.pthread_sigmask(s.SIG_BLOCK, {s.SIGINT})"
-"""The same from the first moment: the thread that starts workers (in this process, so not by a handler) blocks the
-signal, and they inherit that.
-"""
 _LOCAL = re.compile(r"local(?::(\d{1,4}))?")
 
 
@@ -67,17 +64,18 @@ def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, No
             workers = int(local[1]) if local[1] else None
             if workers == 0:
                 raise usage_error("usage/dask", "a cluster has at least one worker", "--dask local:2")
-            with (
-                distributed.LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    dashboard_address=None,
-                    silence_logs=logging.CRITICAL + 1,
-                    preload=[_DEAF],
-                    preload_nanny=[_BORN_DEAF],
-                ) as started,
-                distributed.Client(started, set_as_default=False) as client,
-            ):
+            with ExitStack() as stack:
+                stack.callback(_semaphores_freed)
+                with _held_back():
+                    started = distributed.LocalCluster(
+                        n_workers=workers,
+                        threads_per_worker=1,
+                        dashboard_address=None,
+                        silence_logs=logging.CRITICAL + 1,
+                        preload=[_DEAF],
+                    )
+                    stack.enter_context(started)
+                    client = stack.enter_context(distributed.Client(started, set_as_default=False))
                 yield _checked(client)
             return
         try:
@@ -90,6 +88,28 @@ def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, No
             if client.dashboard_link:
                 say(f"dashboard: {client.dashboard_link}")
             yield _checked(client)
+
+
+@contextmanager
+def _held_back() -> Generator[None, None, None]:
+    """Ctrl-C has its effect at the end of this. Processes that begin meanwhile inherit that it is blocked, and never
+    hear it, however early it comes.
+    """
+    mask = getattr(signal, "pthread_sigmask", None)
+    if mask is None:  # Windows
+        yield
+        return
+    import_module("multiprocessing.resource_tracker").ensure_running()  # as it starts, it ends such a block
+    before = mask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        mask(signal.SIG_SETMASK, before)
+
+
+def _semaphores_freed() -> None:
+    """An interrupted command ends without Python's own end, which would do this; else a keeper of them complains."""
+    import_module("multiprocessing.util")._run_finalizers(0)
 
 
 @contextmanager

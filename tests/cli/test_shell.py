@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import resource
 import signal
 import subprocess
@@ -40,7 +41,7 @@ def room(tmp_path: Path) -> Path:
         (("check", "bad.mov", "--format", "sarif"), 1),
         (("check", "binds.mov"), 3), (("check", "binds.mov", "--format", "json"), 3), (("check", "crank.mov"), 0),
         (("fit", "fit.mov", "--format", "json"), 0), (("solve", "crank.mov", "-o", "-"), 0),
-        (SWEEP, 0),
+        (SWEEP, 0), (("--help",), 0), (("--version",), 0), (("run", "--help"), 0),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
 )  # fmt: skip
@@ -161,6 +162,43 @@ def test_workers_say_nothing_when_they_are_interrupted(wait: float, room: Path) 
     assert len(told.splitlines()) <= 4, told
     code, told = interrupted(room, "run", "long.mov", "--dask", "local:2", wait=wait)
     assert (code, "Traceback" in told) == (130, False), told
+
+
+LONG_WORK = {
+    "run": ("run", "long.mov", "-o", "out.gif"),
+    "numbered": ("run", "long.mov", "-o", "out%d.png"),
+    "solve": ("solve", "long.mov", "-o", "out.csv"),
+    "sweep": ("sweep", "fit.mov", "--vary", "R=1:50:9000000", "-o", "out.csv"),
+    "fit": ("fit", "search.mov", "-o", "out.mov"),
+    "golden": ("golden", "record", "long.mov"),
+    "studio": ("studio", "crank.mov", "--no-open"),
+    "run --dask": ("run", "long.mov", "-o", "out.gif", "--dask", "local:2"),
+    "sweep --dask": ("sweep", "fit.mov", "--vary", "R=1:50:9000000", "-o", "out.csv", "--dask", "local:2"),
+    "fit --dask": ("fit", "search.mov", "-o", "out.mov", "--dask", "local:2"),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [("solve", 0), *(pytest.param(n, k, marks=pytest.mark.slow) for n in LONG_WORK for k in range(1, 4))],
+)
+def test_ctrl_c_at_any_moment_leaves_no_traceback_and_nothing_half_written(name: str, seed: int, room: Path) -> None:
+    if "dask" in name:
+        pytest.importorskip("distributed")
+    (room / "long.mov").write_text(LONG)
+    (room / "search.mov").write_text(
+        FIT.replace(".let", ".let X = 0 .range(-9, 9); .let").replace("goal ", "goal X + ")
+    )
+    before = {path.name for path in room.iterdir()}
+    wait = random.Random(f"{name} {seed}").uniform(0.5, 6.0)  # before, Python itself begins
+    code, told = interrupted(room, *LONG_WORK[name], wait=wait)
+    assert code in (0, 130), (wait, told)  # 0: it was done before
+    assert "Traceback" not in told
+    assert "Warning" not in told
+    assert len(told.splitlines()) <= 5, told
+    left = {path.name for path in room.iterdir()} - before
+    if code == 130:
+        assert left <= {"out.csv.unfinished"} if name.startswith("sweep") else not left, (wait, left)
 
 
 @pytest.mark.slow

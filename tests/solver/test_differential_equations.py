@@ -1,5 +1,6 @@
 """Differential equations by `.i`: values against closed forms, elliptic functions and matrix exponentials."""
 
+import re
 from math import cos, exp, sin
 
 import mpmath as mp
@@ -135,9 +136,24 @@ def test_a_chaotic_motion_tells_its_error():
     assert "solve/inaccurate" in {d.code for d in solved(text + "@20").diagnostics}
 
 
-def test_where_a_solution_runs_away_it_ends():
-    with pytest.raises(mv.NoSolutionError, match="t = 1"):
-        solved("@0 x = 1 + .i(x*x); D.c = [x,0]; @2")
+@pytest.mark.parametrize(
+    ("statements", "time"),
+    [
+        ("x = 1 + .i(x*x);", 1.0), ("x = -3 - .i(x*x);", 1 / 3), ("x = 2 + .i(x^3);", 1 / 8),
+        ("x = .i(1 + x*x);", np.pi / 2), ("x = 1 + .i(.exp(x));", exp(-1)), ("x = 1 + .i(.sqrt(x)*x);", 2.0),
+        ("x = 1 + .i(v); v = .i(6*x^2);", float(mp.beta(mp.mpf(1) / 6, mp.mpf(1) / 2) / 6)),
+        ("x = 1 + .i(1000*x);", np.log(np.finfo(float).max) / 1000),  # no float is larger
+    ],
+)  # fmt: skip
+def test_where_a_solution_runs_away_it_ends(statements, time):
+    with pytest.raises(mv.NoSolutionError) as told:
+        solved(f"@0 {statements} D.c = [x,0]; @2.5")
+    (error, *others) = told.value.diagnostics
+    assert error.code == "solve/runs-away"
+    assert not {each.code for each in others} & {"solve/inaccurate", "solve/unreachable"}
+    when = float(re.search(r"to infinity at t = ([0-9.]+)", error.message)[1])
+    # times are told to ten digits; of the last, rates overflow before values do
+    assert when == pytest.approx(time, rel=1e-9 if "1000" not in statements else 0.02)
 
 
 @pytest.mark.slow

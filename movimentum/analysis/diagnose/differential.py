@@ -46,6 +46,7 @@ def given_up(stretch: SegmentMotion, trouble: Failure) -> Diagnostic | None:
     tracks = [piece.tracks[trouble.block] for piece in stretch.pieces if isinstance(piece, Piece)]
     why = {track.trouble for track in tracks if isinstance(track, FlowTrack)}
     when = time_text(float(stretch.segment.start) + trouble.begin)
+    code = "solve/not-converged"
     if Trouble.SWITCHES in why:
         message = f"a switch in the equation of {_names(stretch, block)} is undone at once, again and again"
         note = f"each side leads straight back to the other, so there is no solution from t = {when} on"
@@ -54,10 +55,15 @@ def given_up(stretch: SegmentMotion, trouble: Failure) -> Diagnostic | None:
         message = f"the differential equation of {_names(stretch, block)} takes too many steps"
         note = f"it was given up at t = {when}: something turns or switches very often in this time"
         help_ = "a shorter film, or slower oscillations"
+    elif Trouble.AWAY in why:
+        verb = "run" if " and " in _names(stretch, block) else "runs"
+        code, message = "solve/runs-away", f"{_names(stretch, block)} {verb} away to infinity at t = {when}"
+        note = "the faster, the farther it is: no solution of the equation goes beyond this time"
+        help_ = f"a film that ends before t = {when}"
     else:
         return None
     return Diagnostic(
-        code="solve/not-converged",
+        code=code,
         severity=Severity.ERROR,
         message=message,
         span=span_of_blocks(stretch, (block.number,)),

@@ -215,13 +215,14 @@ class PolynomialTrack:
 
 
 class Trouble(StrEnum):
-    """Why the integration of a differential equation was given up: its rates switch to and fro without end, or it takes
-    too many steps.
+    """Why the integration of a differential equation was given up: its rates switch to and fro without end, it takes
+    too many steps, or a state runs away to infinity.
     """
 
     NONE = "none"
     SWITCHES = "switches"
     WORK = "work"
+    AWAY = "away"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

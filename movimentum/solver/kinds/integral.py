@@ -7,6 +7,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Integral
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.poles import first_pole
@@ -37,27 +38,38 @@ AIM, COARSE = 1e-13, 1e-5
 """What the two halves of an interval may differ by from the whole, relative to the largest; at most, see `follow`."""
 UNSETTLED = 1e6
 """In units of what is aimed at: what an interval at a pole disagrees by is no smaller than a millionth of the whole."""
+JUMPS_EVERY = 4
+"""Halvings after which jumps are looked for in what does not settle."""
+JUMP = 1e-3
+"""Of the change over an interval: what is left of it in no time at all is a jump."""
+END = 1e-9
+"""Of an interval: how far from its ends the integrand is looked at, so that it is this side of a jump there."""
 
 
 def follow(path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[Gap]) -> TotalTrack:
-    """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves. What comes
-    behind a pole is a gap.
+    """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves, at jumps
+    first of all. What comes behind a pole is a gap.
     """
-    low, high, total, wrong = grid.tau[:-1], grid.tau[1:], np.zeros(len(grid.tau)), np.zeros(len(grid.tau) - 1)
+    total, wrong = np.zeros(len(grid.tau)), np.zeros(len(grid.tau) - 1)
     behind = (path.tracks[number] for number in path.upstream(block.number))
     # what is integrated itself is smooth to the error of its steps, and no finer
     aim = max([AIM, *(min(track.tolerance, COARSE) for track in behind if isinstance(track, NodeTrack))])
+    low = high = halves = apart = np.zeros(0)
     for left in reversed(range(HALVINGS)):
-        low, high = grid.tau[:-1], grid.tau[1:]
+        before, low, high = (low, high, halves, apart), grid.tau[:-1], grid.tau[1:]
         with np.errstate(all="ignore"):
-            whole = gauss_integral(path, block, low, high)
-            middle = 0.5 * (low + high)
-            halves = gauss_integral(path, block, low, middle) + gauss_integral(path, block, middle, high)
-        size = float(np.max(np.abs(halves), initial=0.0)) or 1.0
-        wrong = np.abs(whole - halves) / (aim * size)
-        total = float(choice.values[0]) + np.concatenate([[0.0], np.cumsum(np.nan_to_num(halves))])
+            halves, apart = _judged(path, block, low, high, before)
+        wrong = apart / (aim * (float(np.max(np.abs(halves), initial=0.0)) or 1.0))
         change = np.where(np.isfinite(wrong) & (wrong > 1.0), 2.0, 0.0)
-        if not left or not grid.refine(change, 1.0):
+        if not left or not change.any():
+            break
+        if left % JUMPS_EVERY == 0:
+            with np.errstate(all="ignore"):
+                jumps = _jumps(path, block, low[change > 1.0], high[change > 1.0])
+            if len(jumps):
+                grid.insert(jumps)
+                continue
+        if not grid.refine(change, 1.0):
             break
     gaps[:] = [gap for gap in gaps if gap.block != block.number]
     unsettled = wrong > UNSETTLED
@@ -65,7 +77,55 @@ def follow(path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[G
         with np.errstate(all="ignore"):
             pole = first_pole(path, block, low[unsettled], high[unsettled])
         gaps += [] if pole is None else [Gap(pole, path.end, block.number)]
+    total = float(choice.values[0]) + np.concatenate([[0.0], np.cumsum(np.nan_to_num(halves, posinf=0.0, neginf=0.0))])
     return TotalTrack(grid.tau, total)
+
+
+def _judged(
+    path: Path,
+    block: Integral,
+    low: FloatArray,
+    high: FloatArray,
+    before: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+) -> tuple[FloatArray, FloatArray]:
+    """The integrals over [low, high], and what the two halves are apart from the whole, or what is missed if a half's
+    integrand does not go on to its ends as inside, for a jump near an end is between no points. Known from ``before``
+    for some: their low and high, and what was found.
+    """
+    halves, apart = np.zeros(len(low)), np.zeros(len(low))
+    new = np.ones(len(low), dtype=np.bool_)
+    if len(before[0]):
+        at = np.minimum(np.searchsorted(before[0], low), len(before[0]) - 1)
+        new = (before[0][at] != low) | (before[1][at] != high)
+        halves, apart = np.where(new, 0.0, before[2][at]), np.where(new, 0.0, before[3][at])
+    a, b = low[new], high[new]
+    middle, half = 0.5 * (a + b), 0.25 * (b - a)
+    first, last = _values(path, block, a, middle), _values(path, block, middle, b)
+    whole = gauss_integral(path, block, a, b)
+    halves[new] = half * (first @ _GAUSS_W) + half * (last @ _GAUSS_W)
+    inner = END * (b - a)
+    ends = _at(path, block, np.stack([a + inner, middle - inner, middle + inner, b - inner]))
+    reached = [first @ _TO_THE_END[::-1], first @ _TO_THE_END, last @ _TO_THE_END[::-1], last @ _TO_THE_END]
+    missed = np.abs(ends - np.stack(reached))
+    missed = np.where(np.isfinite(missed), missed, 0.0).sum(axis=0)
+    apart[new] = np.abs(whole - halves[new]) + half * (1.0 - _GAUSS_X[-1]) * missed
+    return halves, apart
+
+
+def _jumps(path: Path, block: Integral, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Where the integrand jumps in intervals, at most once in each, by bisection to the last digit."""
+    first = np.zeros(len(low))
+    while True:
+        tau = low + (high - low) * np.linspace(0.0, 1.0, 9)[:, None]
+        wide = (low < tau[4]) & (tau[4] < high)
+        if not wide.any():
+            break
+        values = _at(path, block, tau)
+        left, right = values[:5].max(axis=0) - values[:5].min(axis=0), values[4:].max(axis=0) - values[4:].min(axis=0)
+        first = np.where(first > 0.0, first, np.maximum(left, right))
+        low, high = np.where(wide & (right > left), tau[4], low), np.where(wide & ~(right > left), tau[4], high)
+    ends = _at(path, block, np.stack([low, high]))
+    return distinct(high[np.abs(ends[1] - ends[0]) > JUMP * first])
 
 
 # Gauss–Legendre, eight points on [-1, 1] (Abramowitz & Stegun, table 25.4);
@@ -74,6 +134,8 @@ _GAUSS_HALF = np.array([0.18343464249564980, 0.52553240991632899, 0.796666477413
 _GAUSS_WEIGHT = np.array([0.36268378337836198, 0.31370664587788729, 0.22238103445337447, 0.10122853629037626])
 _GAUSS_X = np.concatenate([-_GAUSS_HALF[::-1], _GAUSS_HALF])
 _GAUSS_W = np.concatenate([_GAUSS_WEIGHT[::-1], _GAUSS_WEIGHT])
+_TO_THE_END = np.array([np.prod([(1.0 - other) / (x - other) for other in _GAUSS_X if other != x]) for x in _GAUSS_X])
+"""Of values at these points: what a polynomial through them comes to at 1."""
 
 
 def accumulated(path: Path, block: Integral, track: TotalTrack, tau: FloatArray) -> FloatArray:
@@ -89,8 +151,17 @@ def accumulated(path: Path, block: Integral, track: TotalTrack, tau: FloatArray)
 def gauss_integral(path: Path, block: Integral, low: FloatArray, high: FloatArray) -> FloatArray:
     """(F,) integrals of an integral's integrand over each [low, high]."""
     half = 0.5 * (high - low)
-    points = (0.5 * (high + low))[:, None] + half[:, None] * _GAUSS_X
-    instants = path.instants(points.reshape(-1))
-    state = path.before(block.number, instants)
-    (values,) = block.integrand(state, instants.clocks)
-    return half * (np.broadcast_to(values, points.size).reshape(points.shape) @ _GAUSS_W)
+    found: FloatArray = np.where(half > 0.0, half * (_values(path, block, low, high) @ _GAUSS_W), 0.0)
+    return found
+
+
+def _values(path: Path, block: Integral, low: FloatArray, high: FloatArray) -> FloatArray:
+    """(F, 8) the integrand at the points of quadrature."""
+    return _at(path, block, (0.5 * (high + low))[:, None] + (0.5 * (high - low))[:, None] * _GAUSS_X)
+
+
+def _at(path: Path, block: Integral, tau: FloatArray) -> FloatArray:
+    """The integrand at times of any shape."""
+    instants = path.instants(tau.reshape(-1))
+    (values,) = block.integrand(path.before(block.number, instants), instants.clocks)
+    return np.broadcast_to(values, tau.size).reshape(tau.shape)

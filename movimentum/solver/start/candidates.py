@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -126,8 +127,9 @@ def distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
             if isinstance(payload, Anonymous | ThingAngle):
                 continue
             scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else plan.size
-            shown.append(round(leaf.values[n] / scale / SEEN))
-            shown.append(round(leaf.later[n] / scale / SEEN))
+            for value in (leaf.values[n], leaf.later[n]):
+                steps = value / scale / SEEN
+                shown.append(round(steps) if math.isfinite(steps) else steps)
         key = tuple(shown)
         if key not in keys:
             keys.add(key)
