@@ -155,7 +155,7 @@ def _check_constant(name: str, known: Mapping[str, NamedConstant]) -> None:
         helps = helps or f"`.let {name} = 50;` in the script makes one"
         raise usage_error("usage/constant", f"the script has no constant `{name}`", helps)
     if name in OWN_COLUMNS:
-        message = f"`{name}` cannot be varied: the table's column `{name}` tells {OWN_COLUMNS[name]}"
+        message = f"`{name}` cannot be varied: the table's column `{name}` says {OWN_COLUMNS[name]}"
         value = number(float(constant.value[0].value)) if len(constant.value) == 1 else "…"
         both = f"`.let my_{name} = {value}; .let {name} = my_{name};` in the script"
         raise usage_error("usage/vary", message, f"{both}, and `--vary my_{name}`")

@@ -103,7 +103,7 @@ def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] =
                 if any(measure.name == name for measure in measures)
                 else "a constant that varies is"
             )
-            what = f"the column that tells {OWN_COLUMNS[name]} is" if name in OWN_COLUMNS else what
+            what = f"the column that says {OWN_COLUMNS[name]} is" if name in OWN_COLUMNS else what
             raise wrong(text, f"{what} called `{name}` already", f"--measure 'my_{name} = {text}'")
         names.add(name)
         measures.append(Measure(name, text, _split(text, parts)))
