@@ -368,7 +368,7 @@ def _out_of_memory(error: Exception) -> Diagnostic:
     return Diagnostic(
         "limit/memory",
         Severity.ERROR,
-        "this needs more memory than there is",
+        "this needs more memory than is available",
         helps=("make the picture smaller (`--scale 0.5`), or render fewer frames at once (`--frames 0:100`)",),
     )
 

@@ -28,7 +28,7 @@ CONFLICT = Diagnostic(
     place("crank.P = crank.O + [45,0].r(90*.t)"),
     "needs |crank.P - crank.O| = 45.00",
     (Label(place("O = [0,0]  P = O + [40,0]"), "rigid: |crank.P - crank.O| = 40.00"),),
-    ("smallest conflicting set; 3 other constraints are not involved",),
+    ("smallest conflicting set; 3 other constraints not involved",),
     ("use `[40,0]` on line 6, or `P = O + [45,0]` on line 2",),
 )
 
@@ -42,7 +42,7 @@ def test_the_picture_in_the_architecture_page() -> None:
         "   |               ------------------------- rigid: |crank.P - crank.O| = 40.00\n"
         " 6 |   crank.P = crank.O + [45,0].r(90*.t);\n"
         "   |   ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ needs |crank.P - crank.O| = 45.00\n"
-        "   = note: smallest conflicting set; 3 other constraints are not involved\n"
+        "   = note: smallest conflicting set; 3 other constraints not involved\n"
         "   = help: use `[40,0]` on line 6, or `P = O + [45,0]` on line 2\n"
     )
 

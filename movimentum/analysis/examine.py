@@ -193,7 +193,7 @@ def _inaccurate(motion: PathMotion, stretch: SegmentMotion) -> Iterator[Diagnost
                 message=f"the free motion of {names or 'what is solved here'} was followed less accurately than usual",
                 span=scene.steps[stretch.segment.step].span,
                 notes=(
-                    f"with the usual accuracy it would not have ended after {many}; constraints are satisfied anyway",
+                    f"the usual accuracy would have taken more than {many}; constraints are satisfied anyway",
                     "the error is not known"
                     if np.isinf(track.tolerance)
                     else f"each step may be off by {known} pixels along the free motion",

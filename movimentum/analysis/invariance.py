@@ -96,16 +96,15 @@ def frame_rate_diagnostics(
 
 def _told(code: str, how: str, found: Apart) -> Diagnostic:
     same = found.first is None
-    where = f"`{found.anchor}` is {number(found.amount, 2)} px away at t = {time_text(found.time)}"
+    amount = f"{number(found.amount, 2)} px at t = {time_text(found.time)}"
     if same:
-        message = (
-            f"{how} the motion is the same: {where}, and nothing farther" if found.anchor else f"{how} nothing differs"
-        )
+        farthest = f"the motion is the same: `{found.anchor}` differs most, by {amount}"
+        message = f"{how} {farthest if found.anchor else 'nothing differs'}"
         return Diagnostic(code, Severity.NOTE, message)
     return Diagnostic(
         code,
         Severity.ERROR,
-        f"{how} the motion is different from t = {time_text(found.first or 0.0)} on: {where}",
+        f"{how} the motion differs from t = {time_text(found.first or 0.0)} on: `{found.anchor}` is off by {amount}",
         notes=("the path is not determined well enough there: see what `branch` says in the debugger",),
         helps=("an inequality that holds on only one of the two paths keeps the motion on it",),
     )

@@ -188,5 +188,5 @@ def _interval(name: str, value: Any, scene: Scene) -> Interval:
     try:
         low, high = (float(each) for each in value)
     except (TypeError, ValueError):
-        raise usage_error("usage/vary", f"`{name}` is given no interval", f"{name}=(10, 20)") from None
+        raise usage_error("usage/vary", f"`{name}` needs an interval", f"{name}=(10, 20)") from None
     return low, high

@@ -111,7 +111,7 @@ class Names:
                 item = replace(item, message=message, helps=helps)
             raise ScriptError([replace(item, labels=())], source) from None
         if claim is None:
-            item = Diagnostic("name/expression", Severity.ERROR, f"`{text}` is no expression", Span(0, len(text)))
+            item = Diagnostic("name/expression", Severity.ERROR, f"`{text}` is not an expression", Span(0, len(text)))
             raise ScriptError([item], source)
         return claim.left
 

@@ -142,7 +142,8 @@ def check_text(report: CheckReport, source: SourceText, *, color: bool, freedom:
     if report.exit_code:
         parts.append(f"{path}: failed\n")
     elif report.frames is not None and report.duration is not None:
-        parts.append(f"{path}: passed; {counted(report.frames, 'frame')}, {report.duration:g} time units\n")
+        units = f"{report.duration:g} time unit{'' if report.duration == 1 else 's'}"
+        parts.append(f"{path}: passed; {counted(report.frames, 'frame')}, {units}\n")
     return "".join(parts)
 
 

@@ -70,7 +70,7 @@ def import_(
     """Turn FILE into a script: a linkage file of the program "linkages", a text file of PMKS, a .linkage2 of Linkage,
     or a mechanism expression or triangular formulas from Pyslvs.
 
-    The content of FILE tells which of these it is.
+    The content of FILE decides which of these it is.
     """
     from movimentum.workflow.exchange import Import, imported
 

@@ -37,16 +37,16 @@ Examples:
     "--output",
     metavar="OUT",
     shell_complete=files,
-    help="Write the script with the new constants; `-`: to standard output.",
+    help="Write the script with the new constants; - is standard output.",
 )
 @click.option(
     "--vary",
     multiple=True,
     metavar="NAME[=A:B]",
-    help="A constant (`.let`) to fit, and its interval, if it is not that of its `.range`. May be repeated. "
-    "[default: all that have a `.range`, but for those that --set gives]",
+    help="A constant (`.let`) to fit, and its interval (default: its `.range`). May be repeated. "
+    "[default: all that have a `.range`, except those given by --set]",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Begin from other starts.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Use other starting points.")
 @click.option(
     "--effort",
     type=click.IntRange(1, 1000),
@@ -55,7 +55,7 @@ Examples:
     metavar="N",
     help="Try N times as many starts.",
 )
-@click.option("--all", "every", is_flag=True, help="Look for all solutions, and tell those that are as good.")
+@click.option("--all", "every", is_flag=True, help="Look for all solutions, and list those that are equally good.")
 @click.option(
     "--sheet", metavar="PNG", shell_complete=files, help="A picture of the script before and after, side by side."
 )
@@ -80,10 +80,10 @@ def fit(
     form: str,
     dask: str | None,
 ) -> int:
-    """Find the constants of SCRIPT that bring its goals nearest, while its requirements hold.
+    """Fit the constants of SCRIPT to its goals while its requirements hold.
 
-    Goals and requirements stand in the script: `.goal Rod.P = [100, 150];`, `.require Rod.P.y > 20;`. The constants are
-    those that have a `.range`. What is found can be assembled, moves all the way, and is verified.
+    The script states goals and requirements: `.goal Rod.P = [100, 150];`, `.require Rod.P.y > 20;`. The constants are
+    those that have a `.range`. The result can be assembled, moves all the way, and is verified.
     """
     from movimentum.workflow.read import read
 

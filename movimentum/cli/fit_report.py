@@ -34,7 +34,7 @@ def as_text(found: Fitted) -> str:
             earlier = f"   (before: {_off(was, purpose is Purpose.GOAL)})" if moved else ""
             lines.append(f"  line {now.line}: {now.told}: {told}{earlier}")
     if len(found.others):
-        lines.append(f"{counted(len(found.others), 'other solution')} as good:")
+        lines.append(f"{counted(len(found.others), 'other solution')}, equally good:")
         rows = ([f"{n} = {number(v, 8)}" for n, v in zip(job.names, r, strict=True)] for r in found.others.tolist())
         lines += ["  " + ", ".join(row) for row in rows]
     return "\n".join(lines) + "\n"

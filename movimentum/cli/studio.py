@@ -33,7 +33,7 @@ Examples:
     default=0,
     show_default=True,
     metavar="N",
-    help="Where on 127.0.0.1 the page is served; 0 is any free port.",
+    help="The port on 127.0.0.1; 0 is any free port.",
 )
 @click.option("--no-open", is_flag=True, help="Do not open the browser.")
 @FPS
@@ -44,13 +44,13 @@ Examples:
 def studio(console: Console, *, choices: Choices, script: str | None, port: int, no_open: bool) -> int:
     """Write SCRIPT and see it move: a page in your browser, served from this machine only.
 
-    What is typed moves at once, and what is drawn or dragged becomes text. Without SCRIPT, the page begins with a list
+    What you type moves at once, and what you draw becomes text. Without SCRIPT, the page begins with a list
     of examples. The first line on standard output is the page's address with its token. Ctrl-C ends it.
     """
     try:
         _refuse_missing()
         if script == "-":
-            raise click.UsageError("the studio saves to a file, so a script from standard input is of no use to it.")
+            raise click.UsageError("the studio saves to a file, so it cannot use a script from standard input.")
         if script is not None:
             from movimentum.workflow.read import read
 

@@ -68,7 +68,7 @@ Examples:
     shell_complete=files,
     help="A .csv, .npz or .parquet file [default: CSV on standard output].",
 )
-@click.option("--resume", is_flag=True, help="Go on where a sweep to the same file was interrupted.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted sweep to the same file.")
 @click.option(
     "--sheet",
     metavar="PNG",
@@ -113,7 +113,7 @@ def sweep(
     """Solve many variants of a script, and write a table with one row for each.
 
     The columns are the constants that vary, the measures, the outcome (ok, binds, cannot be assembled, jumps) and the
-    time at which it binds or jumps. A variant that fails is a row, and not an end.
+    time at which it binds or jumps. A variant that fails is a row and does not end the sweep.
     """
     from movimentum.workflow.read import read
 
@@ -184,7 +184,7 @@ def _solved(console: Console, job: SweepJob, scene: Scene, asked: _Asked) -> Swe
     keep_freed_memory()
     keep, target, resume = bool(asked.plot), asked.target, asked.resume
     if target is not None and not resume and spool_path(target).exists():
-        console.write(f"{spool_path(target)}, left by an interrupted sweep, is dropped: --resume would go on from it\n")
+        console.write(f"discarding {spool_path(target)} of an interrupted sweep (--resume would continue it)\n")
     with ExitStack() as stack:
         solver = None
         if asked.dask is not None:
@@ -195,10 +195,10 @@ def _solved(console: Console, job: SweepJob, scene: Scene, asked: _Asked) -> Swe
         progress = stack.enter_context(console.progress("sweeping"))
         if target is None:
             return sweep_to_stream(job, progress, keep=keep, solver=solver)
-        console.left = f"what is finished is kept beside {target}; --resume goes on from there"
+        console.left = f"finished variants are kept beside {target}; --resume continues from there"
         try:
             return sweep_to_file(job, scene, target, progress, resume=resume, keep=keep, solver=solver)
         except UsageError as error:
             if error.diagnostics[0].code == "usage/dask":
-                error.diagnostics = (error.diagnostics[0].advised("`--resume` goes on from what is finished"),)
+                error.diagnostics = (error.diagnostics[0].advised("`--resume` continues after the finished variants"),)
             raise

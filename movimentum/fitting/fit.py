@@ -156,7 +156,7 @@ def read_intervals(vary: Sequence[str], constants: Sequence[NamedConstant]) -> d
         elif not sign or len(ends) != 2 or None in ends:
             if not sign and own is None:
                 _check(name, 0.0, 1.0, known)
-            raise usage_error("usage/vary", f"`{text}` is no interval", f"--vary {name or 'L'}=60:200")
+            raise usage_error("usage/vary", f"`{text}` is not an interval", f"--vary {name or 'L'}=60:200")
         else:
             low, high = (float(end) for end in ends if end is not None)
             found[name] = low, high

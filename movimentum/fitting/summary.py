@@ -134,15 +134,15 @@ def _nothing_moves(fitted: Fitted) -> Diagnostic:
         for name, (low, high) in zip(job.names, job.intervals.tolist(), strict=True)
     )
     own = {
-        VariantOutcome.BINDS: f"the script's own binds at t = {time_text(first.time)}",
-        VariantOutcome.JUMPS: f"the script's own jumps at t = {time_text(first.time)}",
-    }.get(first.outcome, "the script's own cannot be assembled")
+        VariantOutcome.BINDS: f"the script's own values: it binds at t = {time_text(first.time)}",
+        VariantOutcome.JUMPS: f"the script's own values: it jumps at t = {time_text(first.time)}",
+    }.get(first.outcome, "the script's own values: it cannot be assembled")
     return Diagnostic(
         "fit/nothing-moves",
         Severity.ERROR,
         "no variant moves all the way, so no goal can be judged",
         notes=(f"tried: {box}", own),
-        helps=("begin with constants with which the script moves: `movimentum check` says why it does not",),
+        helps=("start from constants for which the script moves: `movimentum check` says why it does not",),
     )
 
 
@@ -156,13 +156,13 @@ def notes(fitted: Fitted) -> Iterator[Diagnostic]:
     for column, (name, value, (low, high), unused) in enumerate(each):
         near = AT_AN_END * (high - low)
         if unused:
-            message = f"no goal and no requirement depends on {name}: it is left as it was"
+            message = f"no goal or requirement depends on {name}, so it keeps its value"
             yield Diagnostic("fit/idle", Severity.NOTE, message, helps=(f"--set {name}={number(value)}",))
         elif min(value - low, high - value) <= near and np.isinf(fitted.problem.search.periods[column]):
             yield from _at_an_end(fitted, name, value, low, high)
     if fitted.left.free and fitted.met:
         free, every = fitted.left.free, counted(int(np.sum(~idle)), "constant")
-        message = f"the goals leave {free} of {every} free: many other solutions are as good"
+        message = f"the goals leave {free} of {every} free: many other solutions are equally good"
         advice = f"state {counted(free, 'more goal')}, or give a constant its value with `--set`"
         yield Diagnostic("fit/undecided", Severity.NOTE, message, helps=(advice,))
 
@@ -175,7 +175,7 @@ def _at_an_end(fitted: Fitted, name: str, value: float, low: float, high: float)
         least, most = float(lowered.timeline.start), float(lowered.timeline.end)
     width = high - low
     wider = (max(_lower(low, high), least), high) if 2.0 * value < low + high else (low, min(high + 0.5 * width, most))
-    message = f"{name} stands at the end of its range, {number(value)}"
+    message = f"{name} is at the end of its range, {number(value)}"
     column = job.names.index(name)
     if wider == (low, high) or not _better_within(fitted, column, wider):
         yield Diagnostic("fit/at-an-end", Severity.NOTE, message)

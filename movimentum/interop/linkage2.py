@@ -118,7 +118,7 @@ def _number(item: Element, name: str) -> float:
     except ValueError:
         value = math.nan
     if not abs(value) < 1e150:
-        raise _error(f"`{name}` of {item.tag} {item.get('id')} is no number: {item.get(name)}")
+        raise _error(f"`{name}` of {item.tag} {item.get('id')} is not a number: {item.get(name)}")
     return value
 
 

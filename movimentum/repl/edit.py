@@ -268,7 +268,7 @@ COMMANDS = (
     Command("check", "check", "all messages, with numbered suggestions", check),
     Command("conflicts", "conflicts", "what contradicts, has no solution, or is stated twice", conflicts),
     Command("drop", "drop KEY", "end what is stated under a key from this step on", drop),
-    Command("apply", "apply N", "make the fix, or put in the suggestion, with that number", apply),
+    Command("apply", "apply N", "apply the fix or suggestion with that number", apply),
     Command("undo", "undo", "take back the last change", undo),
     Command("redo", "redo", "take back the last undo", redo),
     Command("diff", "diff", "the changes, against the file", diff),

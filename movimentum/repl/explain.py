@@ -272,8 +272,8 @@ COMMANDS = (
         "what can still move, and what would stop it; or the matrix behind it",
         free,
     ),
-    Command("wiggle", "wiggle FILE.gif", "each free motion there and back, one after the other", wiggle),
-    Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull at it at this moment, and see what moves with it", drag),
+    Command("wiggle", "wiggle FILE.gif", "an animation of each free motion back and forth, in turn", wiggle),
+    Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull it at this moment, and see what moves with it", drag),
     Command("solutions", "solutions [-o FILE.png]", "every solution at this moment, and what selects it", solutions),
     Command("branch", "branch", "how close the solver's choices were over the whole animation", branch),
 )

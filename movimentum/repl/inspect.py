@@ -293,6 +293,6 @@ COMMANDS = (
     ),
     Command("residuals", "residuals", "the same, with the worst first", residuals),
     Command("plan", "plan", "the blocks in which this step is solved, and their kernels", plan),
-    Command("plot", "plot EXPR [-o FILE]", "its course over the animation, here or as .svg or .png", plot),
+    Command("plot", "plot EXPR [-o FILE]", "its values over the animation, here or as .svg or .png", plot),
     Command("picture", "picture [FILE]", "this moment as a .png, with names, anchors and free motions", picture),
 )

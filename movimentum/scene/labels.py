@@ -127,7 +127,7 @@ def _check_format(field: TextField, findings: Findings) -> None:
         written = None
     if written is not None and len(written) <= LONGEST:
         return
-    what = "no format of a number" if written is None else f"longer than {LONGEST} characters"
+    what = "not a number format" if written is None else f"longer than {LONGEST} characters"
     at = field.span.end - 1 - len(field.spec)
     span = replace(field.span, start=at, end=field.span.end - 1)
     helps = (replacement("`.2f` writes two decimals", span, ".2f"),)

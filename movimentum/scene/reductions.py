@@ -75,14 +75,14 @@ def reduced(node: Call, arguments: list[Value], findings: Findings, *, allowed: 
     if not allowed:
         findings.error(
             "kind/reduction",
-            f"`.{word}(…)` looks at the whole film, so only a goal or a requirement can say it",
+            f"`.{word}(…)` looks at the whole film, so only a goal or a requirement can use it",
             node.span,
             helps=("write it in `.goal …;` for `movimentum fit`, or in `--measure` of `movimentum sweep`",),
         )
         return inner
     if any(part.op == "reduction" for argument in arguments for part in walk(*argument)):
         text = expression_text(node.arguments[0])
-        findings.error("kind/reduction", f"`{text}` is reduced already, so `.{word}(…)` has nothing to do", node.span)
+        findings.error("kind/reduction", f"`{text}` is already one value, so `.{word}(…)` does nothing", node.span)
         return inner
     time: tuple[Expr, ...] = ()
     if word == "at":

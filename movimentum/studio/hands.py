@@ -74,7 +74,8 @@ class Hands:
         stretch = motion.stretches[motion.timeline.segment_at(instant)]
         thing = motion.timeline.scene.things[message.thing]
         if isinstance(piece, Unsolved) or not thing.anchors:
-            words = "there is no solution at this time" if isinstance(piece, Unsolved) else f"`{thing.name}` is no body"
+            unsolved = isinstance(piece, Unsolved)
+            words = "there is no solution at this time" if unsolved else f"`{thing.name}` is not a body"
             self._desk.send(Grabbed(message.grip, "fixed", words))
             return
         poses = motion.poses_at([instant])

@@ -128,7 +128,7 @@ class Page:
                 if message.job in self._renderings:
                     self._renderings[message.job].cancel()
             case _:
-                raise BadMessage("nobody takes this message")
+                raise BadMessage("unknown message")
 
     def _render(self, job: int, name: str, work: Work) -> None:
         for old in self._renderings.values():

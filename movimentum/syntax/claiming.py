@@ -36,7 +36,7 @@ def claim_meant(text: str, before: int, place: int, found: str) -> str | Fix | N
         edits = (Edit(Span(before, place), "("), Edit(Span(time.end(), time.end()), ")"))
         return Fix(f"write `.at({time[0]})`", edits)
     if found == "~":
-        more = "a goal is as near as can be" if word == "goal" else "`.within(…)` says what it may be off by"
+        more = "a goal is met as closely as possible" if word == "goal" else "`.within(…)` says how far it may be off"
         return replacement(f"write `=`: {more}", here, "=")
     if found in _EXTREMES and word != "goal":
         begin = before - len(line) + statement.start()
@@ -49,5 +49,5 @@ def claim_meant(text: str, before: int, place: int, found: str) -> str | Fix | N
     if found == ";" and not re.search(r"[=<>~]", statement[2]):
         side = statement[2].strip() or "Rod.P.y"
         more = "`> 100`, `.largest` or `.smallest`" if word == "goal" else "or `> 100`"
-        return f"say what it is to be: `.{word} {side} = 100;`, {more}"
+        return f"say what it should be: `.{word} {side} = 100;`, {more}"
     return None

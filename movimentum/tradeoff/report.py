@@ -34,7 +34,7 @@ def trade_text(script: str, solver: SolverTrade, pictures: PictureTrade, rates: 
     reference = "the truth"
     if solver.integration is not None:
         reference = "the reference"
-        integrated.append(f"\nbesides, at every accuracy, what is integrated is off by {solver.integration:.1e} px\n")
+        integrated.append(f"\nat every accuracy, integrated motion is off by another {solver.integration:.1e} px\n")
     parts = [
         f"{visible(script)}: {frames}, compared at {solver.samples} of them with {solver.digits} digits\n\n",
         _table(

@@ -155,7 +155,7 @@ def _check_constant(name: str, known: Mapping[str, NamedConstant]) -> None:
         helps = helps or f"`.let {name} = 50;` in the script makes one"
         raise usage_error("usage/constant", f"the script has no constant `{name}`", helps)
     if name in OWN_COLUMNS:
-        message = f"`{name}` cannot be varied: the table's column `{name}` tells {OWN_COLUMNS[name]}"
+        message = f"`{name}` cannot be varied: the table's column `{name}` says {OWN_COLUMNS[name]}"
         value = number(float(constant.value[0].value)) if len(constant.value) == 1 else "…"
         both = f"`.let my_{name} = {value}; .let {name} = my_{name};` in the script"
         raise usage_error("usage/vary", message, f"{both}, and `--vary my_{name}`")
@@ -183,7 +183,7 @@ def _values(name: str, text: str, constant: NamedConstant, *, sampled: bool) -> 
     if not parts or not (parts[0] or parts[1]):
         interval = _interval(constant)
         if interval is None:
-            message = f"`{name}` has no `.range`, so nothing says from where to where it varies"
+            message = f"`{name}` has no `.range`, so give its values"
             raise usage_error("usage/vary", message, f"--vary {name}=20:80:61", f"`.let {name} = … .range(20, 80);`")
         low, high = interval
     else:
@@ -191,11 +191,11 @@ def _values(name: str, text: str, constant: NamedConstant, *, sampled: bool) -> 
     if len(parts) < 3:
         return _Interval(low, high) if sampled else np.linspace(low, high, DEFAULT_COUNT)
     if not re.fullmatch(r"\d{1,12}", parts[2]) or int(parts[2]) < 1:
-        message = f"`{name}={text}`: {parts[2] or 'nothing'} is no number of values"
+        message = f"`{name}={text}`: {parts[2] or 'nothing'} is not a number of values"
         raise usage_error("usage/vary", message, f"--vary {name}={parts[0]}:{parts[1]}:61")
     count = int(parts[2])
     if count == 1 and low != high:
-        message = f"`{name}={text}`: one value cannot reach from {number(low)} to {number(high)}"
+        message = f"`{name}={text}`: one value cannot go from {number(low)} to {number(high)}"
         raise usage_error("usage/vary", message, f"--vary {name}={parts[0]}:{parts[1]}:2", f"--vary {name}={parts[0]}")
     if count > 10**9:
         raise usage_error("limit/variants", f"{count:,} values of `{name}` are more than any limit allows")
@@ -209,7 +209,7 @@ def _number(name: str, text: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         shown = f"`{text.strip()}`" if text.strip() else "nothing"
-        message = f"{shown} is no value for `{name}`: values are numbers"
+        message = f"{shown} is not a value for `{name}`: values are numbers"
         raise usage_error("usage/vary", message, f"--vary {name}=20:80:61", f"--vary {name}=20,35,50")
     return value
 
@@ -220,7 +220,7 @@ def _sampled(text: str, intervals: Mapping[str, _Interval], known: Mapping[str, 
     """
     method, _, size = text.partition(":")
     if method.strip() != "sobol" or not re.fullmatch(r"\s*\d{1,9}\s*", size) or int(size) < 1:
-        raise usage_error("usage/sample", f"`{text}` is no sample", "--sample sobol:4096")
+        raise usage_error("usage/sample", f"`{text}` is not a sample", "--sample sobol:4096")
     chosen = dict(intervals)
     for name, constant in known.items():
         interval = _interval(constant)
@@ -286,7 +286,7 @@ def _from_file(path: str, names: Sequence[str]) -> Axis:
             cell = row[column] if column < len(row) else ""
             if not _is_number(cell):
                 shown = f"`{cell}`" if cell else "nothing"
-                message = f"{path}, line {line}: {shown} is no value for `{names[k]}`"
+                message = f"{path}, line {line}: {shown} is not a value for `{names[k]}`"
                 raise UsageError([Diagnostic("usage/vary", Severity.ERROR, message, helps=("values are numbers",))])
             table[place, k] = float(cell)
     return Axis(tuple(names), table)

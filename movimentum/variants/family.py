@@ -183,7 +183,7 @@ class Family:
             outcome, time, measures = self.variants.row(values)
             off = np.abs(rows.measures[k] - measures) > SAME * (1.0 + np.abs(measures))
             if OUTCOMES[int(rows.outcomes[k])] is not outcome or off.any() or abs(rows.times[k] - time) > SAME:
-                self.reasons.append(f"variant {values} comes out otherwise")
+                self.reasons.append(f"variant {values} gives a different result when solved by itself")
                 return False
         return True
 

@@ -202,7 +202,7 @@ class _Lowering:
         except MovimentumError as error:
             raise retold(told, error.diagnostics[0]) from None
         if claim is None:
-            raise wrong(told, "it is no expression", example())
+            raise wrong(told, "it is not an expression", example())
         if len(claim.left) != 1:
             raise wrong(told, f"`{text}` is a vector", f"its length `({text}).l`, or `({text}).x`")
         return claim.left[0]

@@ -103,7 +103,7 @@ def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] =
                 if any(measure.name == name for measure in measures)
                 else "a constant that varies is"
             )
-            what = f"the column that tells {OWN_COLUMNS[name]} is" if name in OWN_COLUMNS else what
+            what = f"the column that says {OWN_COLUMNS[name]} is" if name in OWN_COLUMNS else what
             raise wrong(text, f"{what} called `{name}` already", f"--measure 'my_{name} = {text}'")
         names.add(name)
         measures.append(Measure(name, text, _split(text, parts)))
@@ -148,20 +148,20 @@ def _split(text: str, parts: dict[ReducedPart, int]) -> str:
         item = error.diagnostics[0]
         raise wrong(text, _COMPARED.sub("an operator", item.message), *(item.helps or (example(),))) from None
     if statement is None:
-        raise wrong(text, "it is no expression", example())
+        raise wrong(text, "it is not an expression", example())
     calls = [node for node in postorder(statement.left) if isinstance(node, Call) and is_reduction(node)]
     made, place = list[str](), 0
     for call in sorted(calls, key=lambda node: node.span.start):
         inner = next((other for other in calls if other is not call and _holds(call.span, other.span)), None)
         if inner is not None:
             told = plain[inner.span.start : inner.span.end]
-            raise wrong(text, f"`{told}` is reduced already, so `.{call.function}(…)` has nothing to do", example())
+            raise wrong(text, f"`{told}` is already one value, so `.{call.function}(…)` does nothing", example())
         kind, operand = Reduction(call.function), call.arguments[0].span
         part = ReducedPart(kind, plain[operand.start : operand.end])
         if kind is Reduction.AT:
             if len(call.arguments) != 2:
                 help_ = f"--measure 'there = .at({part.text}, 0.5)'"
-                raise wrong(text, "`.at(…)` takes what is read, and a time", help_)
+                raise wrong(text, "`.at(…)` takes an expression and a time", help_)
             when = call.arguments[1].span
             part = replace(part, time=_time(text, part.text, plain[when.start : when.end]))
         made += [plain[place : call.span.start], placed(part)]
@@ -176,7 +176,7 @@ def _holds(outer: Span, inner: Span) -> bool:
 def _time(text: str, operand: str, when: str) -> Fraction:
     time = rational(when, exponents=True)
     if time is None:
-        raise wrong(text, f"`{when}` is no time, such as 0.5 or 1/3", f"--measure 'there = .at({operand}, 0.5)'")
+        raise wrong(text, f"`{when}` is not a time, such as 0.5 or 1/3", f"--measure 'there = .at({operand}, 0.5)'")
     return time
 
 

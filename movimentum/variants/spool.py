@@ -105,8 +105,8 @@ def open_spool(path: Path, key: str, grid: VariantGrid, columns: int, *, resume:
             first = stream.readline(4096)
             if first != header:
                 stream.close()
-                message = f"{path} is left from another sweep: the script, its values or the measures were others"
-                again = "without --resume, everything is solved again"
+                message = f"{path} is from another sweep: its script, values or measures were different"
+                again = "leave out --resume to solve everything again"
                 raise usage_error("usage/resume", message, again, f"rm {typed(path)}")
             return VariantSpool(stream, len(header), grid, columns)
         stream = path.open("w+b")

@@ -36,7 +36,7 @@ _LOCAL = re.compile(r"local(?::(\d{1,4}))?")
 def check_address(address: str) -> None:
     """Raise `UsageError` for what names no cluster, and where `distributed` is missing."""
     if not _LOCAL.fullmatch(address) and not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://\S+", address):
-        message = f"`{address}` is no cluster"
+        message = f"`{address}` is not the address of a cluster"
         raise usage_error("usage/dask", message, "--dask local", "--dask local:4", "--dask tcp://scheduler:8786")
     _distributed()
 
@@ -155,7 +155,7 @@ def _checked(client: Any) -> Any:
             other.setdefault(told, []).append(worker)
     if other:
         told = "; ".join(f"{version} on {listed(names, 3)}" for version, names in other.items())
-        message = f"workers have another Movimentum than {own}: {told}"
+        message = f"workers run another version of Movimentum than {own}: {told}"
         raise usage_error("usage/dask", message, f"pip install movimentum=={own} there")
     return client
 
@@ -226,10 +226,10 @@ def _result_of(future: Any, client: Any, distributed: Any) -> Any:
             return future.result(timeout="1s")
         except TimeoutError:
             if not future.done() and client.status != "running":
-                raise usage_error("usage/dask", "the scheduler is gone, and with it the work") from None
+                raise usage_error("usage/dask", "the scheduler has stopped, and the work is lost") from None
         except distributed.KilledWorker as error:
-            message = f"{counted(LOST, 'worker')} died over the same piece of work"
+            message = f"{counted(LOST, 'worker')} died on the same piece of work"
             helps = ("the workers' logs say why; often they had too little memory",)
             raise usage_error("usage/dask", message, *helps) from error
         except distributed.CancelledError as error:
-            raise usage_error("usage/dask", "the scheduler is gone, and with it the work") from error
+            raise usage_error("usage/dask", "the scheduler has stopped, and the work is lost") from error

@@ -40,7 +40,7 @@ def imported(source: SourceText, target: Path | None, how: Import, strict: bool)
         instead = {
             FileKind.FORMULAS: "formulas name their own inputs",
             FileKind.LINKAGE: "pull a linkage with a wish",
-        }.get(kind, "this file says itself what is driven")
+        }.get(kind, "this file already says what is driven")
         raise usage_error("usage/import", f"--drive is for Pyslvs' mechanism expressions: {instead}")
     text, found = script_of(source, title, how.drives, how.snap_angle if how.snap else None)
     found, warned = judged(found, Choices(strict=strict))

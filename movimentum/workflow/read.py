@@ -38,7 +38,7 @@ def read(path: str) -> SourceText:
         if b"SolveSpaceREV" in data[:64]:
             raise script_error(
                 "syntax/solvespace",
-                f"{shown} is a sketch of SolveSpace, which is solved by constraints that no script can state all",
+                f"{shown} is a sketch of SolveSpace, and a script cannot state all of its constraints",
                 "draw the mechanism as bars: `movimentum import --help` lists what can be imported",
             ) from problem
         line = data.count(b"\n", 0, problem.start) + 1
@@ -108,8 +108,8 @@ class ScriptFiles:
 
     def _refuse_unknown(self, path: str) -> None:
         if self.complete:
-            message = f"a variant uses {path}, which the script with its own constants does not: no worker has it"
-            helps = ("`--set` constants with which the script uses it", "without --dask, it is read here")
+            message = f"a variant uses {path}, which was not sent: the script with its own constants does not use it"
+            helps = ("use `--set` to give constants with which the script uses it", "or leave out --dask")
             raise usage_error(NOT_SENT, message, *helps)
 
 

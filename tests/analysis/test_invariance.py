@@ -41,4 +41,4 @@ def test_another_motion_is_told_with_where_and_when():
     wrong = dataclasses.replace(motion_of(PARALLELOGRAM.replace("100*.t", "100*.t^1.001")), timeline=motion.timeline)
     (told,) = frame_rate_diagnostics(wrong, at_other_rate(wrong), (), ())
     assert told.severity is Severity.ERROR
-    assert "the motion is different from t = 0" in told.message
+    assert "the motion differs from t = 0" in told.message

@@ -127,9 +127,9 @@ def test_an_interrupted_sweep_says_once_what_is_left(room: Path) -> None:
     words = ("sweep", "fit.mov", "--vary", "R=1:50:9000000", "-o", "out.csv")
     code, told = interrupted(room, *words, ready="out.csv.unfinished")
     assert code == 130
-    assert told.strip() == "interrupted; what is finished is kept beside out.csv; --resume goes on from there"
+    assert told.strip() == "interrupted; finished variants are kept beside out.csv; --resume continues from there"
     again = movimentum("sweep", "fit.mov", "--vary", "R=1:50:5", "-o", "out.csv", cwd=room)
-    assert "out.csv.unfinished, left by an interrupted sweep, is dropped: --resume would go on from it" in again.stderr
+    assert "discarding out.csv.unfinished of an interrupted sweep (--resume would continue it)" in again.stderr
     assert again.returncode == 0
     assert not (room / "out.csv.unfinished").exists()
 
@@ -221,9 +221,9 @@ def test_a_dead_scheduler_is_told_in_a_line_with_what_to_do(room: Path) -> None:
     _, told = process.communicate(timeout=60)
     assert process.returncode == 2
     assert [line.strip() for line in told.splitlines()] == [
-        "error[usage/dask]: the scheduler is gone, and with it the work",
+        "error[usage/dask]: the scheduler has stopped, and the work is lost",
         "--> fit.mov",
-        "= help: `--resume` goes on from what is finished",
+        "= help: `--resume` continues after the finished variants",
     ]
 
 

@@ -118,7 +118,7 @@ def test_a_scheduler_that_does_not_answer(monkeypatch, capsys, tmp_path):
 
 def test_workers_with_another_version(two, monkeypatch):
     monkeypatch.setattr(clusters, "own_version", lambda: "0.0.0")
-    with pytest.raises(UsageError, match="workers have another Movimentum"):
+    with pytest.raises(UsageError, match="workers run another version of Movimentum"):
         clusters._checked(two)
 
 
@@ -138,7 +138,7 @@ def dies(data: bytes, number: int) -> int:
 
 
 def test_work_that_kills_every_worker_is_given_up(two):
-    with pytest.raises(UsageError, match="died over the same piece"):
+    with pytest.raises(UsageError, match="died on the same piece"):
         list(clusters.done_by(two, dies, None, ((k,) for k in range(2))))
 
 

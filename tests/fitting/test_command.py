@@ -149,7 +149,7 @@ def test_a_constant_on_which_nothing_depends_is_left_and_named(tmp_path, capsys)
     path.write_text(SCRIPT.replace("     .goal Foot.P.x.at(0) = 6 .weight(2);\n", ""))
     assert run_command_line(["fit", str(path), "-o", "-"]) == 0
     captured = capsys.readouterr()
-    assert "note[fit/idle]: no goal and no requirement depends on Q" in captured.err
+    assert "note[fit/idle]: no goal or requirement depends on Q" in captured.err
     assert ".let Q=7 " in captured.out
     assert "fit/undecided" not in captured.err
 

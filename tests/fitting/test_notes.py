@@ -42,7 +42,7 @@ def test_a_proposed_range_keeps_the_other_constants_and_does_better(tmp_path, ca
 def test_no_range_is_proposed_beyond_the_film(tmp_path, capsys):
     lets, goals = ".let t1 = 0.5 .range(0.5, 1);", ".goal Arm.P = [50*.cos(340), 50*.sin(340)] .at(t1);"
     _, err = told(tmp_path, capsys, lets=lets, goals=goals)
-    assert "t1 stands at the end of its range, 1" in err
+    assert "t1 is at the end of its range, 1" in err
     assert "--vary" not in err
 
 

@@ -211,7 +211,7 @@ def _contradiction(stretch: SegmentMotion, conflict: Conflict, tau: float, code:
             else f" at t = {when}: there is no solution"
         )
     )
-    rest = f"{counted(conflict.others, 'other constraint')} {'is' if conflict.others == 1 else 'are'} not involved"
+    rest = f"; {counted(conflict.others, 'other constraint')} not involved" if conflict.others else ""
     return Diagnostic(
         code=code,
         severity=Severity.ERROR,
@@ -219,7 +219,7 @@ def _contradiction(stretch: SegmentMotion, conflict: Conflict, tau: float, code:
         span=last.span if last is not None else (labels[0].span if labels else None),
         label=off_text(conflict, last.number) if last is not None else "",
         labels=tuple(labels),
-        notes=(f"smallest conflicting set; {rest}",),
+        notes=(f"smallest conflicting set{rest}",),
         fixes=(*(left_out(scene.source, constraint) for constraint in reversed(chosen[-MOST_LEFT_OUT:])), *others),
     ).advised(*helps)
 
@@ -362,13 +362,13 @@ _UNTOLD = {
     ),
     RateTrouble.HIGHER: (
         "no-acceleration",
-        "{who} has a velocity, but no derivative of that",
-        "`.d(.d(…))` needs a motion that equations say, or one that only trails; toward a wish there is none",
+        "{who} has a velocity, but no acceleration",
+        "`.d(.d(…))` needs a motion that equations determine, or one that only trails, not one that follows a wish",
     ),
     RateTrouble.FLOWING: (
         "no-velocity",
-        "nothing tells the velocity of {who}, in which an integral has a part",
-        "state what is left free, or leave the integral out",
+        "the velocity of {who} is unknown, because it depends on an integral",
+        "determine what is still free, or leave the integral out",
     ),
     RateTrouble.DEMANDED: (
         "demanded-velocity",

@@ -36,7 +36,7 @@ class RateError(Exception):
 
     def __init__(self, trouble: RateTrouble, constraint: int | None, thing: int | None = None) -> None:
         self.trouble, self.constraint, self.thing = trouble, constraint, thing
-        super().__init__(f"a derivative that nothing tells: {trouble}")
+        super().__init__(f"an unknown derivative: {trouble}")
 
 
 def with_needed_rates(base: System, merged: frozenset[int]) -> tuple[System, Decomposition]:

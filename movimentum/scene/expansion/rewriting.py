@@ -169,7 +169,7 @@ class Rewriter:
             said = f"`{operand.name}`"
         elif isinstance(operand, Constant | Vector):
             said = "a constant"
-        self.findings.error("name/index", f"{said} is no array, so it has no elements", place)
+        self.findings.error("name/index", f"{said} is not an array, so it has no elements", place)
         return None
 
     def _outside_array(self, array: ArrayEntry, number: int, place: Span) -> None:

@@ -313,7 +313,7 @@ def _polynomial_rows(
     for row, residual in enumerate(block.residuals):
         form = poly.from_expression(residual)
         if form is None:
-            raise NotTogether("equations that are no polynomials")
+            raise NotTogether("equations that are not polynomials")
         form = poly.relative_to(form, inside)
         degrees.append(poly.degree(form, inside))
         for monomial, coefficient in form.items():

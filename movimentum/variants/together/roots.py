@@ -173,7 +173,7 @@ def _generic_roots(
     generic = typical * factors[list(polynomials.groups)]
     ends, finite, lost = followed(_TotalDegree(rows, generic, polynomials.degrees))
     if lost.any() or not finite.any():
-        raise NotTogether("a homotopy that does not come to its end")
+        raise NotTogether("a homotopy that does not finish")
     roots = ends[finite]
     return generic, roots
 
