@@ -51,6 +51,14 @@ def poses(*paths, visible=None, properties=None, frames=None):
     )
 
 
+def whole(coverages, size):
+    """Coverages on a canvas, 0 to 1."""
+    picture = np.zeros((size[1], size[0]))
+    for left, top, values in coverages:
+        picture[top : top + values.shape[0], left : left + values.shape[1]] += values / 255.0
+    return picture
+
+
 def pixels(image):
     return np.asarray(image).astype(int)
 
