@@ -1,8 +1,9 @@
-"""What the layers of a picture draw on: it keeps what is drawn as `stamps.Stamp`, to be laid over the picture."""
+"""What the layers of a picture draw on: it keeps what is drawn, to be laid over the picture."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from PIL import Image
@@ -11,18 +12,18 @@ from movimentum.drawing.style import Color
 from movimentum.geometry import Affine
 from movimentum.rendering.coverage import Coverage, Outline, covered
 from movimentum.rendering.sprites import Sprite
-from movimentum.rendering.stamps import Box, Faded, Stamp, around
+from movimentum.rendering.stamps import Box, Faded, Stamp, Stamps, around
 
 
 class Canvas:
     """A sheet of ``size``; ``draft`` draws jagged."""
 
-    __slots__ = ("draft", "size", "stamps")
+    __slots__ = ("draft", "drawn", "size")
 
     def __init__(self, size: tuple[int, int], draft: bool) -> None:
         self.size = size
         self.draft = draft
-        self.stamps: list[Stamp | Faded] = []
+        self.drawn: list[Stamp | _Fill | _Group] = []
 
     @property
     def thinnest(self) -> float:
@@ -35,24 +36,24 @@ class Canvas:
             return
         sheet = Canvas(self.size, self.draft)
         paint(sheet)
-        box = around(stamp.box for stamp in sheet.stamps)
         if opacity >= 1.0:
-            self.stamps += sheet.stamps
-        elif box is not None:
-            self.stamps.append(Faded(box, tuple(sheet.stamps), opacity))
+            self.drawn += sheet.drawn
+        else:
+            self.drawn.append(_Group(sheet, opacity))
 
-    def fill(self, outline: Outline, color: Color, opacity: float = 1.0) -> None:
+    def fill(self, placed: tuple[Outline, Affine], color: Color, opacity: float = 1.0) -> None:
         """Lay ``color`` over what is inside an outline, as opaque as ``opacity`` (0 to 1)."""
         if opacity > 0.0:
-            self.cover(covered(outline, self.size), color, opacity)
+            self.drawn.append(_Fill(placed, color, opacity))
 
-    def cover(self, coverages: Sequence[Coverage], color: Color, opacity: float) -> None:
-        """The same with what it covers."""
+    def masks(self, coverages: Sequence[Coverage], color: Color, opacity: float) -> Iterator[Stamp]:
+        """Stamps of what is covered."""
         for left, top, values in coverages:
             if self.draft:
                 values = np.where(values > 127, np.uint8(255), np.uint8(0))
             rows, columns = values.shape
-            self._mask(Image.frombytes("L", (columns, rows), values.tobytes()), left, top, color, opacity)
+            mask = Image.frombuffer("L", (columns, rows), values.tobytes(), "raw", "L", 0, 1)
+            yield _mask(mask, left, top, color, opacity)
 
     def picture(self, sprite: Sprite, to_canvas: Affine, opacity: float, color: Color) -> None:
         """Lay a transformed sprite over the canvas: a coverage (mode L) in ``color``, or a picture tinted with it."""
@@ -66,18 +67,60 @@ class Canvas:
             return
         image, left, top = found
         if image.mode == "L":
-            self._mask(image, left, top, color, opacity)
+            self.drawn.append(_mask(image, left, top, color, opacity))
             return
         straight = image.convert("RGBA")
         if color != (255, 255, 255):
             straight = _tinted(straight, color)
         if opacity < 1.0:
             straight.putalpha(_faded(straight.getchannel("A"), opacity))
-        self.stamps.append(Stamp(Box(left, top, left + image.width, top + image.height), straight))
+        self.drawn.append(Stamp(Box(left, top, left + image.width, top + image.height), straight))
 
-    def _mask(self, mask: Image.Image, left: int, top: int, color: Color, opacity: float) -> None:
-        mask = _faded(mask, opacity) if opacity < 1.0 else mask
-        self.stamps.append(Stamp(Box(left, top, left + mask.width, top + mask.height), mask, color))
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fill:
+    placed: tuple[Outline, Affine]
+    color: Color
+    opacity: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Group:
+    sheet: Canvas
+    opacity: float
+
+
+def stamped(canvases: Sequence[Canvas]) -> list[Stamps]:
+    """What each canvas keeps, as stamps; the coverage of all shapes is computed together."""
+    shapes = list(_fills(canvases))
+    found = iter(covered([fill.placed for fill in shapes], canvases[0].size) if shapes else ())
+    return [_resolved(canvas, found) for canvas in canvases]
+
+
+def _fills(canvases: Sequence[Canvas]) -> Iterator[_Fill]:
+    for canvas in canvases:
+        for item in canvas.drawn:
+            if isinstance(item, _Group):
+                yield from _fills([item.sheet])
+            elif isinstance(item, _Fill):
+                yield item
+
+
+def _resolved(canvas: Canvas, coverages: Iterator[list[Coverage]]) -> Stamps:
+    """The stamps of a canvas; ``coverages`` of its shapes come in their order."""
+    found: list[Stamp | Faded] = []
+    sheet = Canvas(canvas.size, canvas.draft)
+    for item in canvas.drawn:
+        if isinstance(item, _Fill):
+            found += sheet.masks(next(coverages), item.color, item.opacity)
+        elif isinstance(item, _Group):
+            inside = _resolved(item.sheet, coverages)
+            box = around(stamp.box for stamp in inside)
+            if box is not None:
+                found.append(Faded(box, tuple(inside), item.opacity))
+        else:
+            found.append(item)
+    return found
 
 
 def _upright(place: Affine) -> Affine:
@@ -90,6 +133,11 @@ def _upright(place: Affine) -> Affine:
 def _tinted(straight: Image.Image, color: Color) -> Image.Image:
     """Straight RGBA with its colours multiplied by ``color`` / 255, and its alpha as it was."""
     return straight.point([round(value * factor / 255) for factor in (*color, 255) for value in range(256)])
+
+
+def _mask(mask: Image.Image, left: int, top: int, color: Color, opacity: float) -> Stamp:
+    mask = _faded(mask, opacity) if opacity < 1.0 else mask
+    return Stamp(Box(left, top, left + mask.width, top + mask.height), mask, color)
 
 
 def _faded(mask: Image.Image, opacity: float) -> Image.Image:

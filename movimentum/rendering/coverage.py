@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.drawing.model import Point
+from movimentum.geometry import Affine
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -25,7 +26,13 @@ Ints: TypeAlias = NDArray[np.int64]
 FARTHEST = 1e9  # pixels: farther points are drawn as if they were there
 _SNAP = 65536.0  # parts of a pixel: what is the same but for rounding has the same pixels
 _FAINT = 64  # levels: of a shape with no more, rounding changes the ink; so what a pixel loses is given to the next
+_WHOLE = float(1 << 24)  # parts of a pixel's area, of which sums are exact
+_SMALL = 4096  # pixels of a box that is computed as a whole
+_AT_ONCE = 4_000_000  # pixels of boxes that are computed together
 STRIP = 32  # rows of the canvas that are computed and laid over it together: a diagonal's box is nearly empty
+
+
+HERE = Affine(1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
 class Coverage(NamedTuple):
@@ -57,106 +64,163 @@ class Outline:
             start += len(array)
         return cls(points, after)
 
-    def moved(self, matrix: Floats, offset: Floats) -> Outline:
-        """The outline after (x, y) -> ``matrix`` (x, y) + ``offset``."""
-        return Outline(self.points @ matrix.T + offset, self.after)
+
+def covered(placed: Sequence[tuple[Outline, Affine]], size: tuple[int, int]) -> list[list[Coverage]]:
+    """What is inside each of some outlines, moved by its map, on a canvas of ``size``: rectangles that do not overlap.
+
+    Sums are whole numbers, so a shape has the same pixels whatever else is computed with it.
+    """
+    found: list[list[Coverage]] = [[] for _ in placed]
+    if not placed:
+        return found
+    shape = np.repeat(np.arange(len(placed)), [len(outline.points) for outline, _ in placed])
+    if not len(shape):
+        return found
+    points = np.concatenate([outline.points for outline, _ in placed])
+    maps = np.array([place for _, place in placed])[shape].T
+    start = np.concatenate([[0], np.cumsum([len(outline.points) for outline, _ in placed])])
+    after = np.concatenate([outline.after for outline, _ in placed]) + start[shape]
+    x, y = (
+        np.rint(np.clip(points[:, 0] * u + points[:, 1] * v + w, -FARTHEST, FARTHEST) * _SNAP) / _SNAP
+        for u, v, w in (maps[:3], maps[3:])
+    )
+    first = 0
+    cells = np.cumsum(_boxes(x, y, start, size))
+    for end in (*np.flatnonzero(np.diff(cells // _AT_ONCE)) + 1, len(placed)):
+        part = slice(int(start[first]), int(start[end]))
+        to = after[part]
+        edges = (shape[part], x[part], y[part], x[to], y[to])
+        for number, tile in _tiles(*_pieces(edges, size), size[0]):
+            found[number].append(tile)
+        first = int(end)
+    return found
 
 
-def covered(outline: Outline, size: tuple[int, int]) -> list[Coverage]:
-    """What is inside an outline on a canvas of ``size``, in rectangles that do not overlap."""
-    points = np.rint(np.clip(outline.points, -FARTHEST, FARTHEST) * _SNAP) / _SNAP
-    if not len(points):
-        return []
-    (x, y), (low_x, low_y), (high_x, high_y) = points.T, points.min(axis=0).tolist(), points.max(axis=0).tolist()
+def _boxes(x: Floats, y: Floats, start: Ints, size: tuple[int, int]) -> Ints:
+    """About how many pixels the box of each shape has on the canvas."""
+    reach = np.ones(len(start) - 1)
+    filled = np.flatnonzero(np.diff(start))
+    for values, most in ((x, size[0]), (y, size[1])):
+        low, high = (f.reduceat(values, start[filled]) for f in (np.minimum, np.maximum))
+        reach[filled] *= np.clip(high, 0.0, most) - np.clip(low, 0.0, most) + 1.0
+    return reach.astype(np.int64)
+
+
+Edges: TypeAlias = tuple[Ints, Floats, Floats, Floats, Floats]
+"""Whose they are, and where they begin and end: x, y, x, y."""
+
+
+def _pieces(edges: Edges, size: tuple[int, int]) -> Edges:
+    """The edges on a canvas, cut at the borders of pixels."""
     width, height = size
-    if low_x >= width or low_y >= height or high_x <= 0.0 or high_y <= 0.0:
-        return []
-    edges = (x, y, x[outline.after], y[outline.after])
-    if low_x < 0.0 or low_y < 0.0 or high_x > width or high_y > height:
-        edges = _clipped(edges, width, height)
-    x0, y0, x1, y1 = (values[edges[1] != edges[3]] for values in edges)
-    y0, x0, y1, x1 = _cut(y0, x0, y1, x1)
-    x0, y0, x1, y1 = _cut(x0, y0, x1, y1)
-    if not len(x0):
-        return []
-    rise, middle = (y1 - y0) * 255.0, (x0 + x1) * 0.5
-    row = np.minimum(np.minimum(y0, y1).astype(np.int64), height - 1)
+    _, x0, y0, x1, y1 = edges
+    outside = (np.minimum(x0, x1) < 0.0) | (np.minimum(y0, y1) < 0.0)
+    outside |= (np.maximum(x0, x1) > width) | (np.maximum(y0, y1) > height)
+    if outside.any():
+        clipped = _clipped([values[outside] for values in edges], width, height)
+        edges = tuple(np.concatenate([v[~outside], c]) for v, c in zip(edges, clipped, strict=True))
+    kept = edges[2] != edges[4]
+    shape, x0, y0, x1, y1 = (values[kept] for values in edges)
+    shape, y0, x0, y1, x1 = _cut(shape, y0, x0, y1, x1)
+    return _cut(shape, x0, y0, x1, y1)
+
+
+def _tiles(shape: Ints, x0: Floats, y0: Floats, x1: Floats, y1: Floats, width: int) -> Iterator[tuple[int, Coverage]]:
+    """The coverage from edges within pixels, in rows that are computed together, as wide as they need."""
+    if not len(shape):
+        return
+    rise, middle = (y1 - y0) * _WHOLE, (x0 + x1) * 0.5
+    row = np.minimum(y0, y1).astype(np.int64)
     column = middle.astype(np.int64)
-    return list(_tiles(row, column, rise, (middle - column) * rise, width))
-
-
-def _tiles(row: Ints, column: Ints, rise: Floats, beyond: Floats, width: int) -> Iterator[Coverage]:
-    """The coverage from edges within pixels, in `STRIP` rows at a time, as wide as they need."""
-    strip = row // STRIP
-    first, last = int(strip.min()), int(strip.max())
-    strip -= first
-    count = last - first + 1
-    left, right = np.full(count, 1 << 62), np.zeros(count, dtype=np.int64)
-    np.minimum.at(left, strip, column)
-    np.maximum.at(right, strip, column)
-    tops = np.maximum(np.arange(first, last + 1) * STRIP, int(row.min()))
-    bottoms = np.minimum(np.arange(first + 1, last + 2) * STRIP, int(row.max()) + 1)
+    beyond = np.rint((middle - column) * rise)
+    # rows of a shape that is not small are divided into strips: a diagonal's box is nearly empty
+    count = int(shape.max()) + 1
+    top, bottom = _extent(shape, row, count)
+    left, right = _extent(shape, column, count)
+    small = (bottom - top) * (right - left) <= _SMALL
+    strips = np.where(small, 1, (bottom - top) // STRIP + 1).clip(0)
+    base = np.cumsum(strips) - strips
+    tile = base[shape] + np.where(small[shape], 0, (row - top[shape]) // STRIP)
+    count = int(strips.sum())
+    owner = np.repeat(np.arange(len(strips)), strips)
+    top, bottom = _extent(tile, row, count)
+    left, right = _extent(tile, column, count)
     wide = np.maximum(right - left + 2, 0)  # one more column: what is right of the last edge
-    begin = np.concatenate([[0], np.cumsum(wide * (bottoms - tops))])
-    place = (begin[:-1] - left)[strip] + (row - tops[strip]) * wide[strip] + column
+    begin = np.concatenate([[0], np.cumsum(wide * np.maximum(bottom - top + 1, 0))])
+    place = (begin[:-1] - left)[tile] + (row - top[tile]) * wide[tile] + column
     area = np.bincount(np.concatenate([place, place + 1]), np.concatenate([rise - beyond, beyond]), int(begin[-1]))
     np.cumsum(area, out=area)  # a row's sum is zero, so it does not reach the next
     np.abs(area, out=area)
+    area *= 255.0 / _WHOLE
     np.minimum(area, 255.0, out=area)
     area += 0.5
     values = area.astype(np.uint8)
-    if values.max(initial=0) < _FAINT:
-        values = np.diff(np.floor(np.cumsum(area - 0.5) + 0.5), prepend=0.0).astype(np.uint8)
-    for number, (start, broad) in enumerate(zip(begin.tolist(), wide.tolist(), strict=False)):
-        columns = min(broad - 1, width - int(left[number]))
-        if columns > 0:
-            part = values[start : int(begin[number + 1])].reshape(-1, broad)
-            yield Coverage(int(left[number]), int(tops[number]), part[:, :columns])
+    seen = np.flatnonzero(wide)
+    most = np.zeros(len(strips), dtype=np.uint8)
+    np.maximum.at(most, owner[seen], np.maximum.reduceat(values, begin[seen]))
+    for number, start, end, broad, x, y in np.stack(
+        [owner[seen], begin[seen], begin[seen + 1], wide[seen], left[seen], top[seen]], axis=1
+    ).tolist():
+        columns = min(broad - 1, width - x)
+        if columns > 0 and most[number]:
+            part = values[start:end]
+            if most[number] < _FAINT:
+                part = np.diff(np.floor(np.cumsum(area[start:end] - 0.5) + 0.5), prepend=0.0).astype(np.uint8)
+            yield number, Coverage(x, y, part.reshape(-1, broad)[:, :columns])
 
 
-def _clipped(edges: tuple[Floats, ...], width: int, height: int) -> tuple[Floats, ...]:
+def _extent(group: Ints, values: Ints, count: int) -> tuple[Ints, Ints]:
+    """The least and the greatest value of each group; the least is larger where there is none."""
+    least, greatest = np.full(count, 1 << 40), np.full(count, -1)
+    np.minimum.at(least, group, values)
+    np.maximum.at(greatest, group, values)
+    return least, greatest
+
+
+def _clipped(edges: Sequence[NDArray[Any]], width: int, height: int) -> Edges:
     """The edges within the canvas; what is beside it is moved to its sides, so that areas are the same."""
-    x0, y0, x1, y1 = edges
+    shape, x0, y0, x1, y1 = edges
     with np.errstate(divide="ignore", invalid="ignore"):
         at = [(0.0 - x0) / (x1 - x0), (width - x0) / (x1 - x0), (0.0 - y0) / (y1 - y0), (height - y0) / (y1 - y0)]
     inside = np.clip(np.nan_to_num(np.stack([np.zeros(len(x0)), *at, np.ones(len(x0))]), posinf=1.0), 0.0, 1.0)
     cuts = np.sort(inside, axis=0)
-    x = np.clip(x0 + cuts * (x1 - x0), 0.0, width)
-    y = np.clip(y0 + cuts * (y1 - y0), 0.0, height)
+    x, y = np.clip(x0 + cuts * (x1 - x0), 0.0, width), _even(np.clip(y0 + cuts * (y1 - y0), 0.0, height))
     x[-1], y[-1] = np.clip(x1, 0.0, width), np.clip(y1, 0.0, height)
-    x0, y0, x1, y1 = x[:-1].ravel(), y[:-1].ravel(), x[1:].ravel(), y[1:].ravel()
-    kept = y0 != y1
-    return x0[kept], y0[kept], x1[kept], y1[kept]
+    return np.tile(shape, 5), x[:-1].ravel(), y[:-1].ravel(), x[1:].ravel(), y[1:].ravel()
 
 
-def _cut(u0: Floats, v0: Floats, u1: Floats, v1: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _cut(shape: Ints, u0: Floats, v0: Floats, u1: Floats, v1: Floats) -> Edges:
     """The edges, cut wherever ``u`` passes a whole number."""
-    low, high = np.minimum(u0, u1), np.maximum(u0, u1)
-    count = np.maximum(np.ceil(high) - np.floor(low), 1.0).astype(np.int64)
+    count = np.maximum(np.ceil(np.maximum(u0, u1)) - np.floor(np.minimum(u0, u1)), 1.0).astype(np.int64)
     total = int(count.sum())
     if total == len(u0):
-        return u0, v0, u1, v1
+        return shape, u0, v0, u1, v1
     end = np.cumsum(count)
     owner = np.repeat(np.arange(len(u0)), count)
     number: Floats = np.arange(total, dtype=np.float64) - (end - count)[owner]
-    sense = np.where(u1 > u0, 1.0, -1.0)
+    rising = u1 > u0
     # the whole number before the first that is passed
-    before = np.where(u1 > u0, np.floor(u0), np.ceil(u0))
-    u = before[owner] + sense[owner] * number
+    before = np.where(rising, np.floor(u0), np.ceil(u0))
+    u = before[owner] + np.where(rising, 1.0, -1.0)[owner] * number
     span = u1 - u0
     slope = (v1 - v0) / np.where(span == 0.0, 1.0, span)
-    v = v0[owner] + (u - u0[owner]) * slope[owner]
+    v = _even(v0[owner] + (u - u0[owner]) * slope[owner])
     starts = end - count
     u[starts], v[starts] = u0, v0
     to_u, to_v = np.empty(total), np.empty(total)
     to_u[:-1], to_v[:-1] = u[1:], v[1:]
     to_u[end - 1], to_v[end - 1] = u1, v1
-    return u, v, to_u, to_v
+    return shape[owner], u, v, to_u, to_v
+
+
+def _even(values: Floats) -> Floats:
+    """Coordinates whose differences are whole numbers of 1 / `_WHOLE`."""
+    return np.rint(values * _WHOLE) / _WHOLE
 
 
 # --- outlines of discs and lines ------------------------------------------------------------------
 
-_OFF = 1.0 / 512.0  # pixels between an arc and the straight pieces that stand for it
+_OFF = 1.0 / 256.0  # pixels between an arc and the straight pieces that stand for it
 _MOST = 1 << 16  # of these pieces in a circle
 Ends: TypeAlias = str
 """How a line ends: "round", "butt" or "square"."""
@@ -171,14 +235,14 @@ def disc(centre: Point, radius: float, width: float | None = None) -> Outline:
 
 
 def _circle(centre: Point, radius: float) -> Floats:
-    count = 4 * math.ceil(_pieces(2.0 * math.pi, radius) / 4.0)
+    count = 4 * math.ceil(_steps(2.0 * math.pi, radius) / 4.0)
     turn = np.arange(count) * (2.0 * math.pi / count)
     sector = 2.0 * math.pi / count
     radius *= math.sqrt(sector / math.sin(sector))  # the polygon is as large as the circle
     return np.stack([centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)], axis=1)
 
 
-def _pieces(turn: float, radius: float) -> int:
+def _steps(turn: float, radius: float) -> int:
     """How many straight pieces stand for an arc."""
     step = math.sqrt(8.0 * _OFF / max(min(radius, FARTHEST), 1e-3))
     return min(max(1, math.ceil(turn / min(step, math.pi / 16.0))), _MOST)
@@ -224,7 +288,7 @@ def _beside(line: Floats, half: float, ends: Ends) -> Floats:
     # to the right: the sides meet, if they are long enough
     room = np.minimum(length, np.roll(length, 1))
     meet = (turn <= 0.0) & (half * np.tan(np.minimum(-turn, 3.1) / 2.0) <= room)
-    fine = _pieces(1.0, half)
+    fine = _steps(1.0, half)
     count = np.where(meet, 1, np.where(turn <= 0.0, 3, np.ceil(turn * fine).astype(np.int64) + 1))
     if ends != "round":
         count[back] = 2

@@ -25,7 +25,7 @@ from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, PAPER, Color
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
 from movimentum.rendering.canvas import Canvas
-from movimentum.rendering.coverage import disc
+from movimentum.rendering.coverage import HERE, disc
 from movimentum.rendering.prepare import PreparedMark
 from movimentum.rendering.shapes import Shape, line_shape, part_shape, round_shape
 from movimentum.rendering.sprites import Sprite
@@ -149,8 +149,8 @@ def _note(prepared: PreparedMark, mark: NoteMark, canvas: Canvas, to_image: Affi
     scale = to_image.a
     x, y = to_image.apply(*poses.world(mark.body, mark.local)[0].tolist())
     if mark.dot:
-        canvas.fill(disc((x, y), mark.dot * scale), PAPER)
-        canvas.fill(disc((x, y), mark.dot * scale, DOT_EDGE * scale), mark.color)
+        canvas.fill((disc((x, y), mark.dot * scale), HERE), PAPER)
+        canvas.fill((disc((x, y), mark.dot * scale, DOT_EDGE * scale), HERE), mark.color)
     place = Affine(scale, 0.0, x + mark.offset[0] * scale, 0.0, -scale, y - mark.offset[1] * scale)
     layers: list[tuple[Sprite | None, Color]] = [(prepared.halo, PAPER), (prepared.sprite, mark.color)]
     for sprite, color in layers:

@@ -21,7 +21,7 @@ from PIL import Image, ImageChops
 from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.drawing.style import Color
 from movimentum.geometry import View
-from movimentum.rendering.canvas import Canvas
+from movimentum.rendering.canvas import Canvas, stamped
 from movimentum.rendering.items import Item
 from movimentum.rendering.prepare import Trace, prepare_drawing
 from movimentum.rendering.stamps import Box, Frame, Stamps, lay, regions
@@ -109,7 +109,9 @@ class PaintSession:
         for i in range(len(poses.frames)):
             first = not self._drawn
             if first:
-                self._drawn = [_Drawn(state[i], *self._stamps(n, poses, i)) for n, state in enumerate(states)]
+                everything = range(len(states))
+                stamps = self._stamps(everything, poses, i)
+                self._drawn = [_Drawn(states[n][i], stamps[n], [stamp.box for stamp in stamps[n]]) for n in everything]
                 parts = [Box(0, 0, *self._size)]
             else:
                 parts = regions(self._moved(states, poses, i), self.painter.supersample)
@@ -120,23 +122,24 @@ class PaintSession:
     def _moved(self, states: Sequence[Floats], poses: Poses, i: int) -> list[Box]:
         """Draw the layers anew that changed; where they were and where they are."""
         found: list[Box] = []
-        for number, (before, state) in enumerate(zip(self._drawn, states, strict=True)):
-            if np.array_equal(before.state, state[i]):
-                continue
-            stamps, boxes = self._stamps(number, poses, i)
+        changed = [n for n, drawn in enumerate(self._drawn) if not np.array_equal(drawn.state, states[n][i])]
+        for n, stamps in zip(changed, self._stamps(changed, poses, i), strict=True):
+            before, boxes = self._drawn[n], [stamp.box for stamp in stamps]
             old, new = set(map(id, before.stamps or ())), set(map(id, stamps))
-            found += [box for stamp, box in zip(stamps, boxes, strict=True) if id(stamp) not in old]
+            found += [stamp.box for stamp in stamps if id(stamp) not in old]
             if before.stamps is None:
                 found += before.boxes
             else:
                 found += [stamp.box for stamp in before.stamps if id(stamp) not in new]
-            self._drawn[number] = _Drawn(state[i], stamps, boxes)
+            self._drawn[n] = _Drawn(states[n][i], stamps, boxes)
         return found
 
-    def _stamps(self, number: int, poses: Poses, i: int) -> tuple[Stamps, list[Box]]:
-        canvas = Canvas(self._size, self.painter.draft)
-        self._layers[number].draw(canvas, self._to_image, poses, i)
-        return canvas.stamps, [stamp.box for stamp in canvas.stamps]
+    def _stamps(self, layers: Sequence[int], poses: Poses, i: int) -> list[Stamps]:
+        """What some layers look like."""
+        canvases = [Canvas(self._size, self.painter.draft) for _ in layers]
+        for number, canvas in zip(layers, canvases, strict=True):
+            self._layers[number].draw(canvas, self._to_image, poses, i)
+        return stamped(canvases)
 
     def _forget(self) -> None:
         """Keep no more stamps than some pictures of the canvas would take: the largest are drawn whenever needed."""
@@ -152,7 +155,7 @@ class PaintSession:
         fine = self.painter.supersample
         part = self._ground((region.right - region.left, region.bottom - region.top))
         for number, drawn in enumerate(self._drawn):
-            stamps = self._stamps(number, poses, i)[0] if drawn.stamps is None else drawn.stamps
+            stamps = self._stamps([number], poses, i)[0] if drawn.stamps is None else drawn.stamps
             lay(part, region, stamps)
         part = part if fine == 1 else part.reduce(fine)
         left, top = region.left // fine, region.top // fine

@@ -25,13 +25,13 @@ class Shape(NamedTuple):
     centre: Point | None = None
     color: Color | None = None
 
-    def at(self, place: Affine, scale: float) -> Outline:
+    def at(self, place: Affine, scale: float) -> tuple[Outline, Affine]:
         """Where it is on the picture; ``place`` maps its frame of reference, magnified by ``scale``."""
         if self.centre is not None:
-            return self.outline.moved(np.eye(2), np.array(place.apply(*self.centre)))
-        return self.outline.moved(
-            np.array([[place.a, place.b], [place.d, place.e]]) / scale, np.array([place.c, place.f])
-        )
+            x, y = place.apply(*self.centre)
+            return self.outline, Affine(1.0, 0.0, x, 0.0, 1.0, y)
+        a, b, c, d, e, f = place
+        return self.outline, Affine(a / scale, b / scale, c, d / scale, e / scale, f)
 
 
 def round_shape(centre: Point, radius: float, width: float | None, scale: float, color: Color | None = None) -> Shape:

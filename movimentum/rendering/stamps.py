@@ -20,12 +20,6 @@ class Box(NamedTuple):
     right: int
     bottom: int
 
-    def shared(self, other: Box) -> Box | None:
-        """The pixels in both."""
-        left, top = max(self[0], other[0]), max(self[1], other[1])
-        right, bottom = min(self[2], other[2]), min(self[3], other[3])
-        return Box(left, top, right, bottom) if left < right and top < bottom else None
-
     def seen_from(self, left: int, top: int) -> Box:
         """The same pixels where those at (left, top) are the first."""
         return Box(self.left - left, self.top - top, self.right - left, self.bottom - top)
@@ -67,11 +61,13 @@ Stamps: TypeAlias = Sequence[Stamp | Faded]
 
 def lay(image: Image.Image, place: Box, stamps: Stamps) -> None:
     """Lay stamps over ``image``, which shows the box ``place`` of the whole picture."""
+    left, top, right, bottom = place
     for stamp in stamps:
-        box = stamp.box.shared(place)
-        if box is None:
+        a, b, c, d = stamp.box
+        if a >= right or c <= left or b >= bottom or d <= top:
             continue
-        where = box.seen_from(place.left, place.top)
+        box = Box(max(a, left), max(b, top), min(c, right), min(d, bottom))
+        where = box.seen_from(left, top)
         if isinstance(stamp, Faded):
             _lay_faded(image, box, where, stamp)
             continue

@@ -15,9 +15,9 @@ from movimentum.drawing.parts import DashPen
 from movimentum.drawing.style import FAINT, Color
 from movimentum.geometry import Affine
 from movimentum.rendering.canvas import Canvas
-from movimentum.rendering.coverage import Coverage, Outline, covered, stroke
+from movimentum.rendering.coverage import HERE, Coverage, Outline, covered, stroke
 from movimentum.rendering.prepare import Trace
-from movimentum.rendering.stamps import Faded, Stamp
+from movimentum.rendering.stamps import Stamp
 from movimentum.solver.poses import Poses
 
 Floats = NDArray[np.float64]
@@ -72,7 +72,7 @@ class TraceLayer:
         self._done = 0
         self._rest: list[Coverage] = []
         self._paint: tuple[float, Color] | None = None
-        self._stamps: dict[tuple[int, int], list[Stamp | Faded]] = {}
+        self._stamps: dict[tuple[int, int], list[Stamp]] = {}
 
     def state(self, poses: Poses) -> Floats:
         """How much of the path there is."""
@@ -88,13 +88,13 @@ class TraceLayer:
         """Lay a path over the canvas, of which what was shown before is the beginning."""
         touched = self._rest
         while self._done + _ROWS < len(path):
-            piece = covered(self._line.outline(path[self._done : self._done + _ROWS + 1]), self._size)
+            piece = self._covered(self._line, path[self._done : self._done + _ROWS + 1])
             for left, top, values in piece:
                 into = self._values[top : top + values.shape[0], left : left + values.shape[1]]
                 np.maximum(into, values, out=into)
             touched = touched + piece
             self._done += _ROWS
-        self._rest = covered(self._line.ahead().outline(path[self._done :]), self._size) if len(path) else []
+        self._rest = self._covered(self._line.ahead(), path[self._done :]) if len(path) else []
         cells = {cell for part in (*touched, *self._rest) for cell in _cells(part)}
         if paint != self._paint:
             cells |= set(self._stamps)
@@ -102,9 +102,12 @@ class TraceLayer:
         for cell in cells:
             self._stamps[cell] = self._stamped(canvas, cell, paint)
         for stamps in self._stamps.values():
-            canvas.stamps += stamps
+            canvas.drawn += stamps
 
-    def _stamped(self, canvas: Canvas, cell: tuple[int, int], paint: tuple[float, Color]) -> list[Stamp | Faded]:
+    def _covered(self, line: _Line, rows: Floats) -> list[Coverage]:
+        return covered([(line.outline(rows), HERE)], self._size)[0]
+
+    def _stamped(self, canvas: Canvas, cell: tuple[int, int], paint: tuple[float, Color]) -> list[Stamp]:
         top, left = cell[0] * _CELL, cell[1] * _CELL
         values = self._values[top : top + _CELL, left : left + _CELL].copy()
         for part in self._rest:
@@ -114,10 +117,9 @@ class TraceLayer:
                 into = values[max(above, 0) :, max(before, 0) :][: own.shape[0], : own.shape[1]]
                 own = own[: into.shape[0], : into.shape[1]]
                 np.maximum(into, own, out=into)
-        sheet = Canvas(canvas.size, canvas.draft)
-        if values.any() and paint[0] > 0.0:
-            sheet.cover([Coverage(left, top, values)], paint[1], paint[0])
-        return sheet.stamps
+        if not values.any() or paint[0] <= 0.0:
+            return []
+        return list(canvas.masks([Coverage(left, top, values)], paint[1], paint[0]))
 
 
 class TailLayer:
@@ -142,12 +144,12 @@ class TailLayer:
             begin, end = (now - mark.tail * (1.0 - (shade + k) / _SHADES) for k in (0, 1))
             pieces = [piece for run in runs if len(piece := _between(run, begin, end)) > 1]
             rings = [ring for piece in pieces for ring in stroke(_placed(piece, to_image), mark.width * to_image.a)]
-            for left, top, part in covered(Outline.of(rings), canvas.size):
+            for left, top, part in covered([(Outline.of(rings), HERE)], canvas.size)[0]:
                 into = values[top : top + part.shape[0], left : left + part.shape[1]]
                 np.maximum(into, np.rint(part * ((shade + 0.5) / _SHADES)).astype(np.uint8), out=into)
         opacity, color = painted(mark, poses, i)
         if opacity > 0.0:
-            canvas.cover(list(_parts(values)), color, opacity)
+            canvas.drawn += canvas.masks(list(_parts(values)), color, opacity)
 
 
 class PathLayer:

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 from PIL import Image, ImageDraw
 
+from movimentum.rendering import coverage
 from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Shape, Thing
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText, Span
@@ -49,6 +50,11 @@ def poses(*paths, visible=None, properties=None, frames=None):
         variables={},
         solved=np.ones(count, dtype=bool),
     )
+
+
+def covered(outline, size):
+    """The coverage of one outline, where it is."""
+    return coverage.covered([(outline, coverage.HERE)], size)[0]
 
 
 def whole(coverages, size):

@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from movimentum.rendering.coverage import Outline, covered, disc, stroke
-from tests.rendering.scenes import capsule, truth, whole
+from movimentum.rendering.coverage import Outline, disc, stroke
+from tests.rendering.scenes import capsule, covered, truth, whole
 
 SIZE = (90, 70)
 WIDTHS = [0.05, 0.08, 0.13, 0.2, 0.37, 0.7, 1.0, 1.6, 2.5, 7.0, 16.0]

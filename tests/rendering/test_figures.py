@@ -10,11 +10,11 @@ import pytest
 
 from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.drawing.parts import dashes, rounded
-from movimentum.rendering.coverage import Outline, covered
+from movimentum.rendering.coverage import Outline
 from movimentum.rendering.painter import PaintSession, make_painter
 from movimentum.scene.appearance import Figure, Look
 from movimentum.scene.model import AnchorRef
-from tests.rendering.scenes import BLACK, capsule, pixels, poses, scene, thing, truth, whole
+from tests.rendering.scenes import BLACK, capsule, covered, pixels, poses, scene, thing, truth, whole
 
 STAR = [
     (
