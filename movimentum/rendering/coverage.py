@@ -113,14 +113,15 @@ Edges: TypeAlias = tuple[Ints, Floats, Floats, Floats, Floats]
 def _pieces(edges: Edges, size: tuple[int, int]) -> Edges:
     """The edges on a canvas, cut at the borders of pixels."""
     width, height = size
-    _, x0, y0, x1, y1 = edges
+    shape, x0, y0, x1, y1 = edges
     outside = (np.minimum(x0, x1) < 0.0) | (np.minimum(y0, y1) < 0.0)
     outside |= (np.maximum(x0, x1) > width) | (np.maximum(y0, y1) > height)
     if outside.any():
         clipped = _clipped([values[outside] for values in edges], width, height)
-        edges = tuple(np.concatenate([v[~outside], c]) for v, c in zip(edges, clipped, strict=True))
-    kept = edges[2] != edges[4]
-    shape, x0, y0, x1, y1 = (values[kept] for values in edges)
+        shape = np.concatenate([shape[~outside], clipped[0]])
+        x0, y0, x1, y1 = (np.concatenate([v[~outside], c]) for v, c in zip(edges[1:], clipped[1:], strict=True))
+    kept = y0 != y1
+    shape, x0, y0, x1, y1 = shape[kept], x0[kept], y0[kept], x1[kept], y1[kept]
     shape, y0, x0, y1, x1 = _cut(shape, y0, x0, y1, x1)
     return _cut(shape, x0, y0, x1, y1)
 
@@ -138,9 +139,9 @@ def _tiles(shape: Ints, x0: Floats, y0: Floats, x1: Floats, y1: Floats, width: i
     top, bottom = _extent(shape, row, count)
     left, right = _extent(shape, column, count)
     small = (bottom - top) * (right - left) <= _SMALL
-    strips = np.where(small, 1, (bottom - top) // STRIP + 1).clip(0)
+    strips = np.where(small, 1, bottom // STRIP - top // STRIP + 1).clip(0)
     base = np.cumsum(strips) - strips
-    tile = base[shape] + np.where(small[shape], 0, (row - top[shape]) // STRIP)
+    tile = base[shape] + np.where(small[shape], 0, row // STRIP - top[shape] // STRIP)
     count = int(strips.sum())
     owner = np.repeat(np.arange(len(strips)), strips)
     top, bottom = _extent(tile, row, count)

@@ -48,11 +48,11 @@ class Item:
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Draw frame ``i`` (a position in ``poses``)."""
         mark, sprite, scale = self.prepared.mark, self.prepared.sprite, to_image.a
-        now = poses.select(slice(i, i + 1))
         if isinstance(mark, NoteMark):
-            _note(self.prepared, mark, canvas, to_image, now)
+            _note(self.prepared, mark, canvas, to_image, poses.select(slice(i, i + 1)))
             return
         if isinstance(mark, FreeArrow):
+            now = poses.select(slice(i, i + 1))
             if arrow_shown(mark, now)[0]:
                 ends: list[Point] = [(x, y) for x, y in arrow_ends(mark, now)[0].tolist()]
                 canvas.fill(line_shape(ends, ARROW_WIDTH, True, scale).at(to_image, scale), mark.color)
@@ -67,13 +67,14 @@ class Item:
                     shape = line_shape(points, mark.width, False, scale, canvas.thinnest)
                     canvas.fill(shape.at(to_image, scale), paint[1], paint[0])
             case SymbolMark():
-                _symbol(mark, canvas, to_image, now, paint)
+                _symbol(mark, canvas, to_image, poses.select(slice(i, i + 1)), paint)
             case PolylineMark() | DiscMark() | FigureMark():
                 if self._shapes is None:
                     self._shapes = _shapes(mark, scale, canvas.thinnest)
                 place = to_image @ _pose(poses, mark.body, i)
                 _together(canvas, self._shapes, place, scale, paint)
             case TextMark() if mark.pieces:
+                now = poses.select(slice(i, i + 1))
                 _live_text(mark, canvas, to_image, _pose(poses, mark.body, i), now, paint)
             case _ if sprite is not None:
                 canvas.picture(sprite, to_image @ (_pose(poses, mark.body, i) @ sprite.to_local), *paint)

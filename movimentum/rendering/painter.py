@@ -35,6 +35,7 @@ Floats = NDArray[np.float64]
 Layer: TypeAlias = Item | TraceLayer | TailLayer | PathLayer
 """What a picture is laid together from."""
 
+_AHEAD = 2_000_000  # pixels of the pictures that are prepared together
 _KEPT = 4  # pictures of the canvas: how much is remembered of what was drawn
 
 
@@ -106,38 +107,55 @@ class PaintSession:
     def changes(self, poses: Poses) -> Iterator[Frame]:
         """The same, with what changed since the last frame that this session drew."""
         states = [layer.state(poses) for layer in self._layers]
-        for i in range(len(poses.frames)):
-            first = not self._drawn
-            if first:
-                everything = range(len(states))
-                stamps = self._stamps(everything, poses, i)
-                self._drawn = [_Drawn(states[n][i], stamps[n], [stamp.box for stamp in stamps[n]]) for n in everything]
-                parts = [Box(0, 0, *self._size)]
-            else:
-                parts = regions(self._moved(states, poses, i), self.painter.supersample)
+        first = 0
+        while first < len(poses.frames):
+            # of a small picture, some frames are prepared together
+            block = range(first, min(len(poses.frames), first + self._ahead()))
+            for i, changed in zip(block, self._prepared(states, poses, block), strict=True):
+                begun = bool(self._drawn)
+                parts = regions(self._shown(changed), self.painter.supersample) if begun else [Box(0, 0, *self._size)]
+                if not begun:
+                    self._drawn = [drawn for _, drawn in changed]
+                boxes = [box for part in parts if (box := self._composed(part, poses, i)) is not None]
+                yield Frame(self._image, tuple(boxes) if begun else (Box(0, 0, *self._image.size),))
             self._forget()
-            changed = [box for part in parts if (box := self._composed(part, poses, i)) is not None]
-            yield Frame(self._image, (Box(0, 0, *self._image.size),) if first else tuple(changed))
+            first = block.stop
 
-    def _moved(self, states: Sequence[Floats], poses: Poses, i: int) -> list[Box]:
-        """Draw the layers anew that changed; where they were and where they are."""
-        found: list[Box] = []
-        changed = [n for n, drawn in enumerate(self._drawn) if not np.array_equal(drawn.state, states[n][i])]
-        for n, stamps in zip(changed, self._stamps(changed, poses, i), strict=True):
-            before, boxes = self._drawn[n], [stamp.box for stamp in stamps]
-            old, new = set(map(id, before.stamps or ())), set(map(id, stamps))
-            found += [stamp.box for stamp in stamps if id(stamp) not in old]
+    def _ahead(self) -> int:
+        """How many frames are prepared together."""
+        if not self._drawn or any(drawn.stamps is None for drawn in self._drawn):
+            return 1
+        return max(1, _AHEAD // (self._size[0] * self._size[1]))
+
+    def _prepared(self, states: Sequence[Floats], poses: Poses, block: range) -> list[list[tuple[int, _Drawn]]]:
+        """For each of some frames, the layers that change, drawn anew."""
+        before = [drawn.state for drawn in self._drawn] or [None] * len(states)
+        changed: list[list[int]] = []
+        for i in block:
+            changed.append([n for n, state in enumerate(states) if not _same(before[n], state[i])])
+            before = [state[i] for state in states]
+        stamps = iter(self._stamps([(n, i) for i, some in zip(block, changed, strict=True) for n in some], poses))
+        return [
+            [(n, _Drawn(states[n][i], found := next(stamps), [stamp.box for stamp in found])) for n in some]
+            for i, some in zip(block, changed, strict=True)
+        ]
+
+    def _shown(self, changed: Sequence[tuple[int, _Drawn]]) -> Iterator[Box]:
+        """Take over what some layers look like now; where they were and where they are."""
+        for n, now in changed:
+            before = self._drawn[n]
+            old, new = set(map(id, before.stamps or ())), set(map(id, now.stamps or ()))
+            yield from (stamp.box for stamp in now.stamps or () if id(stamp) not in old)
             if before.stamps is None:
-                found += before.boxes
+                yield from before.boxes
             else:
-                found += [stamp.box for stamp in before.stamps if id(stamp) not in new]
-            self._drawn[n] = _Drawn(states[n][i], stamps, boxes)
-        return found
+                yield from (stamp.box for stamp in before.stamps if id(stamp) not in new)
+            self._drawn[n] = now
 
-    def _stamps(self, layers: Sequence[int], poses: Poses, i: int) -> list[Stamps]:
-        """What some layers look like."""
+    def _stamps(self, layers: Sequence[tuple[int, int]], poses: Poses) -> list[Stamps]:
+        """What some layers look like in some frames, (number, frame) each."""
         canvases = [Canvas(self._size, self.painter.draft) for _ in layers]
-        for number, canvas in zip(layers, canvases, strict=True):
+        for (number, i), canvas in zip(layers, canvases, strict=True):
             self._layers[number].draw(canvas, self._to_image, poses, i)
         return stamped(canvases)
 
@@ -155,7 +173,7 @@ class PaintSession:
         fine = self.painter.supersample
         part = self._ground((region.right - region.left, region.bottom - region.top))
         for number, drawn in enumerate(self._drawn):
-            stamps = self._stamps([number], poses, i)[0] if drawn.stamps is None else drawn.stamps
+            stamps = self._stamps([(number, i)], poses)[0] if drawn.stamps is None else drawn.stamps
             lay(part, region, stamps)
         part = part if fine == 1 else part.reduce(fine)
         left, top = region.left // fine, region.top // fine
@@ -170,6 +188,10 @@ class PaintSession:
         if self.painter.transparent:
             return Image.new("RGBA", size, (0, 0, 0, 0))
         return Image.new("RGB", size, self.painter.background)
+
+
+def _same(before: Floats | None, now: Floats) -> bool:
+    return before is not None and np.array_equal(before, now)
 
 
 def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | None = None) -> Painter:
