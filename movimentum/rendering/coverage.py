@@ -272,7 +272,21 @@ def stroke(points: Sequence[Point] | Floats, width: float, ends: Ends = "round",
         first, last = _unit(line[:1] - line[1:2])[0], _unit(line[-1:] - line[-2:-1])[0]
         line[0] += half * first
         line[-1] += half * last
+    if len(line) == 2:
+        return [_straight(line, half, ends)]
     return [_beside(np.concatenate([line, line[-2:0:-1]]), half, ends)]
+
+
+def _straight(line: Floats, half: float, ends: Ends) -> Floats:
+    """The same of a line with two points."""
+    ((x, y), (u, v)), length = line.tolist(), math.dist(*line.tolist())
+    along, across = (
+        np.array([[(u - x) / length], [(v - y) / length]]),
+        np.array([[(v - y) / length], [(x - u) / length]]),
+    )
+    turn = np.linspace(0.0, math.pi, _steps(math.pi, half) + 1 if ends == "round" else 2)
+    cap = (along * np.sin(turn) + across * np.cos(turn)).T * half
+    return np.concatenate([line[1] + cap, line[0] - cap])
 
 
 def _beside(line: Floats, half: float, ends: Ends) -> Floats:
@@ -286,9 +300,10 @@ def _beside(line: Floats, half: float, ends: Ends) -> Floats:
     back = dot < -1.0 + 1e-9
     turn[back] = math.pi
     length = np.hypot(*(np.roll(line, -1, axis=0) - line).T)
-    # to the right: the sides meet, if they are long enough
+    # to the right the sides meet, if they are long enough; to the left, where nobody sees that it is not round
     room = np.minimum(length, np.roll(length, 1))
     meet = (turn <= 0.0) & (half * np.tan(np.minimum(-turn, 3.1) / 2.0) <= room)
+    meet |= (turn > 0.0) & ~back & (half * (1.0 / np.cos(np.minimum(turn, 3.1) / 2.0) - 1.0) <= _OFF)
     fine = _steps(1.0, half)
     count = np.where(meet, 1, np.where(turn <= 0.0, 3, np.ceil(turn * fine).astype(np.int64) + 1))
     if ends != "round":
@@ -296,7 +311,7 @@ def _beside(line: Floats, half: float, ends: Ends) -> Floats:
     owner = np.repeat(np.arange(len(line)), count)
     number = np.arange(len(owner)) - (np.cumsum(count) - count)[owner]
     part = number / np.maximum(count - 1, 1)[owner]
-    angle = np.where(meet, 0.5 * turn, 0.0)[owner] + np.where(turn > 0.0, turn, 0.0)[owner] * part
+    angle = np.where(meet, 0.5 * turn, 0.0)[owner] + np.where(~meet & (turn > 0.0), turn, 0.0)[owner] * part
     ends_at = (turn <= 0.0)[owner] & ~meet[owner]
     angle = np.where(ends_at & (number == 2), turn[owner], angle)
     reach = np.where(meet, half / np.cos(np.where(meet, turn, 0.0) / 2.0), half)[owner]
