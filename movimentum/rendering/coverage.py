@@ -280,10 +280,8 @@ def stroke(points: Sequence[Point] | Floats, width: float, ends: Ends = "round",
 def _straight(line: Floats, half: float, ends: Ends) -> Floats:
     """The same of a line with two points."""
     ((x, y), (u, v)), length = line.tolist(), math.dist(*line.tolist())
-    along, across = (
-        np.array([[(u - x) / length], [(v - y) / length]]),
-        np.array([[(v - y) / length], [(x - u) / length]]),
-    )
+    along = np.array([[(u - x) / length], [(v - y) / length]])
+    across = np.array([along[1], -along[0]])
     turn = np.linspace(0.0, math.pi, _steps(math.pi, half) + 1 if ends == "round" else 2)
     cap = (along * np.sin(turn) + across * np.cos(turn)).T * half
     return np.concatenate([line[1] + cap, line[0] - cap])

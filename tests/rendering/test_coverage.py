@@ -1,12 +1,17 @@
 """Shapes against their areas in closed form, and against pictures that sample each pixel 64 times or more."""
 
+import io
 import math
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from PIL import Image
 
+from movimentum.drawing.parts import FigurePart, PartForm
+from movimentum.rendering import coverage
 from movimentum.rendering.coverage import Outline, disc, stroke
+from movimentum.rendering.shapes import part_shape
 from tests.rendering.scenes import capsule, covered, truth, whole
 
 SIZE = (90, 70)
@@ -151,7 +156,7 @@ def test_joins_are_round_and_a_polyline_that_crosses_itself_is_one_coverage():
 def test_a_wild_polyline_has_no_holes_and_nothing_elsewhere(width):
     """Turns of any sharpness, steps shorter than the width: every pixel that is all inside is full, and so on."""
     rng = np.random.default_rng(6)
-    for _ in range(10):
+    for _ in range(4):
         points = [tuple(point) for point in rng.uniform((10, 10), (80, 60), (8, 2))]
         points[3:3] = [(points[2][0] + 0.3 * k, points[2][1] + 0.1 * k * k) for k in range(1, 5)]
         exact = np.maximum.reduce([truth(capsule(p, q, width / 2), SIZE, 8) for p, q in pairwise(points)])
@@ -211,3 +216,44 @@ def test_tiles_do_not_overlap_and_lie_on_the_canvas():
             assert top + rows <= 180
             count[top : top + rows, left : left + columns] += 1
         assert count.max() == 1
+
+
+# --- another renderer ---------------------------------------------------------------------------------------------
+
+
+def drawn_by_resvg(element, fine=8):
+    """An element in black on a canvas of `SIZE`, drawn ``fine`` times as large and averaged."""
+    resvg_py = pytest.importorskip("resvg_py")
+    width, height = SIZE
+    text = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width * fine}" height="{height * fine}"'
+        f' viewBox="0 0 {width} {height}">{element}</svg>'
+    )
+    image = Image.open(io.BytesIO(bytes(resvg_py.svg_to_bytes(svg_string=text)))).getchannel("A")
+    return np.asarray(image).reshape(height, fine, width, fine).mean(axis=(1, 3)) / 255.0
+
+
+@pytest.mark.parametrize("cap", ["round", "butt", "square"])
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("dash", [(), (7.0, 4.0), (3.0, 5.0, 9.0, 2.0)])
+@pytest.mark.parametrize("width", [0.15, 0.6, 2.0, 6.5])
+def test_lines_are_as_resvg_draws_them(width, dash, closed, cap):
+    if cap == "square" and dash and width > min(dash[1::2]):
+        pytest.skip("these dashes have no gaps between them, and their overlaps are counted twice")
+    rng = np.random.default_rng(11)
+    for _ in range(3):
+        turn, angles = rng.uniform(0, 2 * math.pi), (0.0, 0.9, 1.7, 2.9, 4.1, 5.0)
+        points = [(45 + 25 * math.cos(turn + a), 35 + 22 * math.sin(turn + 1.1 * a)) for a in angles]
+        part = FigurePart(PartForm.STROKE, tuple(points), width, None, closed, dash, cap)
+        ours = whole(coverage.covered([part_shape(part, 1.0).at(coverage.HERE, 1.0)], SIZE)[0], SIZE)
+        theirs = drawn_by_resvg(
+            f'<{"polygon" if closed else "polyline"} points="{" ".join(f"{x},{y}" for x, y in points)}" fill="none"'
+            f' stroke="black" stroke-width="{width}" stroke-linecap="{cap}" stroke-linejoin="round"'
+            f' stroke-dasharray="{" ".join(map(str, dash)) or "none"}"/>'
+        )
+        assert ours.sum() == pytest.approx(theirs.sum(), rel=INK)
+        off = np.abs(ours - theirs)
+        if dash:  # where dashes meet in one pixel, what both of them cover is counted twice, up to a full pixel
+            assert (off > 0.05).sum() <= 0.1 * (theirs > 0.0).sum()
+        else:
+            assert off.max() < 0.05
