@@ -27,7 +27,7 @@ from movimentum.geometry import Affine
 from movimentum.rendering.canvas import Canvas
 from movimentum.rendering.coverage import HERE, disc
 from movimentum.rendering.prepare import PreparedMark
-from movimentum.rendering.shapes import Shape, line_shape, part_shape, round_shape
+from movimentum.rendering.shapes import Filled, line_shape, part_shape, round_shape
 from movimentum.rendering.sprites import Sprite
 from movimentum.solver.poses import Poses
 
@@ -39,7 +39,7 @@ class Item:
 
     def __init__(self, prepared: PreparedMark) -> None:
         self.prepared = prepared
-        self._shapes: list[Shape] | None = None
+        self._shapes: list[Filled] | None = None
 
     def state(self, poses: Poses) -> NDArray[np.float64]:
         """(F, K): all numbers that this item's picture depends on; equal rows are equal pictures."""
@@ -82,7 +82,7 @@ class Item:
                 pass
 
 
-def _shapes(mark: PolylineMark | DiscMark | FigureMark, scale: float, thinnest: float) -> list[Shape]:
+def _shapes(mark: PolylineMark | DiscMark | FigureMark, scale: float, thinnest: float) -> list[Filled]:
     """What a body consists of, back to front."""
     match mark:
         case PolylineMark():
@@ -93,7 +93,9 @@ def _shapes(mark: PolylineMark | DiscMark | FigureMark, scale: float, thinnest: 
             return [part_shape(part, scale, thinnest) for part in mark.parts]
 
 
-def _together(canvas: Canvas, shapes: Sequence[Shape], place: Affine, scale: float, paint: tuple[float, Color]) -> None:
+def _together(
+    canvas: Canvas, shapes: Sequence[Filled], place: Affine, scale: float, paint: tuple[float, Color]
+) -> None:
     """Shapes over each other, faded as one."""
 
     def parts(sheet: Canvas) -> None:

@@ -15,7 +15,7 @@ from movimentum.geometry import Affine
 from movimentum.rendering.coverage import FARTHEST, Floats, Outline, disc, stroke
 
 
-class Shape(NamedTuple):
+class Filled(NamedTuple):
     """An outline in pixels of the picture, but placed as in the frame of reference of its points (y up).
 
     With ``centre`` it is round: about that point of the frame of reference, however that is turned.
@@ -34,12 +34,12 @@ class Shape(NamedTuple):
         return self.outline, Affine(a / scale, b / scale, c, d / scale, e / scale, f)
 
 
-def round_shape(centre: Point, radius: float, width: float | None, scale: float, color: Color | None = None) -> Shape:
+def round_shape(centre: Point, radius: float, width: float | None, scale: float, color: Color | None = None) -> Filled:
     """A disc, or with ``width`` its line."""
-    return Shape(disc((0.0, 0.0), radius * scale, None if width is None else width * scale), centre, color)
+    return Filled(disc((0.0, 0.0), radius * scale, None if width is None else width * scale), centre, color)
 
 
-def part_shape(part: FigurePart, scale: float, thinnest: float = 0.0) -> Shape:
+def part_shape(part: FigurePart, scale: float, thinnest: float = 0.0) -> Filled:
     """A part of a figure; lines are at least ``thinnest`` pixels wide."""
     width = max(part.width * scale, thinnest)
     match part.form:
@@ -49,24 +49,24 @@ def part_shape(part: FigurePart, scale: float, thinnest: float = 0.0) -> Shape:
             return round_shape(part.points[0], part.radius, width / scale, scale, part.color)
         case PartForm.FILL:
             rings = [np.array(ring) * scale for ring in (part.points, *part.holes)]
-            return Shape(Outline.of(rings), None, part.color)
+            return Filled(Outline.of(rings), None, part.color)
         case PartForm.STROKE:
             points = [*part.points, part.points[0]] if part.closed and part.dash else part.points
             pieces = dashes(points, part.dash) if part.dash else [points]
             closed = part.closed and not part.dash
             rings = [ring for piece in pieces for ring in stroke(np.array(piece) * scale, width, part.cap, closed)]
-            return Shape(Outline.of(rings), None, part.color)
+            return Filled(Outline.of(rings), None, part.color)
 
 
-def line_shape(points: Sequence[Point], width: float, arrow: bool, scale: float, thinnest: float = 0.0) -> Shape:
+def line_shape(points: Sequence[Point], width: float, arrow: bool, scale: float, thinnest: float = 0.0) -> Filled:
     """A line with round caps and joins, with ``arrow`` a head whose tip is its last point."""
     corners: list[Point] = [(x, y) for x, y in np.clip(np.array(points) * scale, -FARTHEST, FARTHEST).tolist()]
     width = min(max(width * scale, thinnest), FARTHEST)
     parts = arrow_parts(corners, width) if arrow else None
     if parts is None:
-        return Shape(Outline.of(stroke(corners, width)))
+        return Filled(Outline.of(stroke(corners, width)))
     shaft, head = parts
-    return Shape(Outline.of([*stroke(shaft, width), _counter_clockwise(np.array(head))]))
+    return Filled(Outline.of([*stroke(shaft, width), _counter_clockwise(np.array(head))]))
 
 
 def _counter_clockwise(ring: Floats) -> Floats:

@@ -27,7 +27,7 @@ _CELL = 128  # pixels: a trace is laid over the picture in such squares, and tho
 _SHADES = 24  # of a path that fades
 
 
-class _Line:
+class _Nib:
     """The line of a trace: what is visible of the rows of its path, as outlines."""
 
     def __init__(self, mark: TraceMark, to_image: Affine) -> None:
@@ -50,9 +50,9 @@ class _Line:
             self._pen = None
         return Outline.of(rings)
 
-    def ahead(self) -> _Line:
+    def ahead(self) -> _Nib:
         """The same line, to go on with and to come back from."""
-        other = _Line(self._mark, self._to_image)
+        other = _Nib(self._mark, self._to_image)
         other._pen = copy(self._pen)
         return other
 
@@ -67,7 +67,7 @@ class TraceLayer:
     def __init__(self, trace: Trace, to_image: Affine, size: tuple[int, int]) -> None:
         self.trace = trace
         self._size = size
-        self._line = _Line(trace.mark, to_image)
+        self._line = _Nib(trace.mark, to_image)
         self._values = np.zeros((size[1], size[0]), dtype=np.uint8)
         self._done = 0
         self._rest: list[Coverage] = []
@@ -104,7 +104,7 @@ class TraceLayer:
         for stamps in self._stamps.values():
             canvas.drawn += stamps
 
-    def _covered(self, line: _Line, rows: Floats) -> list[Coverage]:
+    def _covered(self, line: _Nib, rows: Floats) -> list[Coverage]:
         return covered([(line.outline(rows), HERE)], self._size)[0]
 
     def _stamped(self, canvas: Canvas, cell: tuple[int, int], paint: tuple[float, Color]) -> list[Stamp]:
