@@ -20,7 +20,7 @@ from tests.drawing.films import everything
 from tests.drawing.likeness import LETTERS, Tolerance, unlike
 
 FINE = 4
-"""Drawings are read so many times as large, and averaged: at their own size, resvg draws thin circles too dark by a tenth.
+"""Drawings are read so many times as large, and averaged: at their own size, resvg draws thin circles a tenth too dark.
 Pictures are read as they are, for readers differ in how they make one larger.
 """
 
