@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
-from movimentum.drawing.parts import FigurePart, PartForm, Point, outlined, pin, rounded
+from movimentum.drawing.parts import FigurePart, PartForm, Point, circle, outlined, pin, ring, rounded
 from movimentum.scene.colors import INK
 from movimentum.scene.looks import DISC_RADIUS, edge_color, edge_width, size_of, width_of
 from movimentum.scene.model import Shape, Thing
@@ -85,21 +83,17 @@ def _link(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
 
 
 def _disc(thing: Thing, centre: Point) -> tuple[FigurePart, ...]:
-    from movimentum.drawing.parts import circle
-
     look, radius = thing.look, DISC_RADIUS if thing.radius is None else thing.radius
-    ring = tuple(circle(centre, radius, step=max(1.5, min(6.0, 60.0 / math.sqrt(radius))))[:-1])
     stroke = look.edge if look.edge is not None or look.fill is None else thing.color or look.edge
     width = edge_width(thing) if thing.width is None else thing.width
-    edge = FigurePart(PartForm.STROKE, (), width, stroke, True, look.dash)
-    if look.fill is None and (thing.width is not None or look.edge is None):
-        return outlined(ring, edge)[1:]  # a circle
-    if look.edge is None and not look.dash:
-        return (FigurePart(PartForm.DOT, (centre,), radius),) if thing.width is None else outlined(ring, edge)
-    if not look.dash:
-        outside = FigurePart(PartForm.DOT, (centre,), radius + width / 2.0, stroke)
-        return (outside, FigurePart(PartForm.DOT, (centre,), max(0.1, radius - width / 2.0)))
-    return outlined(ring, edge)
+    inside = FigurePart(PartForm.DOT, (centre,), radius)
+    if look.edge is None and not look.dash and thing.width is None:
+        return (inside,)
+    edge = ring(centre, radius, width, stroke)
+    if look.dash:
+        points = tuple(circle(centre, radius)[:-1])
+        edge = FigurePart(PartForm.STROKE, points, width, stroke, True, look.dash, "butt")
+    return (edge,) if look.fill is None and (thing.width is not None or look.edge is None) else (inside, edge)
 
 
 def support(

@@ -30,7 +30,7 @@ def gear_outline(thing: Thing) -> tuple[tuple[Point, ...], tuple[tuple[Point, ..
     # the gaps of a ring have the shape of a gear's teeth
     gap = _tooth(thing.teeth, radius, module, DEDENDUM, ADDENDUM)
     toothed = _around(centre, gap, thing.teeth, direction + math.pi / thing.teeth)
-    rim = tuple(circle(centre, radius + (DEDENDUM + RIM) * module, step=3.0)[:-1])
+    rim = tuple(circle(centre, radius + (DEDENDUM + RIM) * module)[:-1])
     return rim, (toothed[::-1],)
 
 

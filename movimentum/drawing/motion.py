@@ -98,8 +98,15 @@ def bounds(mark: ThingMark | OverMark, poses: Poses, corners: Sequence[Point]) -
 
 
 def _reach(part: FigurePart) -> float:
-    square = math.sqrt(2.0) if part.cap == "square" else 1.0
-    return part.width * (0.5 * square if part.form is PartForm.STROKE else 1.0 if part.form is PartForm.DOT else 0.0)
+    match part.form:
+        case PartForm.STROKE:
+            return part.width * (math.sqrt(0.5) if part.cap == "square" else 0.5)
+        case PartForm.DOT:
+            return part.width
+        case PartForm.RING:
+            return part.radius + part.width / 2.0
+        case PartForm.FILL:
+            return 0.0
 
 
 def _around(found: Sequence[FloatArray]) -> FloatArray:

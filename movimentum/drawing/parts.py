@@ -21,6 +21,7 @@ class PartForm(StrEnum):
     STROKE = "stroke"
     FILL = "fill"
     DOT = "dot"
+    RING = "ring"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +31,8 @@ class FigurePart:
     A STROKE is a line through ``points``, ``width`` wide, with round joins, ``dash`` (lengths of dashes and gaps in
     turn) and ``cap`` ("round", "butt" or "square") at its ends; a ``closed`` one returns to its beginning. A FILL is
     what is inside ``points`` and outside each of ``holes`` (which go round the other way). A DOT is a filled circle of
-    ``width`` about its one point. ``color`` None: that of the mark's paint.
+    radius ``width`` about its one point, a RING a line of ``width`` on the circle of ``radius``. ``color`` None: that
+    of the mark's paint.
     """
 
     form: PartForm
@@ -41,6 +43,7 @@ class FigurePart:
     dash: tuple[float, ...] = ()
     cap: str = "round"
     holes: tuple[tuple[Point, ...], ...] = ()
+    radius: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,11 +73,13 @@ def outlined(
 
 
 def pin(centre: Point, radius: float, edge: float, ink: Color, inside: Color) -> tuple[FigurePart, FigurePart]:
-    """A circle at a joint."""
-    return (
-        FigurePart(PartForm.DOT, (centre,), radius + edge / 2.0, ink),
-        FigurePart(PartForm.DOT, (centre,), max(0.1, radius - edge / 2.0), inside),
-    )
+    """A filled circle at a joint."""
+    return (FigurePart(PartForm.DOT, (centre,), radius, inside), ring(centre, radius, edge, ink))
+
+
+def ring(centre: Point, radius: float, width: float, color: Color | None) -> FigurePart:
+    """A circle."""
+    return FigurePart(PartForm.RING, (centre,), width, color, radius=radius)
 
 
 def dashes(points: Sequence[Point], pattern: tuple[float, ...]) -> list[list[Point]]:
@@ -136,9 +141,14 @@ class DashPen:
 MOST_DASHES = 5000
 
 
-def circle(centre: Point, radius: float, begin: float = 0.0, end: float = 360.0, step: float = 6.0) -> list[Point]:
+_OFF = 1 / 256
+"""World pixels between an arc and the straight pieces that stand for it: a turning one must not flicker."""
+
+
+def circle(centre: Point, radius: float, begin: float = 0.0, end: float = 360.0) -> list[Point]:
     """Points of an arc from ``begin`` to ``end`` (degrees), both included."""
-    count = max(1, math.ceil(abs(end - begin) / step))
+    step = math.degrees(math.sqrt(8.0 * _OFF / max(radius, 1e-9)))
+    count = max(1, math.ceil(abs(end - begin) / min(max(step, 0.5), 15.0)))
     turns = (math.radians(begin + (end - begin) * k / count) for k in range(count + 1))
     return [(centre[0] + radius * math.cos(turn), centre[1] + radius * math.sin(turn)) for turn in turns]
 

@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import BinaryIO
 
-from PIL import Image
-
-from movimentum.encoding.pieces import FrameClock, FramePiece, changed_box, saved
+from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, saved
+from movimentum.rendering.stamps import Frame, around
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _COMPRESSION = 3  # of 9: half the time of the default for a few per cent of size
@@ -37,15 +36,15 @@ def told(scale: float) -> bytes:
     return chunk(b"sRGB", b"\0") + (chunk(b"pHYs", struct.pack(">IIB", pixels, pixels, 1)) if pixels else b"")
 
 
-class ApngCoder:
+class ApngCoder(Coder):
     """Frames -> compressed scan lines."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
+    def code(self, frame: Frame) -> FramePiece | None:
         """See `Coder`."""
-        box = changed_box(image, previous)
+        box = around(frame.changed)
         if box is None:
             return None
-        png = saved(image.crop(box), "PNG", compress_level=_COMPRESSION)
+        png = saved(frame.image.crop(box), "PNG", compress_level=_COMPRESSION)
         return FramePiece(box, b"".join(data for kind, data in png_chunks(png) if kind == b"IDAT"))
 
 

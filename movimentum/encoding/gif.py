@@ -15,36 +15,49 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from movimentum.encoding.palette import Mapper, Palette
-from movimentum.encoding.pieces import Box, FrameClock, FramePiece, changed_box, parts, saved
+from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, parts, saved
+from movimentum.rendering.stamps import Box, Frame, around
 
 FASTEST = 50  # frames a second: browsers take a delay of 1/100 s for 1/10 s
 LARGEST = 65535  # pixels each way
 _LONGEST_DELAY = 65535
 
 
-class GifCoder:
-    """Frames -> image blocks in the colours of one palette."""
+class GifCoder(Coder):
+    """Frames -> image blocks in the colours of one palette. It keeps the picture that is shown, as indices."""
 
     def __init__(self, palette: Palette) -> None:
         self._palette = palette
         self._mapper: Mapper | None = None
+        self._indices: NDArray[np.uint8] | None = None
 
     def __reduce__(self) -> tuple[type[GifCoder], tuple[Palette]]:
         return GifCoder, (self._palette,)  # the look-up table is made again where it is needed
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
+    def see(self, frame: Frame) -> None:
         """See `Coder`."""
-        if self._mapper is None:
-            self._mapper = Mapper(self._palette)
-        box = changed_box(image, previous)
+        self._updated(frame)
+
+    def code(self, frame: Frame) -> FramePiece | None:
+        """See `Coder`."""
+        indices, box = self._updated(frame), around(frame.changed)
         if box is None:
             return None
-        if image.mode == "RGB":
-            part = image if previous is None else image.crop(box)
-            return FramePiece(box, image_block(self._mapper.indices(part)))
-        indices = self._mapper.indices(image)
-        box = box if previous is None else _shown(indices)
+        whole = Box(0, 0, *frame.image.size)
+        box = box if box == whole or frame.image.mode == "RGB" else _shown(indices)
         return FramePiece(box, image_block(np.ascontiguousarray(indices[box.top : box.bottom, box.left : box.right])))
+
+    def _updated(self, frame: Frame) -> NDArray[np.uint8]:
+        """The indices of a frame; only those are looked up that changed."""
+        if self._mapper is None:
+            self._mapper = Mapper(self._palette)
+        if self._indices is None:
+            self._indices = self._mapper.indices(frame.image)
+            return self._indices
+        for box in frame.changed:
+            part = frame.image.crop(box)
+            self._indices[box.top : box.bottom, box.left : box.right] = self._mapper.indices(part)
+        return self._indices
 
 
 def _shown(indices: NDArray[np.uint8]) -> Box:

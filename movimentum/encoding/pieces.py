@@ -12,16 +12,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, Protocol
 
-from PIL import Image, ImageChops
+from PIL import Image
 
-
-class Box(NamedTuple):
-    """Pixels from (left, top) to (right, bottom), the latter excluded."""
-
-    left: int
-    top: int
-    right: int
-    bottom: int
+from movimentum.rendering.stamps import Box, Frame
 
 
 class FramePiece(NamedTuple):
@@ -32,10 +25,13 @@ class FramePiece(NamedTuple):
 
 
 class Coder(Protocol):
-    """Encodes one frame; a value that is sent to other processes. It may keep tables that do not change the result."""
+    """Encodes the frames of one session in order; a value that is sent to other processes."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
-        """``image`` after ``previous`` (None: as the first frame); None where nothing changed."""
+    def see(self, frame: Frame) -> None:
+        """``frame`` is shown, but it is not to be encoded: what comes next is told by how it differs."""
+
+    def code(self, frame: Frame) -> FramePiece | None:
+        """What ``frame`` changes; None for nothing."""
         ...
 
 
@@ -57,16 +53,6 @@ class PieceWriter(Protocol):
 
 _NO_MEMORY = re.compile(r"out of memory|codec configuration error|encoding error [12]\b")
 """How the encoders report a lack of memory (zlib as an invalid configuration; 1 and 2 are libwebp's numbers)."""
-
-
-def changed_box(image: Image.Image, previous: Image.Image | None) -> Box | None:
-    """The smallest box outside of which two pictures of one size and mode are the same; None if they are the same."""
-    if previous is None:
-        return Box(0, 0, image.width, image.height)
-    if image is previous:
-        return None
-    box = ImageChops.difference(image, previous).getbbox(alpha_only=False)
-    return None if box is None else Box(*box)
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.encoding.pieces import Coder, FramePiece
 from movimentum.errors import MovimentumError
 from movimentum.rendering.painter import Painter, PaintSession
+from movimentum.rendering.stamps import Box
 from movimentum.rendering.stream import PoseSource, chunks, concatenate, pieces
 from movimentum.solver.poses import Poses
 
@@ -111,14 +112,9 @@ def workers_that_pay(seconds_a_frame: float, frames: int, held: int = 0) -> int:
 
 def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Generator[Pieces, None, None]:
     session = PaintSession(painter)
-    previous: Image.Image | None = None
     for run in runs(source):
         poses = run.poses.select(slice(1, None)) if run.lead else run.poses
-        coded: Pieces = []
-        for image in session.frames(poses):
-            coded.append(coder.code(image, previous))
-            previous = image
-        yield coded
+        yield [coder.code(frame) for frame in session.changes(poses)]
 
 
 # --- in others ------------------------------------------------------------------------------------------------
@@ -126,11 +122,13 @@ def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Generator
 
 def _code_run(session: PaintSession, coder: Coder, run: FrameRun) -> Pieces:
     coded: Pieces = []
-    previous: Image.Image | None = None
-    for image in session.frames(run.poses):
-        if previous is not None or not run.lead:
-            coded.append(coder.code(image, previous))
-        previous = image
+    for number, frame in enumerate(session.changes(run.poses)):
+        if number == 0 and run.lead:
+            coder.see(frame)
+            continue
+        if number == 0:  # the first of the film: all of it is new, whatever this session drew before
+            frame = frame._replace(changed=(Box(0, 0, *frame.image.size),))
+        coded.append(coder.code(frame))
     return coded
 
 
@@ -271,7 +269,7 @@ def timed_frames(painter: Painter, source: PoseSource, positions: Sequence[int])
         while ahead and ahead[0] < start + size:
             position = ahead.pop(0) - start
             began = time.perf_counter()
-            images += session.frames(chunk.select(slice(position, position + 1)))
+            images += [image.copy() for image in session.frames(chunk.select(slice(position, position + 1)))]
             fastest = min(fastest, time.perf_counter() - began)
         if not ahead:
             break

@@ -8,7 +8,8 @@ from pathlib import Path
 from PIL import Image
 
 from movimentum.encoding.apng import AFTER_HEADER, told
-from movimentum.encoding.pieces import Box, FramePiece, saved
+from movimentum.encoding.pieces import Coder, FramePiece, saved
+from movimentum.rendering.stamps import Box, Frame
 
 JPEG_LARGEST = 65_500
 """Pixels each way: the JPEG library's limit."""
@@ -17,27 +18,28 @@ _QUALITY = 95  # of 100; with colours at full resolution (subsampling 0), for dr
 
 
 @dataclass(frozen=True, slots=True)
-class PngCoder:
+class PngCoder(Coder):
     """Frames -> whole files, which say that their colours are sRGB, and how large they are at a ``scale``; a frame like
     the one before is not encoded again.
     """
 
     scale: float = 1.0
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
+    def code(self, frame: Frame) -> FramePiece | None:
         """See `Coder`."""
-        if image is previous:
+        if not frame.changed:
             return None
-        data = saved(image, "PNG", compress_level=_COMPRESSION)
-        return _piece(image, data[:AFTER_HEADER] + told(self.scale) + data[AFTER_HEADER:])
+        data = saved(frame.image, "PNG", compress_level=_COMPRESSION)
+        return _piece(frame.image, data[:AFTER_HEADER] + told(self.scale) + data[AFTER_HEADER:])
 
 
-class JpegCoder:
+class JpegCoder(Coder):
     """Opaque frames -> whole files; a frame like the one before is not encoded again."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
+    def code(self, frame: Frame) -> FramePiece | None:
         """See `Coder`."""
-        return None if image is previous else _piece(image, saved(image, "JPEG", quality=_QUALITY, subsampling=0))
+        image = frame.image
+        return _piece(image, saved(image, "JPEG", quality=_QUALITY, subsampling=0)) if frame.changed else None
 
 
 def _piece(image: Image.Image, data: bytes) -> FramePiece:

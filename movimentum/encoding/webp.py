@@ -11,26 +11,25 @@ from fractions import Fraction
 from importlib import import_module
 from typing import BinaryIO
 
-from PIL import Image
-
-from movimentum.encoding.pieces import Box, FrameClock, FramePiece, changed_box, saved
+from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, saved
+from movimentum.rendering.stamps import Box, Frame, around
 
 LARGEST = 16383  # pixels each way
 _LONGEST_DELAY = (1 << 24) - 1
 _EFFORT = 0  # of 6
 
 
-class WebpCoder:
+class WebpCoder(Coder):
     """Frames -> image chunks."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
+    def code(self, frame: Frame) -> FramePiece | None:
         """See `Coder`."""
-        box = changed_box(image, previous)
+        box = around(frame.changed)
         if box is None:
             return None
         box = Box(box.left & ~1, box.top & ~1, box.right, box.bottom)  # the container holds half the offset
         try:
-            webp = saved(image.crop(box), "WEBP", lossless=True, quality=0, method=_EFFORT, exact=True)
+            webp = saved(frame.image.crop(box), "WEBP", lossless=True, quality=0, method=_EFFORT, exact=True)
         except KeyError:  # Pillow could not load its library, and said nothing: this import says why
             import_module("PIL._webp")
             raise

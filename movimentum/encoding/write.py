@@ -25,7 +25,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
-from PIL import Image
+from PIL import Image, ImageChops
 
 from movimentum.budget import held
 from movimentum.diagnostics import Diagnostic, Severity
@@ -41,6 +41,7 @@ from movimentum.encoding.webp import WebpCoder, WebpWriter
 from movimentum.errors import usage_error
 from movimentum.output.files import whole_file, whole_folder
 from movimentum.rendering.painter import Painter, PaintSession
+from movimentum.rendering.stamps import Box, Frame
 from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, pieces, thinned
 from movimentum.solver.poses import Poses
 from movimentum.terminal import typed
@@ -205,7 +206,7 @@ class _Job:
             if images is None:
                 images, seconds = timed_frames(self.painter, self.source, sorted({0, self.total // 2}))
             began = time.perf_counter()
-            coder.code(images[-1], images[0])
+            coder.code(_after(images[-1], images[0]))
             if self.elsewhere.takes((seconds + time.perf_counter() - began) * self.total):
                 return 0
         if self.workers is not None:
@@ -215,7 +216,7 @@ class _Job:
         if images is None:
             images, seconds = timed_frames(self.painter, self.source, [0, self.total // 2])
         began = time.perf_counter()
-        coder.code(images[-1], images[-2])
+        coder.code(_after(images[-1], images[-2]))
         return workers_that_pay(seconds + time.perf_counter() - began, self.total, held())
 
 
@@ -230,6 +231,12 @@ class _Thinned:
 
     def __iter__(self) -> Iterator[Poses]:
         return thinned(self.source, self.fps, self.limit, self.keep)
+
+
+def _after(image: Image.Image, before: Image.Image) -> Frame:
+    """A frame that is shown after another one."""
+    box = ImageChops.difference(image, before).getbbox(alpha_only=False)
+    return Frame(image, () if box is None else (Box(*box),))
 
 
 def _write_gif(job: _Job, path: Path) -> WriteReport:
@@ -271,7 +278,8 @@ def _write_boxes(job: _Job, path: Path) -> WriteReport:
 def _write_still(job: _Job, path: Path) -> WriteReport:
     with whole_file(path) as part:
         poses = next(chunks(job.source))
-        piece = job.picture_coder().code(job.painter.frame(poses, 0), None)
+        image = job.painter.frame(poses, 0)
+        piece = job.picture_coder().code(Frame(image, (Box(0, 0, *image.size),)))
         part.write_bytes(piece.data if piece else b"")
     job.tell(1)
     return job.report([path], 1 / job.fps, 1)

@@ -1,75 +1,59 @@
-"""The picture while it is being drawn: opaque RGB, or straight RGBA if the background is transparent."""
+"""What the layers of a picture draw on: it keeps what is drawn, to be laid over the picture."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
-from PIL import Image, ImageChops
+import numpy as np
+from PIL import Image
 
-from movimentum.drawing.parts import FigurePart, PartForm
 from movimentum.drawing.style import Color
 from movimentum.geometry import Affine
-from movimentum.rendering.coverage import Coverage, Point, bounded, clipped, disc, stroke
+from movimentum.rendering.coverage import Coverage, Outline, covered
 from movimentum.rendering.sprites import Sprite
+from movimentum.rendering.stamps import Box, Faded, Stamp, Stamps, around
 
 
 class Canvas:
-    """Draws onto ``image`` in place; ``draft`` draws fast and jagged."""
+    """A sheet of ``size``; ``draft`` draws jagged."""
 
-    __slots__ = ("draft", "image", "size")
+    __slots__ = ("draft", "drawn", "size")
 
-    def __init__(self, image: Image.Image, draft: bool) -> None:
-        self.image = image
-        self.size = image.size
+    def __init__(self, size: tuple[int, int], draft: bool) -> None:
+        self.size = size
         self.draft = draft
+        self.drawn: list[Stamp | _Fill | _Group] = []
 
-    def line(self, points: Sequence[Point], width: float) -> Coverage | None:
-        """The coverage of a polyline, in this canvas' quality."""
-        return _jagged_stroke(points, width, self.size) if self.draft else stroke(points, width, self.size)
-
-    def part(self, part: FigurePart, rings: Sequence[Sequence[Point]], scale: float) -> Coverage | None:
-        """The coverage of a part of a figure whose points (and holes) are at ``rings`` on this canvas."""
-        from movimentum.rendering import areas  # only figures need it
-
-        width = part.width * scale
-        match part.form:
-            case PartForm.DOT:
-                return disc(rings[0][0], width, None, self.size)
-            case PartForm.FILL:
-                return areas.outline(rings, self.size)
-            case PartForm.STROKE if self.draft and not part.dash:
-                return self.line([*rings[0], rings[0][0]] if part.closed else rings[0], width)
-            case PartForm.STROKE if not (part.closed or part.dash) and part.cap == "round":
-                return stroke(rings[0], width, self.size)
-            case PartForm.STROKE:
-                dash = tuple(length * scale for length in part.dash)
-                return areas.line(rings[0], width, self.size, part.closed, dash, part.cap)
+    @property
+    def thinnest(self) -> float:
+        """How wide a line is at least, in pixels: a thinner one would not be seen in a draft."""
+        return 1.0 if self.draft else 0.0
 
     def together(self, opacity: float, paint: Callable[[Canvas], None]) -> None:
-        """Paint several things at full opacity and lay them over the canvas as one: nothing shows through twice."""
+        """Paint several things at full opacity and lay them over the picture as one."""
         if opacity <= 0.0:
             return
+        sheet = Canvas(self.size, self.draft)
+        paint(sheet)
         if opacity >= 1.0:
-            paint(self)
-            return
-        after = self.image.copy()
-        paint(Canvas(after, self.draft))
-        box = ImageChops.difference(self.image, after).getbbox(alpha_only=False)
-        if box is None:
-            return
-        before, after = self.image.crop(box), after.crop(box)
-        if self.image.mode == "RGBA":  # colours of clear pixels must not count
-            mixed = Image.blend(before.convert("RGBa"), after.convert("RGBa"), opacity).convert("RGBA")
+            self.drawn += sheet.drawn
         else:
-            mixed = Image.blend(before, after, opacity)
-        self.image.paste(mixed, box[:2])
+            self.drawn.append(_Group(sheet, opacity))
 
-    def fill(self, coverage: Coverage | None, color: Color, opacity: float = 1.0) -> None:
-        """Lay ``color`` over the canvas by ``coverage``, as opaque as ``opacity`` (0 to 1)."""
-        if coverage is not None and opacity > 0.0:
-            self._mask(Image.fromarray(coverage.values), coverage.left, coverage.top, color, opacity)
+    def fill(self, placed: tuple[Outline, Affine], color: Color, opacity: float = 1.0) -> None:
+        """Lay ``color`` over what is inside an outline, as opaque as ``opacity`` (0 to 1)."""
+        if opacity > 0.0:
+            self.drawn.append(_Fill(placed, color, opacity))
+
+    def masks(self, coverages: Sequence[Coverage], color: Color, opacity: float) -> Iterator[Stamp]:
+        """Stamps of what is covered."""
+        for left, top, values in coverages:
+            if self.draft:
+                values = np.where(values > 127, np.uint8(255), np.uint8(0))
+            rows, columns = values.shape
+            mask = Image.frombuffer("L", (columns, rows), values.tobytes(), "raw", "L", 0, 1)
+            yield _mask(mask, left, top, color, opacity)
 
     def picture(self, sprite: Sprite, to_canvas: Affine, opacity: float, color: Color) -> None:
         """Lay a transformed sprite over the canvas: a coverage (mode L) in ``color``, or a picture tinted with it."""
@@ -83,27 +67,60 @@ class Canvas:
             return
         image, left, top = found
         if image.mode == "L":
-            self._mask(image, left, top, color, opacity)
+            self.drawn.append(_mask(image, left, top, color, opacity))
             return
         straight = image.convert("RGBA")
         if color != (255, 255, 255):
             straight = _tinted(straight, color)
         if opacity < 1.0:
             straight.putalpha(_faded(straight.getchannel("A"), opacity))
-        if self.image.mode == "RGB":
-            self.image.paste(straight, (left, top), straight)
-        else:
-            self.image.alpha_composite(straight, (left, top))
+        self.drawn.append(Stamp(Box(left, top, left + image.width, top + image.height), straight))
 
-    def _mask(self, mask: Image.Image, left: int, top: int, color: Color, opacity: float) -> None:
-        if opacity < 1.0:
-            mask = _faded(mask, opacity)
-        if self.image.mode == "RGB":
-            self.image.paste(color, (left, top, left + mask.width, top + mask.height), mask)
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fill:
+    placed: tuple[Outline, Affine]
+    color: Color
+    opacity: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Group:
+    sheet: Canvas
+    opacity: float
+
+
+def stamped(canvases: Sequence[Canvas]) -> list[Stamps]:
+    """What each canvas keeps, as stamps; the coverage of all shapes is computed together."""
+    shapes = list(_fills(canvases))
+    found = iter(covered([fill.placed for fill in shapes], canvases[0].size) if shapes else ())
+    return [_resolved(canvas, found) for canvas in canvases]
+
+
+def _fills(canvases: Sequence[Canvas]) -> Iterator[_Fill]:
+    for canvas in canvases:
+        for item in canvas.drawn:
+            if isinstance(item, _Group):
+                yield from _fills([item.sheet])
+            elif isinstance(item, _Fill):
+                yield item
+
+
+def _resolved(canvas: Canvas, coverages: Iterator[list[Coverage]]) -> Stamps:
+    """The stamps of a canvas; ``coverages`` of its shapes come in their order."""
+    found: list[Stamp | Faded] = []
+    sheet = Canvas(canvas.size, canvas.draft)
+    for item in canvas.drawn:
+        if isinstance(item, _Fill):
+            found += sheet.masks(next(coverages), item.color, item.opacity)
+        elif isinstance(item, _Group):
+            inside = _resolved(item.sheet, coverages)
+            box = around(stamp.box for stamp in inside)
+            if box is not None:
+                found.append(Faded(box, tuple(inside), item.opacity))
         else:
-            layer = Image.new("RGB", mask.size, color)
-            layer.putalpha(mask)
-            self.image.alpha_composite(layer, (left, top))
+            found.append(item)
+    return found
 
 
 def _upright(place: Affine) -> Affine:
@@ -118,34 +135,10 @@ def _tinted(straight: Image.Image, color: Color) -> Image.Image:
     return straight.point([round(value * factor / 255) for factor in (*color, 255) for value in range(256)])
 
 
+def _mask(mask: Image.Image, left: int, top: int, color: Color, opacity: float) -> Stamp:
+    mask = _faded(mask, opacity) if opacity < 1.0 else mask
+    return Stamp(Box(left, top, left + mask.width, top + mask.height), mask, color)
+
+
 def _faded(mask: Image.Image, opacity: float) -> Image.Image:
     return mask.point([round(value * opacity) for value in range(256)])
-
-
-def _jagged_stroke(points: Sequence[Point], width: float, size: tuple[int, int]) -> Coverage | None:
-    """A polyline by Pillow's own drawing: whole pixels, no anti-aliasing."""
-    import numpy as np
-    from PIL import ImageDraw  # slow to import; only drafts need it
-
-    points = bounded(points)
-    thick = max(1, round(min(width, 4.0 * sum(size))))
-    reach = thick / 2.0 + 1.0
-    window = (-reach, -reach, size[0] + reach, size[1] + reach)
-    pairs = list(pairwise(points)) or [(points[0], points[0])]
-    kept = [pair for p, q in pairs if (pair := clipped(p, q, window)) is not None]
-    if not kept:
-        return None
-    xs, ys = [x for pair in kept for x, _ in pair], [y for pair in kept for _, y in pair]
-    left, top = max(0, math.floor(min(xs) - reach)), max(0, math.floor(min(ys) - reach))
-    right, bottom = min(size[0], math.ceil(max(xs) + reach)), min(size[1], math.ceil(max(ys) + reach))
-    if right <= left or bottom <= top:
-        return None
-    mask = Image.new("L", (right - left, bottom - top), 0)
-    draw = ImageDraw.Draw(mask)
-    for pair in kept:
-        ends = [(x - left - 0.5, y - top - 0.5) for x, y in pair]
-        draw.line(ends, fill=255, width=thick)
-        if thick > 2:  # round caps and joins
-            for x, y in ends:
-                draw.ellipse((x - thick / 2, y - thick / 2, x + thick / 2, y + thick / 2), fill=255)
-    return Coverage(left, top, np.asarray(mask))

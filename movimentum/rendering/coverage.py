@@ -1,26 +1,38 @@
-"""How much of each pixel a shape covers, from the distance to its outline, in NumPy.
+"""How much of each pixel a shape covers: the exact area inside outlines, from the signed areas beside their edges.
 
-All coordinates are continuous image coordinates (see `geometry`). A result is a `Coverage`: uint8, 0 to 255, with the
-canvas position of its upper-left pixel. It is None if the shape misses the canvas.
+An edge adds, to each pixel that it crosses, the area to its right in that pixel, and to all pixels further right in the
+row its height; edges that go up subtract. So the running sum along a row is the area inside (as in font rasterisers).
+All edges are cut at pixel borders at once, in NumPy. Outlines that overlap go round the same way (holes the other way):
+then what is inside several of them is covered once.
+
+All coordinates are continuous image coordinates (see `geometry`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from itertools import pairwise
-from typing import NamedTuple, TypeAlias
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.drawing.model import Point
+from movimentum.geometry import Affine
 
-Floats: TypeAlias = NDArray[np.float32]
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
 
-FARTHEST = 1e9  # pixels: farther points are drawn as if they were there, wider lines as if they had this width
-_WIDEST = 1e6
-_BAND = 48  # pixels along a stroke that are computed at a time: a diagonal's box is nearly empty
+FARTHEST = 1e9  # pixels: farther points are drawn as if they were there
+_SNAP = 65536.0  # parts of a pixel: what is the same but for rounding has the same pixels
+_FAINT = 64  # levels: of a shape with no more, rounding changes the ink; so what a pixel loses is given to the next
+_WHOLE = float(1 << 24)  # parts of a pixel's area, of which sums are exact
+_SMALL = 4096  # pixels of a box that is computed as a whole
+_AT_ONCE = 4_000_000  # pixels of boxes that are computed together
+STRIP = 32  # rows of the canvas that are computed and laid over it together: a diagonal's box is nearly empty
+
+
+HERE = Affine(1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
 class Coverage(NamedTuple):
@@ -31,184 +43,281 @@ class Coverage(NamedTuple):
     values: NDArray[np.uint8]
 
 
-def bounded(points: Sequence[Point]) -> list[Point]:
-    """The points, none farther than `FARTHEST`, so that nothing computed from them overflows."""
-    far = FARTHEST
-    return [(min(max(x, -far), far), min(max(y, -far), far)) for x, y in points]
+class Outline:
+    """Closed polygons: their ``points`` (N, 2), each followed by the point whose number is in ``after`` (N,)."""
+
+    __slots__ = ("after", "points")
+
+    def __init__(self, points: Floats, after: Ints) -> None:
+        self.points, self.after = points, after
+
+    @classmethod
+    def of(cls, rings: Sequence[Sequence[Point] | Floats]) -> Outline:
+        """An outline of its polygons."""
+        arrays = [np.asarray(ring, dtype=np.float64).reshape(-1, 2) for ring in rings]
+        points = np.concatenate([*arrays, np.empty((0, 2))])
+        after = np.arange(1, len(points) + 1)
+        start = 0
+        for array in arrays:
+            if len(array):
+                after[start + len(array) - 1] = start
+            start += len(array)
+        return cls(points, after)
 
 
-def stroke(points: Sequence[Point], width: float, size: tuple[int, int]) -> Coverage | None:
-    """A polyline of ``width`` with round caps and joins; where it overlaps itself, it is still one coverage.
+def covered(placed: Sequence[tuple[Outline, Affine]], size: tuple[int, int]) -> list[list[Coverage]]:
+    """What is inside each of some outlines, moved by its map, on a canvas of ``size``: rectangles that do not overlap.
 
-    Exact across a straight piece: a pixel's coverage is the part of its unit interval within the line, also
-    for lines thinner than a pixel.
+    Sums are whole numbers, so a shape has the same pixels whatever else is computed with it.
     """
-    points, radius = bounded(points), min(width, _WIDEST) / 2.0
-    if radius <= 0.0:
-        return None
-    reach = radius + 0.5
-    box = _box(points, reach, size)
-    if box is None:
-        return None
-    left, top, right, bottom = box
-    values = np.zeros((bottom - top, right - left), dtype=np.uint8)
-    pairs = list(pairwise(points)) or [(points[0], points[0])]
-    window = (left - reach - 2.0, top - reach - 2.0, right + reach + 2.0, bottom + reach + 2.0)
-    for p, q in pairs:
-        kept = clipped(p, q, window)
-        if kept is not None:
-            (px, py), (qx, qy) = kept
-            _capsule(values, (px - left, py - top), (qx - left, qy - top), radius, len(pairs) > 1)
-    return Coverage(left, top, values)
+    found: list[list[Coverage]] = [[] for _ in placed]
+    if not placed:
+        return found
+    shape = np.repeat(np.arange(len(placed)), [len(outline.points) for outline, _ in placed])
+    if not len(shape):
+        return found
+    points = np.concatenate([outline.points for outline, _ in placed])
+    maps = np.array([place for _, place in placed])[shape].T
+    start = np.concatenate([[0], np.cumsum([len(outline.points) for outline, _ in placed])])
+    after = np.concatenate([outline.after for outline, _ in placed]) + start[shape]
+    x, y = (
+        np.rint(np.clip(points[:, 0] * u + points[:, 1] * v + w, -FARTHEST, FARTHEST) * _SNAP) / _SNAP
+        for u, v, w in (maps[:3], maps[3:])
+    )
+    first = 0
+    cells = np.cumsum(_boxes(x, y, start, size))
+    for end in (*np.flatnonzero(np.diff(cells // _AT_ONCE)) + 1, len(placed)):
+        part = slice(int(start[first]), int(start[end]))
+        to = after[part]
+        edges = (shape[part], x[part], y[part], x[to], y[to])
+        for number, tile in _tiles(*_pieces(edges, size), size[0]):
+            found[number].append(tile)
+        first = int(end)
+    return found
 
 
-def disc(centre: Point, radius: float, width: float | None, size: tuple[int, int]) -> Coverage | None:
-    """A filled circle, or with ``width`` its outline of that width, centred on the circle."""
-    [centre], radius = bounded([centre]), min(radius, FARTHEST)
-    width = None if width is None else min(width, _WIDEST)
-    reach = radius + (width or 0.0) / 2.0 + 0.5
-    box = _box([centre], reach, size)
-    if box is None or radius < 0.0:
-        return None
-    left, top, right, bottom = box
-    # doubles: a large circle's distances are differences of large numbers
-    x = np.arange(left, right) + (0.5 - centre[0])
-    y = np.arange(top, bottom)[:, None] + (0.5 - centre[1])
-    distance = np.hypot(x, y)
-    if width is None:
-        covered = np.clip(radius + 0.5 - distance, 0.0, min(1.0, math.pi * radius * radius))
-    else:
-        covered = np.clip(width / 2.0 + 0.5 - np.abs(distance - radius), 0.0, min(1.0, width))
-    return Coverage(left, top, _bytes(covered))
+def _boxes(x: Floats, y: Floats, start: Ints, size: tuple[int, int]) -> Ints:
+    """About how many pixels the box of each shape has on the canvas."""
+    reach = np.ones(len(start) - 1)
+    filled = np.flatnonzero(np.diff(start))
+    for values, most in ((x, size[0]), (y, size[1])):
+        low, high = (f.reduceat(values, start[filled]) for f in (np.minimum, np.maximum))
+        reach[filled] *= np.clip(high, 0.0, most) - np.clip(low, 0.0, most) + 1.0
+    return reach.astype(np.int64)
 
 
-def polygon(corners: Sequence[Point], size: tuple[int, int]) -> Coverage | None:
-    """A convex polygon, its corners in either sense of rotation."""
-    corners = bounded(corners)
-    box = _box(corners, 0.5, size)
-    area = sum(px * qy - qx * py for (px, py), (qx, qy) in _edges(corners))
-    if box is None or area == 0.0:
-        return None
-    left, top, right, bottom = box
-    x = np.arange(left, right) + 0.5
-    y = np.arange(top, bottom)[:, None] + 0.5
-    covered = np.ones((bottom - top, right - left))
-    for (px, py), (qx, qy) in _edges(corners):
-        length = math.hypot(qx - px, qy - py)
-        if length > 0.0:
-            sense = math.copysign(1.0 / length, area)
-            nx, ny = -(qy - py) * sense, (qx - px) * sense  # inward
-            np.minimum(covered, (x - px) * nx + (y - py) * ny + 0.5, out=covered)
-    return Coverage(left, top, _bytes(np.clip(covered, 0.0, 1.0)))
+Edges: TypeAlias = tuple[Ints, Floats, Floats, Floats, Floats]
+"""Whose they are, and where they begin and end: x, y, x, y."""
 
 
-def union(parts: Sequence[Coverage | None]) -> Coverage | None:
-    """One coverage from several: the largest value of each pixel."""
-    present = [part for part in parts if part is not None]
-    if len(present) < 2:
-        return present[0] if present else None
-    left, top = min(part.left for part in present), min(part.top for part in present)
-    right = max(part.left + part.values.shape[1] for part in present)
-    bottom = max(part.top + part.values.shape[0] for part in present)
-    values = np.zeros((bottom - top, right - left), dtype=np.uint8)
-    for part in present:
-        rows, columns = part.values.shape
-        into = values[part.top - top : part.top - top + rows, part.left - left : part.left - left + columns]
-        np.maximum(into, part.values, out=into)
-    return Coverage(left, top, values)
+def _pieces(edges: Edges, size: tuple[int, int]) -> Edges:
+    """The edges on a canvas, cut at the borders of pixels."""
+    width, height = size
+    shape, x0, y0, x1, y1 = edges
+    outside = (np.minimum(x0, x1) < 0.0) | (np.minimum(y0, y1) < 0.0)
+    outside |= (np.maximum(x0, x1) > width) | (np.maximum(y0, y1) > height)
+    if outside.any():
+        clipped = _clipped([values[outside] for values in edges], width, height)
+        shape = np.concatenate([shape[~outside], clipped[0]])
+        x0, y0, x1, y1 = (np.concatenate([v[~outside], c]) for v, c in zip(edges[1:], clipped[1:], strict=True))
+    kept = y0 != y1
+    shape, x0, y0, x1, y1 = shape[kept], x0[kept], y0[kept], x1[kept], y1[kept]
+    shape, y0, x0, y1, x1 = _cut(shape, y0, x0, y1, x1)
+    return _cut(shape, x0, y0, x1, y1)
 
 
-def _edges(corners: Sequence[Point]) -> list[tuple[Point, Point]]:
-    return list(zip(corners, [*corners[1:], corners[0]], strict=True))
+def _tiles(shape: Ints, x0: Floats, y0: Floats, x1: Floats, y1: Floats, width: int) -> Iterator[tuple[int, Coverage]]:
+    """The coverage from edges within pixels, in rows that are computed together, as wide as they need."""
+    if not len(shape):
+        return
+    rise, middle = (y1 - y0) * _WHOLE, (x0 + x1) * 0.5
+    row = np.minimum(y0, y1).astype(np.int64)
+    column = middle.astype(np.int64)
+    beyond = np.rint((middle - column) * rise)
+    # rows of a shape that is not small are divided into strips: a diagonal's box is nearly empty
+    count = int(shape.max()) + 1
+    top, bottom = _extent(shape, row, count)
+    left, right = _extent(shape, column, count)
+    small = (bottom - top) * (right - left) <= _SMALL
+    strips = np.where(small, 1, bottom // STRIP - top // STRIP + 1).clip(0)
+    base = np.cumsum(strips) - strips
+    tile = base[shape] + np.where(small[shape], 0, row // STRIP - top[shape] // STRIP)
+    count = int(strips.sum())
+    owner = np.repeat(np.arange(len(strips)), strips)
+    top, bottom = _extent(tile, row, count)
+    left, right = _extent(tile, column, count)
+    wide = np.maximum(right - left + 2, 0)  # one more column: what is right of the last edge
+    begin = np.concatenate([[0], np.cumsum(wide * np.maximum(bottom - top + 1, 0))])
+    place = (begin[:-1] - left)[tile] + (row - top[tile]) * wide[tile] + column
+    area = np.bincount(np.concatenate([place, place + 1]), np.concatenate([rise - beyond, beyond]), int(begin[-1]))
+    np.cumsum(area, out=area)  # a row's sum is zero, so it does not reach the next
+    np.abs(area, out=area)
+    area *= 255.0 / _WHOLE
+    np.minimum(area, 255.0, out=area)
+    area += 0.5
+    values = area.astype(np.uint8)
+    seen = np.flatnonzero(wide)
+    most = np.zeros(len(strips), dtype=np.uint8)
+    np.maximum.at(most, owner[seen], np.maximum.reduceat(values, begin[seen]))
+    for number, start, end, broad, x, y in np.stack(
+        [owner[seen], begin[seen], begin[seen + 1], wide[seen], left[seen], top[seen]], axis=1
+    ).tolist():
+        columns = min(broad - 1, width - x)
+        if columns > 0 and most[number]:
+            part = values[start:end]
+            if most[number] < _FAINT:
+                part = np.diff(np.floor(np.cumsum(area[start:end] - 0.5) + 0.5), prepend=0.0).astype(np.uint8)
+            yield number, Coverage(x, y, part.reshape(-1, broad)[:, :columns])
 
 
-def _bytes(covered: NDArray[np.floating]) -> NDArray[np.uint8]:
-    covered *= 255.0
-    covered += 0.5
-    return covered.astype(np.uint8)
+def _extent(group: Ints, values: Ints, count: int) -> tuple[Ints, Ints]:
+    """The least and the greatest value of each group; the least is larger where there is none."""
+    least, greatest = np.full(count, 1 << 40), np.full(count, -1)
+    np.minimum.at(least, group, values)
+    np.maximum.at(greatest, group, values)
+    return least, greatest
 
 
-def _box(points: Sequence[Point], reach: float, size: tuple[int, int]) -> tuple[int, int, int, int] | None:
-    xs, ys = [point[0] for point in points], [point[1] for point in points]
-    left, top = max(0, math.floor(min(xs) - reach)), max(0, math.floor(min(ys) - reach))
-    right, bottom = min(size[0], math.ceil(max(xs) + reach)), min(size[1], math.ceil(max(ys) + reach))
-    return None if right <= left or bottom <= top else (left, top, right, bottom)
+def _clipped(edges: Sequence[NDArray[Any]], width: int, height: int) -> Edges:
+    """The edges within the canvas; what is beside it is moved to its sides, so that areas are the same."""
+    shape, x0, y0, x1, y1 = edges
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = [(0.0 - x0) / (x1 - x0), (width - x0) / (x1 - x0), (0.0 - y0) / (y1 - y0), (height - y0) / (y1 - y0)]
+    inside = np.clip(np.nan_to_num(np.stack([np.zeros(len(x0)), *at, np.ones(len(x0))]), posinf=1.0), 0.0, 1.0)
+    cuts = np.sort(inside, axis=0)
+    x, y = np.clip(x0 + cuts * (x1 - x0), 0.0, width), _even(np.clip(y0 + cuts * (y1 - y0), 0.0, height))
+    x[-1], y[-1] = np.clip(x1, 0.0, width), np.clip(y1, 0.0, height)
+    return np.tile(shape, 5), x[:-1].ravel(), y[:-1].ravel(), x[1:].ravel(), y[1:].ravel()
 
 
-def clipped(p: Point, q: Point, window: tuple[float, float, float, float]) -> tuple[Point, Point] | None:
-    """The part of a segment inside a window (Liang and Barsky 1984); its new ends lie too far out to be seen.
+def _cut(shape: Ints, u0: Floats, v0: Floats, u1: Floats, v1: Floats) -> Edges:
+    """The edges, cut wherever ``u`` passes a whole number."""
+    count = np.maximum(np.ceil(np.maximum(u0, u1)) - np.floor(np.minimum(u0, u1)), 1.0).astype(np.int64)
+    total = int(count.sum())
+    if total == len(u0):
+        return shape, u0, v0, u1, v1
+    end = np.cumsum(count)
+    owner = np.repeat(np.arange(len(u0)), count)
+    number: Floats = np.arange(total, dtype=np.float64) - (end - count)[owner]
+    rising = u1 > u0
+    # the whole number before the first that is passed
+    before = np.where(rising, np.floor(u0), np.ceil(u0))
+    u = before[owner] + np.where(rising, 1.0, -1.0)[owner] * number
+    span = u1 - u0
+    slope = (v1 - v0) / np.where(span == 0.0, 1.0, span)
+    v = _even(v0[owner] + (u - u0[owner]) * slope[owner])
+    starts = end - count
+    u[starts], v[starts] = u0, v0
+    to_u, to_v = np.empty(total), np.empty(total)
+    to_u[:-1], to_v[:-1] = u[1:], v[1:]
+    to_u[end - 1], to_v[end - 1] = u1, v1
+    return shape[owner], u, v, to_u, to_v
 
-    So coordinates stay small enough for single precision, however far a thing reaches.
+
+def _even(values: Floats) -> Floats:
+    """Coordinates whose differences are whole numbers of 1 / `_WHOLE`."""
+    return np.rint(values * _WHOLE) / _WHOLE
+
+
+# --- outlines of discs and lines ------------------------------------------------------------------
+
+_OFF = 1.0 / 256.0  # pixels between an arc and the straight pieces that stand for it
+_MOST = 1 << 16  # of these pieces in a circle
+Ends: TypeAlias = str
+"""How a line ends: "round", "butt" or "square"."""
+
+
+def disc(centre: Point, radius: float, width: float | None = None) -> Outline:
+    """A filled circle, or with ``width`` its line, centred on the circle; the areas are exact."""
+    if width is None or width >= 2.0 * radius:
+        return Outline.of([_circle(centre, radius + (width or 0.0) / 2.0)] if radius > 0.0 else [])
+    around = [_circle(centre, radius + width / 2.0), _circle(centre, radius - width / 2.0)[::-1]]
+    return Outline.of(around if width > 0.0 else [])
+
+
+def _circle(centre: Point, radius: float) -> Floats:
+    count = 4 * math.ceil(_steps(2.0 * math.pi, radius) / 4.0)
+    turn = np.arange(count) * (2.0 * math.pi / count)
+    sector = 2.0 * math.pi / count
+    radius *= math.sqrt(sector / math.sin(sector))  # the polygon is as large as the circle
+    return np.stack([centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)], axis=1)
+
+
+def _steps(turn: float, radius: float) -> int:
+    """How many straight pieces stand for an arc."""
+    step = math.sqrt(8.0 * _OFF / max(min(radius, FARTHEST), 1e-3))
+    return min(max(1, math.ceil(turn / min(step, math.pi / 16.0))), _MOST)
+
+
+def stroke(points: Sequence[Point] | Floats, width: float, ends: Ends = "round", closed: bool = False) -> list[Floats]:
+    """The outline of a line of ``width`` with round joins, as polygons that go round the same way.
+
+    It follows the line there and back on its right side; where the line turns to the right too sharply for the sides to
+    meet, it goes over the corner itself, which makes overlaps and no holes.
     """
-    x0, y0, x1, y1 = window
-    if x0 <= p[0] <= x1 and y0 <= p[1] <= y1 and x0 <= q[0] <= x1 and y0 <= q[1] <= y1:
-        return p, q
-    dx, dy = q[0] - p[0], q[1] - p[1]
-    start, end = 0.0, 1.0
-    for step, room in ((-dx, p[0] - x0), (dx, x1 - p[0]), (-dy, p[1] - y0), (dy, y1 - p[1])):
-        if step == 0.0:
-            if room < 0.0:
-                return None
-        elif step < 0.0:
-            start = max(start, room / step)
-        else:
-            end = min(end, room / step)
-    if start > end:
-        return None
-    return (p[0] + start * dx, p[1] + start * dy), (p[0] + end * dx, p[1] + end * dy)
+    line = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+    line = np.clip(line, -FARTHEST, FARTHEST)
+    line = np.concatenate([line[:1], line[1:][(line[1:] != line[:-1]).any(axis=1)]])
+    if closed and len(line) > 1 and (line[0] == line[-1]).all():
+        line = line[:-1]
+    half = min(width, FARTHEST) / 2.0
+    if half <= 0.0 or not len(line):
+        return []
+    if len(line) == 1:
+        return [_circle((float(line[0, 0]), float(line[0, 1])), half)] if ends == "round" else []
+    if closed and len(line) > 2:
+        return [_beside(line, half, "round"), _beside(line[::-1], half, "round")]
+    if ends == "square":
+        line = line.copy()
+        first, last = _unit(line[:1] - line[1:2])[0], _unit(line[-1:] - line[-2:-1])[0]
+        line[0] += half * first
+        line[-1] += half * last
+    if len(line) == 2:
+        return [_straight(line, half, ends)]
+    return [_beside(np.concatenate([line, line[-2:0:-1]]), half, ends)]
 
 
-def _capsule(values: NDArray[np.uint8], p: Point, q: Point, radius: float, shared: bool) -> None:
-    """Draw one segment into ``values`` (its coordinates are relative to it); with ``shared`` only where it adds."""
-    (px, py), (qx, qy) = p, q
-    if abs(qx - px) > abs(qy - py):  # bands run across the longer direction
-        values, px, py, qx, qy = values.T, py, px, qy, qx
-    if py > qy:
-        px, py, qx, qy = qx, qy, px, py
-    rows, columns = values.shape
-    reach = radius + 0.5
-    dx, dy = qx - px, qy - py
-    length = math.hypot(dx, dy)
-    ux, uy = (dx / length, dy / length) if length > 0.0 else (0.0, 1.0)
-    slope = dx / dy if dy > 0.0 else 0.0
-    first, last = max(0, math.floor(py - reach)), min(rows, math.ceil(qy + reach))
-    steps = max(1, round((last - first) / _BAND))
-    if columns * (last - first) < 4096:
-        steps = 1
-    for step in range(steps):
-        top, bottom = first + (last - first) * step // steps, first + (last - first) * (step + 1) // steps
-        # the part of the segment that these rows can see, and the columns that it reaches
-        near = min(max(top - reach, py), qy)
-        far = max(min(bottom + reach, qy), py)
-        xa, xb = px + (near - py) * slope, px + (far - py) * slope
-        left = max(0, math.floor(min(xa, xb) - reach))
-        right = min(columns, math.ceil(max(xa, xb) + reach))
-        if right <= left or bottom <= top:
-            continue
-        x = np.arange(left, right, dtype=np.float32) + np.float32(0.5 - px)
-        y = np.arange(top, bottom, dtype=np.float32)[:, None] + np.float32(0.5 - py)
-        distance = x * np.float32(uy) - y * np.float32(ux)
-        # how far the band's corners are along the segment: within it, only the distance to the line counts
-        along = [
-            (cx - px) * ux + (cy - py) * uy for cx in (left + 0.5, right - 0.5) for cy in (top + 0.5, bottom - 0.5)
-        ]
-        if min(along) >= 0.0 and max(along) <= length:
-            np.abs(distance, out=distance)
-        else:
-            half = length / 2.0
-            beyond = x * np.float32(ux) + (y * np.float32(uy) - np.float32(half))
-            np.abs(beyond, out=beyond)
-            beyond -= np.float32(half)
-            np.maximum(beyond, np.float32(0.0), out=beyond)
-            distance *= distance
-            beyond *= beyond
-            distance += beyond
-            np.sqrt(distance, out=distance)
-        np.subtract(np.float32(reach), distance, out=distance)
-        np.maximum(distance, np.float32(0.0), out=distance)
-        np.minimum(distance, np.float32(min(1.0, 2.0 * radius)), out=distance)
-        into = values[top:bottom, left:right]
-        if shared:
-            np.maximum(into, _bytes(distance), out=into)
-        else:
-            into[...] = _bytes(distance)
+def _straight(line: Floats, half: float, ends: Ends) -> Floats:
+    """The same of a line with two points."""
+    ((x, y), (u, v)), length = line.tolist(), math.dist(*line.tolist())
+    along = np.array([[(u - x) / length], [(v - y) / length]])
+    across = np.array([along[1], -along[0]])
+    turn = np.linspace(0.0, math.pi, _steps(math.pi, half) + 1 if ends == "round" else 2)
+    cap = (along * np.sin(turn) + across * np.cos(turn)).T * half
+    return np.concatenate([line[1] + cap, line[0] - cap])
+
+
+def _beside(line: Floats, half: float, ends: Ends) -> Floats:
+    """A closed line moved by ``half`` to its right; at a left turn by an arc, where it turns back as ``ends`` says."""
+    step = _unit(np.roll(line, -1, axis=0) - line)
+    leaving = np.stack([step[:, 1], -step[:, 0]], axis=1)
+    arriving = np.roll(leaving, 1, axis=0)
+    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+    dot = (arriving * leaving).sum(axis=1)
+    turn = np.arctan2(cross, dot)
+    back = dot < -1.0 + 1e-9
+    turn[back] = math.pi
+    length = np.hypot(*(np.roll(line, -1, axis=0) - line).T)
+    # to the right the sides meet, if they are long enough; to the left, where nobody sees that it is not round
+    room = np.minimum(length, np.roll(length, 1))
+    meet = (turn <= 0.0) & (half * np.tan(np.minimum(-turn, 3.1) / 2.0) <= room)
+    meet |= (turn > 0.0) & ~back & (half * (1.0 / np.cos(np.minimum(turn, 3.1) / 2.0) - 1.0) <= _OFF)
+    fine = _steps(1.0, half)
+    count = np.where(meet, 1, np.where(turn <= 0.0, 3, np.ceil(turn * fine).astype(np.int64) + 1))
+    if ends != "round":
+        count[back] = 2
+    owner = np.repeat(np.arange(len(line)), count)
+    number = np.arange(len(owner)) - (np.cumsum(count) - count)[owner]
+    part = number / np.maximum(count - 1, 1)[owner]
+    angle = np.where(meet, 0.5 * turn, 0.0)[owner] + np.where(~meet & (turn > 0.0), turn, 0.0)[owner] * part
+    ends_at = (turn <= 0.0)[owner] & ~meet[owner]
+    angle = np.where(ends_at & (number == 2), turn[owner], angle)
+    reach = np.where(meet, half / np.cos(np.where(meet, turn, 0.0) / 2.0), half)[owner]
+    reach = np.where(ends_at & (number == 1), 0.0, reach)
+    cosine, sine = np.cos(angle) * reach, np.sin(angle) * reach
+    ax, ay = arriving[owner].T
+    return line[owner] + np.stack([ax * cosine - ay * sine, ax * sine + ay * cosine], axis=1)
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.maximum(np.hypot(vectors[:, 0], vectors[:, 1]), 1e-300)[:, None]

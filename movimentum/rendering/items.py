@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum import geometry
-from movimentum.drawing.arrows import arrow_parts
 from movimentum.drawing.model import (
     DiscMark,
     FigureMark,
@@ -25,17 +25,21 @@ from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, PAPER, Color
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
 from movimentum.rendering.canvas import Canvas
-from movimentum.rendering.coverage import FARTHEST, bounded, disc, polygon, union
+from movimentum.rendering.coverage import HERE, disc
 from movimentum.rendering.prepare import PreparedMark
+from movimentum.rendering.shapes import Filled, line_shape, part_shape, round_shape
 from movimentum.rendering.sprites import Sprite
 from movimentum.solver.poses import Poses
 
 
-@dataclass(frozen=True, slots=True)
 class Item:
     """One part of the picture."""
 
-    prepared: PreparedMark
+    __slots__ = ("_shapes", "prepared")
+
+    def __init__(self, prepared: PreparedMark) -> None:
+        self.prepared = prepared
+        self._shapes: list[Filled] | None = None
 
     def state(self, poses: Poses) -> NDArray[np.float64]:
         """(F, K): all numbers that this item's picture depends on; equal rows are equal pictures."""
@@ -43,51 +47,65 @@ class Item:
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Draw frame ``i`` (a position in ``poses``)."""
-        mark, sprite = self.prepared.mark, self.prepared.sprite
+        mark, sprite, scale = self.prepared.mark, self.prepared.sprite, to_image.a
+        if isinstance(mark, NoteMark):
+            _note(self.prepared, mark, canvas, to_image, poses.select(slice(i, i + 1)))
+            return
+        if isinstance(mark, FreeArrow):
+            now = poses.select(slice(i, i + 1))
+            if arrow_shown(mark, now)[0]:
+                ends: list[Point] = [(x, y) for x, y in arrow_ends(mark, now)[0].tolist()]
+                canvas.fill(line_shape(ends, ARROW_WIDTH, True, scale).at(to_image, scale), mark.color)
+            return
+        paint = paint_at(mark.paint, poses, i)
+        if paint[0] <= 0.0:
+            return
         match mark:
-            case NoteMark():
-                _note(self.prepared, mark, canvas, to_image, poses.select(slice(i, i + 1)))
-            case FreeArrow():
-                now = poses.select(slice(i, i + 1))
-                if arrow_shown(mark, now)[0]:
-                    points = [to_image.apply(x, y) for x, y in arrow_ends(mark, now)[0].tolist()]
-                    _line(canvas, points, ARROW_WIDTH * to_image.a, True, (1.0, mark.color))
             case LinkMark():
-                paint = paint_at(mark.paint, poses, i)
-                if paint[0] > 0.0 and all(poses.visible[thing, i] for thing, _ in mark.through):
-                    points = [(to_image @ _pose(poses, thing, i)).apply(*local) for thing, local in mark.through]
-                    _line(canvas, points, mark.width * to_image.a, False, paint)
+                if all(poses.visible[thing, i] for thing, _ in mark.through):
+                    points = [_pose(poses, thing, i).apply(*local) for thing, local in mark.through]
+                    shape = line_shape(points, mark.width, False, scale, canvas.thinnest)
+                    canvas.fill(shape.at(to_image, scale), paint[1], paint[0])
             case SymbolMark():
-                paint = paint_at(mark.paint, poses, i)
-                if paint[0] > 0.0:
-                    _symbol(mark, canvas, to_image, poses.select(slice(i, i + 1)), paint)
+                _symbol(mark, canvas, to_image, poses.select(slice(i, i + 1)), paint)
+            case PolylineMark() | DiscMark() | FigureMark():
+                if self._shapes is None:
+                    self._shapes = _shapes(mark, scale, canvas.thinnest)
+                place = to_image @ _pose(poses, mark.body, i)
+                _together(canvas, self._shapes, place, scale, paint)
+            case TextMark() if mark.pieces:
+                now = poses.select(slice(i, i + 1))
+                _live_text(mark, canvas, to_image, _pose(poses, mark.body, i), now, paint)
+            case _ if sprite is not None:
+                canvas.picture(sprite, to_image @ (_pose(poses, mark.body, i) @ sprite.to_local), *paint)
             case _:
-                paint = paint_at(mark.paint, poses, i)
-                if paint[0] > 0.0:
-                    to_world = _pose(poses, mark.body, i)
-                    if isinstance(mark, PolylineMark):
-                        place = to_image @ to_world
-                        points = [place.apply(*point) for point in mark.points]
-                        _line(canvas, points, mark.width * to_image.a, mark.arrow, paint)
-                    elif isinstance(mark, DiscMark):
-                        _disc(mark, canvas, to_image, (to_image @ to_world).apply(*mark.centre), paint)
-                    elif isinstance(mark, FigureMark):
-                        _figure(mark, canvas, to_image @ to_world, to_image.a, paint)
-                    elif isinstance(mark, TextMark) and mark.pieces:
-                        _live_text(mark, canvas, to_image, to_world, poses.select(slice(i, i + 1)), paint)
-                    elif sprite is not None:
-                        canvas.picture(sprite, to_image @ (to_world @ sprite.to_local), *paint)
+                pass
 
 
-def _figure(mark: FigureMark, canvas: Canvas, place: Affine, scale: float, paint: tuple[float, Color]) -> None:
-    """The parts of a body; what lies over each other is faded as one."""
+def _shapes(mark: PolylineMark | DiscMark | FigureMark, scale: float, thinnest: float) -> list[Filled]:
+    """What a body consists of, back to front."""
+    match mark:
+        case PolylineMark():
+            return [line_shape(mark.points, mark.width, mark.arrow, scale, thinnest)]
+        case DiscMark():
+            return [round_shape(mark.centre, mark.radius, mark.width, scale)]
+        case FigureMark():
+            return [part_shape(part, scale, thinnest) for part in mark.parts]
+
+
+def _together(
+    canvas: Canvas, shapes: Sequence[Filled], place: Affine, scale: float, paint: tuple[float, Color]
+) -> None:
+    """Shapes over each other, faded as one."""
 
     def parts(sheet: Canvas) -> None:
-        for part in mark.parts:
-            rings = [[place.apply(*point) for point in ring] for ring in (part.points, *part.holes)]
-            sheet.fill(sheet.part(part, rings, scale), part.color or paint[1])
+        for shape in shapes:
+            sheet.fill(shape.at(place, scale), shape.color or paint[1])
 
-    canvas.together(paint[0], parts)
+    if len(shapes) == 1:
+        canvas.fill(shapes[0].at(place, scale), shapes[0].color or paint[1], paint[0])
+    else:
+        canvas.together(paint[0], parts)
 
 
 def _symbol(mark: SymbolMark, canvas: Canvas, to_image: Affine, poses: Poses, paint: tuple[float, Color]) -> None:
@@ -97,12 +115,13 @@ def _symbol(mark: SymbolMark, canvas: Canvas, to_image: Affine, poses: Poses, pa
     if not symbol_shown(mark, poses)[0]:
         return
     found = [part for part in moving_parts(mark, poses) if part.shown[0]]
-    words = caption(mark, poses)
+    words, scale = caption(mark, poses), to_image.a
 
     def parts(sheet: Canvas) -> None:
         for part in found:
-            ring = [to_image.apply(x, y) for x, y in part.points[0].tolist()]
-            sheet.fill(sheet.part(part.style, [ring], to_image.a), part.style.color or paint[1])
+            points: list[Point] = [(x, y) for x, y in part.points[0].tolist()]
+            shape = part_shape(replace(part.style, points=tuple(points)), scale, canvas.thinnest)
+            sheet.fill(shape.at(to_image, scale), part.style.color or paint[1])
         if words is not None:
             from movimentum.rendering.text import written_sprite
 
@@ -133,32 +152,13 @@ def _note(prepared: PreparedMark, mark: NoteMark, canvas: Canvas, to_image: Affi
     scale = to_image.a
     x, y = to_image.apply(*poses.world(mark.body, mark.local)[0].tolist())
     if mark.dot:
-        canvas.fill(disc((x, y), mark.dot * scale, None, canvas.size), PAPER)
-        canvas.fill(disc((x, y), mark.dot * scale, DOT_EDGE * scale, canvas.size), mark.color)
+        canvas.fill((disc((x, y), mark.dot * scale), HERE), PAPER)
+        canvas.fill((disc((x, y), mark.dot * scale, DOT_EDGE * scale), HERE), mark.color)
     place = Affine(scale, 0.0, x + mark.offset[0] * scale, 0.0, -scale, y - mark.offset[1] * scale)
     layers: list[tuple[Sprite | None, Color]] = [(prepared.halo, PAPER), (prepared.sprite, mark.color)]
     for sprite, color in layers:
         if sprite is not None:
             canvas.picture(sprite, place @ sprite.to_local, 1.0, color)
-
-
-def _disc(mark: DiscMark, canvas: Canvas, to_image: Affine, centre: Point, paint: tuple[float, Color]) -> None:
-    opacity, color = paint
-    width = None if mark.width is None else mark.width * to_image.a
-    canvas.fill(disc(centre, mark.radius * to_image.a, width, canvas.size), color, opacity)
-
-
-def _line(canvas: Canvas, points: list[Point], width: float, arrow: bool, paint: tuple[float, Color]) -> None:
-    """A polyline in image coordinates, with ``arrow`` a head whose tip is its last point; one coverage altogether."""
-    opacity, color = paint
-    points = bounded(points)
-    parts = arrow_parts(points, min(width, FARTHEST)) if arrow else None
-    if parts is None:
-        canvas.fill(canvas.line(points, width), color, opacity)
-        return
-    shaft, head = parts
-    tip = polygon(head, canvas.size)
-    canvas.fill(union([canvas.line(shaft, width), tip]), color, opacity)
 
 
 def _pose(poses: Poses, thing: int, i: int) -> Affine:

@@ -16,14 +16,15 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageChops
 
 from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.drawing.style import Color
 from movimentum.geometry import View
-from movimentum.rendering.canvas import Canvas
+from movimentum.rendering.canvas import Canvas, stamped
 from movimentum.rendering.items import Item
 from movimentum.rendering.prepare import Trace, prepare_drawing
+from movimentum.rendering.stamps import Box, Frame, Stamps, lay, regions
 from movimentum.rendering.stream import PoseSource
 from movimentum.rendering.traces import PathLayer, TailLayer, TraceLayer, layer_of
 from movimentum.scene.model import Scene
@@ -33,6 +34,9 @@ Floats = NDArray[np.float64]
 
 Layer: TypeAlias = Item | TraceLayer | TailLayer | PathLayer
 """What a picture is laid together from."""
+
+_AHEAD = 2_000_000  # pixels of the pictures that are prepared together
+_KEPT = 4  # pictures of the canvas: how much is remembered of what was drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,59 +71,127 @@ class Painter:
         return next(PaintSession(self).frames(poses.select(slice(i, i + 1))))
 
 
+@dataclass(slots=True)
+class _Drawn:
+    """What a layer looked like last: its ``state`` and its stamps, or only their ``boxes`` if there is no room."""
+
+    state: Floats
+    stamps: Stamps | None
+    boxes: list[Box]
+
+
 class PaintSession:
-    """Draws runs of frames in order; remembers only the traces so far."""
+    """Draws frames in order. It remembers what each layer looked like: what does not move is drawn once, and only the
+    rectangles in which something moves are laid together anew.
+    """
 
     def __init__(self, painter: Painter) -> None:
         self.painter = painter
         view = painter.view.enlarged(painter.supersample)
-        self._to_image = view.to_image
-        self._size = (view.width, view.height)
-        self._traces = [layer_of(trace, self._size) for trace in painter.traces]
-        self._paths = [PathLayer(trace, self._to_image, self._size) for trace in painter.paths]
+        self._to_image, self._size = view.to_image, (view.width, view.height)
+        self._layers: list[Layer] = [
+            *(PathLayer(trace, self._to_image, self._size) for trace in painter.paths),
+            *painter.items,
+            *(layer_of(trace, self._to_image, self._size) for trace in painter.traces),
+            *painter.overlays,
+        ]
+        self._drawn: list[_Drawn] = []
+        self._image = self._ground(painter.size)
 
     def frames(self, poses: Poses) -> Iterator[Image.Image]:
-        """The pictures of all frames of ``poses``, none of them before those that it drew earlier. Pictures must not be
-        changed: the same object is returned again if nothing moved.
-
-        A layer that stands still through the run, with nothing moving below it, is drawn once.
+        """The pictures of all frames of ``poses``, with traces none of them before those that it drew earlier. It is
+        one picture, which is changed for the next frame.
         """
-        painter = self.painter
-        count = len(poses.frames)
-        layers: list[Layer] = [*self._paths, *painter.items, *self._traces, *painter.overlays]
-        still, same = self._at_rest(layers, poses)
-        base = self._blank()
-        image = base
-        for i in range(count):
-            if i == 0 and still:
-                self._draw(base, layers[:still], poses, 0)
-            if i == 0 or not same[i - 1]:
-                large = base.copy() if still < len(layers) else base
-                self._draw(large, layers[still:], poses, i)
-                image = large if painter.supersample == 1 else large.reduce(painter.supersample)
-            yield image
+        return (frame.image for frame in self.changes(poses))
 
-    def _draw(self, image: Image.Image, layers: Sequence[Layer], poses: Poses, i: int) -> None:
-        canvas = Canvas(image, self.painter.draft)
-        for layer in layers:
-            layer.draw(canvas, self._to_image, poses, i)
+    def changes(self, poses: Poses) -> Iterator[Frame]:
+        """The same, with what changed since the last frame that this session drew."""
+        states = [layer.state(poses) for layer in self._layers]
+        first = 0
+        while first < len(poses.frames):
+            # of a small picture, some frames are prepared together
+            block = range(first, min(len(poses.frames), first + self._ahead()))
+            for i, changed in zip(block, self._prepared(states, poses, block), strict=True):
+                begun = bool(self._drawn)
+                parts = regions(self._shown(changed), self.painter.supersample) if begun else [Box(0, 0, *self._size)]
+                if not begun:
+                    self._drawn = [drawn for _, drawn in changed]
+                boxes = [box for part in parts if (box := self._composed(part, poses, i)) is not None]
+                yield Frame(self._image, tuple(boxes) if begun else (Box(0, 0, *self._image.size),))
+            self._forget()
+            first = block.stop
 
-    def _blank(self) -> Image.Image:
+    def _ahead(self) -> int:
+        """How many frames are prepared together."""
+        if not self._drawn or any(drawn.stamps is None for drawn in self._drawn):
+            return 1
+        return max(1, _AHEAD // (self._size[0] * self._size[1]))
+
+    def _prepared(self, states: Sequence[Floats], poses: Poses, block: range) -> list[list[tuple[int, _Drawn]]]:
+        """For each of some frames, the layers that change, drawn anew."""
+        before = [drawn.state for drawn in self._drawn] or [None] * len(states)
+        changed: list[list[int]] = []
+        for i in block:
+            changed.append([n for n, state in enumerate(states) if not _same(before[n], state[i])])
+            before = [state[i] for state in states]
+        stamps = iter(self._stamps([(n, i) for i, some in zip(block, changed, strict=True) for n in some], poses))
+        return [
+            [(n, _Drawn(states[n][i], found := next(stamps), [stamp.box for stamp in found])) for n in some]
+            for i, some in zip(block, changed, strict=True)
+        ]
+
+    def _shown(self, changed: Sequence[tuple[int, _Drawn]]) -> Iterator[Box]:
+        """Take over what some layers look like now; where they were and where they are."""
+        for n, now in changed:
+            before = self._drawn[n]
+            old, new = set(map(id, before.stamps or ())), set(map(id, now.stamps or ()))
+            yield from (stamp.box for stamp in now.stamps or () if id(stamp) not in old)
+            if before.stamps is None:
+                yield from before.boxes
+            else:
+                yield from (stamp.box for stamp in before.stamps if id(stamp) not in new)
+            self._drawn[n] = now
+
+    def _stamps(self, layers: Sequence[tuple[int, int]], poses: Poses) -> list[Stamps]:
+        """What some layers look like in some frames, (number, frame) each."""
+        canvases = [Canvas(self._size, self.painter.draft) for _ in layers]
+        for (number, i), canvas in zip(layers, canvases, strict=True):
+            self._layers[number].draw(canvas, self._to_image, poses, i)
+        return stamped(canvases)
+
+    def _forget(self) -> None:
+        """Keep no more stamps than some pictures of the canvas would take: the largest are drawn whenever needed."""
+        room = _KEPT * self._size[0] * self._size[1]
+        for drawn in self._drawn:
+            if drawn.stamps is not None:
+                room -= sum((box.right - box.left) * (box.bottom - box.top) for box in drawn.boxes)
+                if room < 0:
+                    drawn.stamps = None
+
+    def _composed(self, region: Box, poses: Poses, i: int) -> Box | None:
+        """Lay a rectangle together anew; the part of it that differs from what was there."""
+        fine = self.painter.supersample
+        part = self._ground((region.right - region.left, region.bottom - region.top))
+        for number, drawn in enumerate(self._drawn):
+            stamps = self._stamps([(number, i)], poses)[0] if drawn.stamps is None else drawn.stamps
+            lay(part, region, stamps)
+        part = part if fine == 1 else part.reduce(fine)
+        left, top = region.left // fine, region.top // fine
+        place = (left, top, left + part.width, top + part.height)
+        box = ImageChops.difference(part, self._image.crop(place)).getbbox(alpha_only=False)
+        if box is None:
+            return None
+        self._image.paste(part.crop(box), (left + box[0], top + box[1]))
+        return Box(left + box[0], top + box[1], left + box[2], top + box[3])
+
+    def _ground(self, size: tuple[int, int]) -> Image.Image:
         if self.painter.transparent:
-            return Image.new("RGBA", self._size, (0, 0, 0, 0))
-        return Image.new("RGB", self._size, self.painter.background)
+            return Image.new("RGBA", size, (0, 0, 0, 0))
+        return Image.new("RGB", size, self.painter.background)
 
-    def _at_rest(self, layers: Sequence[Layer], poses: Poses) -> tuple[int, NDArray[np.bool_]]:
-        """How many layers from the back stand still in all frames, and (F - 1,) whether a frame equals the last."""
-        same = np.ones(max(0, len(poses.frames) - 1), dtype=bool)
-        still = 0
-        for number, layer in enumerate(layers):
-            state = layer.state(poses)
-            rests = (state[1:] == state[:-1]).all(axis=1)
-            if still == number and rests.all():
-                still = number + 1
-            same &= rests
-        return still, same
+
+def _same(before: Floats | None, now: Floats) -> bool:
+    return before is not None and np.array_equal(before, now)
 
 
 def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | None = None) -> Painter:

@@ -288,6 +288,7 @@ def _style(part: FigurePart) -> dict[str, Any]:
     return {
         "form": str(part.form),
         "width": _short(part.width),
+        "radius": _short(part.radius),
         "color": None if part.color is None else _css(part.color),
         "closed": part.closed,
         "dash": list(part.dash),

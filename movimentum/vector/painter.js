@@ -177,21 +177,21 @@ class MovimentumPainter {
     if (opacity >= 1) paint(); else this.layered(opacity, paint);
   }
 
-  /* A part of a figure: a stroke, a filled outline or a dot. */
+  /* A part of a figure: a stroke, a filled outline, a dot or a ring. */
   part(part, rings = part.rings) {
     const context = this.context;
     context.save();
     if (part.color) context.fillStyle = context.strokeStyle = part.color;
     context.beginPath();
-    if (part.form === "dot") {
-      context.arc(rings[0][0][0], rings[0][0][1], part.width, 0, 2 * Math.PI);
+    if (part.form === "dot" || part.form === "ring") {
+      context.arc(rings[0][0][0], rings[0][0][1], part.form === "dot" ? part.width : part.radius, 0, 2 * Math.PI);
     } else {
       for (const ring of rings) {
         ring.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
         if (part.closed || part.form === "fill") context.closePath();
       }
     }
-    if (part.form === "stroke") {
+    if (part.form === "stroke" || part.form === "ring") {
       context.lineWidth = part.width;
       context.lineCap = part.cap;
       context.setLineDash(part.dash);

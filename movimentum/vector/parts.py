@@ -26,10 +26,11 @@ def still_part(part: FigurePart, ink: str, place: Callable[[Point], Point], deci
     """A part whose points stay where ``place`` puts them."""
     rings = [[place(point) for point in ring] for ring in (part.points, *part.holes)]
     match part.form:
-        case PartForm.DOT:
+        case PartForm.DOT | PartForm.RING:
             (x, y), *_ = rings[0]
+            radius = part.width if part.form is PartForm.DOT else part.radius
             where = [f'c{axis}="{short(value, decimals)}"' for axis, value in (("x", x), ("y", y)) if value]
-            return XmlElement("circle", [*where, f'r="{short(part.width, decimals)}"', *painted(part, ink, decimals)])
+            return XmlElement("circle", [*where, f'r="{short(radius, decimals)}"', *painted(part, ink, decimals)])
         case PartForm.FILL:
             outline = "".join(f"M{_points(ring, decimals)}z" for ring in rings)
             return XmlElement("path", [f'd="{outline}"', *painted(part, ink, decimals)])
@@ -54,7 +55,7 @@ def moving_part(part: MovingPart, ink: str, opacity: FloatArray, decimals: int, 
 def painted(part: FigurePart, ink: str, decimals: int) -> list[str]:
     """The attributes of a part's colour and line; what the group around all marks says is left out."""
     color = ink if part.color is None else hex_color(part.color)
-    if part.form is not PartForm.STROKE:
+    if part.form not in (PartForm.STROKE, PartForm.RING):
         return [f'fill="{color}"']
     found = [f'stroke="{color}"', f'stroke-width="{short(part.width, decimals)}"']
     if part.dash:

@@ -10,8 +10,9 @@ from PIL import Image
 
 import movimentum as mv
 from movimentum.encoding import write
-from movimentum.encoding.pieces import Box, FramePiece, saved
+from movimentum.encoding.pieces import Coder, FramePiece, saved
 from movimentum.encoding.write import FORMATS, OutputFormat
+from movimentum.rendering.stamps import Box, Frame
 from tests.command import ROOT, STILL, movimentum
 
 OTHERS = [
@@ -60,11 +61,12 @@ def test_every_command_refuses_an_unknown_suffix(words: tuple[str, ...], suffix:
     assert [path.name for path in tmp_path.iterdir()] == ["a.mov"]
 
 
-class BmpCoder:
+class BmpCoder(Coder):
     """The coder of the recipe in docs/how-to-add.md."""
 
-    def code(self, image: Image.Image, previous: Image.Image | None) -> FramePiece | None:
-        return None if image is previous else FramePiece(Box(0, 0, *image.size), saved(image.convert("RGB"), "BMP"))
+    def code(self, frame: Frame) -> FramePiece | None:
+        image = frame.image
+        return FramePiece(Box(0, 0, *image.size), saved(image.convert("RGB"), "BMP")) if frame.changed else None
 
 
 def test_a_new_format_is_one_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

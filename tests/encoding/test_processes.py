@@ -13,6 +13,7 @@ from PIL import Image
 
 from movimentum.drawing.options import PictureOptions
 from movimentum.encoding import runs, write
+from movimentum.encoding.pieces import Coder
 from movimentum.encoding.write import check_output, write_animation
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.rendering.painter import make_painter
@@ -104,8 +105,8 @@ def test_nothing_is_left_after_an_exception(tmp_path, workers, error, name):
     assert multiprocessing.active_children() == []
 
 
-class BrokenCoder:
-    def code(self, image, previous):
+class BrokenCoder(Coder):
+    def code(self, frame):
         raise Failure("in a worker")
 
 
@@ -117,8 +118,8 @@ def test_what_goes_wrong_in_a_worker_is_told(tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == []
 
 
-class DyingCoder:
-    def code(self, image, previous):
+class DyingCoder(Coder):
+    def code(self, frame):
         os._exit(9)
 
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 from PIL import Image, ImageDraw
 
+from movimentum.rendering import coverage
 from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Shape, Thing
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText, Span
@@ -49,6 +50,19 @@ def poses(*paths, visible=None, properties=None, frames=None):
         variables={},
         solved=np.ones(count, dtype=bool),
     )
+
+
+def covered(outline, size):
+    """The coverage of one outline, where it is."""
+    return coverage.covered([(outline, coverage.HERE)], size)[0]
+
+
+def whole(coverages, size):
+    """Coverages on a canvas, 0 to 1."""
+    picture = np.zeros((size[1], size[0]))
+    for left, top, values in coverages:
+        picture[top : top + values.shape[0], left : left + values.shape[1]] += values / 255.0
+    return picture
 
 
 def pixels(image):

@@ -10,11 +10,11 @@ import pytest
 
 from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.drawing.parts import dashes, rounded
-from movimentum.rendering.areas import line, outline
+from movimentum.rendering.coverage import Outline
 from movimentum.rendering.painter import PaintSession, make_painter
 from movimentum.scene.appearance import Figure, Look
 from movimentum.scene.model import AnchorRef
-from tests.rendering.scenes import BLACK, capsule, pixels, poses, scene, thing, truth
+from tests.rendering.scenes import BLACK, capsule, covered, pixels, poses, scene, thing, truth, whole
 
 STAR = [
     (
@@ -25,11 +25,8 @@ STAR = [
 ]
 
 
-def sheet(coverage, size):
-    whole = np.zeros((size[1], size[0]))
-    rows, columns = coverage.values.shape
-    whole[coverage.top : coverage.top + rows, coverage.left : coverage.left + columns] = coverage.values / 255.0
-    return whole
+def outline(rings, size):
+    return covered(Outline.of(rings), size)
 
 
 def inside_of(corners):
@@ -49,35 +46,29 @@ def inside_of(corners):
 @pytest.mark.parametrize("moved", [(0, 0), (-35, 0), (45, 10), (0, -20), (10, 45)])
 def test_the_coverage_of_an_outline_is_its_area(corners, moved):
     corners = [(x + moved[0], y + moved[1]) for x, y in corners]
-    found = sheet(outline([corners], (100, 80)), (100, 80))
+    found = whole(outline([corners], (100, 80)), (100, 80))
     assert abs(found - truth(inside_of(corners), (100, 80), 16)).max() < 0.06
-    whole = outline([[(x + 200, y + 200) for x, y in corners]], (400, 400))
+    ours = whole(outline([[(x + 200, y + 200) for x, y in corners]], (400, 400)), (400, 400))
     area = (
         abs(sum(ax * by - bx * ay for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True))) / 2
     )
-    assert whole.values.sum() / 255 == pytest.approx(area, rel=2e-3)
+    assert ours.sum() == pytest.approx(area, rel=2e-3)
 
 
 def test_an_outline_that_is_elsewhere_or_far_too_large_is_no_trouble():
-    assert outline([[(-50, -50), (-20, -50), (-20, -20)]], (100, 80)) is None
-    assert outline([[(0, 0), (1, 1)]], (100, 80)) is None
-    whole = outline([[(-1e12, -1e12), (1e12, -1e12), (1e12, 1e12), (-1e12, 1e12)]], (100, 80))
-    assert (whole.values == 255).all()
+    assert outline([[(-50, -50), (-20, -50), (-20, -20)]], (100, 80)) == []
+    assert whole(outline([[(0, 0), (1, 1)]], (100, 80)), (100, 80)).max() == 0
+    large = outline([[(-1e12, -1e12), (1e12, -1e12), (1e12, 1e12), (-1e12, 1e12)]], (100, 80))
+    assert (whole(large, (100, 80)) == 1).all()
 
 
 def test_a_hole_is_a_hole():
     ring = [(20, 20), (80, 20), (80, 60), (20, 60)]
     hole = [(40, 50), (60, 50), (60, 30), (40, 30)]
-    found = sheet(outline([ring, hole], (100, 80)), (100, 80))
+    found = whole(outline([ring, hole], (100, 80)), (100, 80))
     assert found[40, 50] == 0
     assert found[25, 25] == 1
     assert found.sum() == pytest.approx(60 * 40 - 20 * 20)
-
-
-@pytest.mark.parametrize("cap", ["butt", "square"])
-def test_caps_end_where_they_should(cap):
-    found = sheet(line([(20, 40), (80, 40)], 10, (100, 80), False, (), cap), (100, 80))
-    assert found.sum() == pytest.approx(10 * (60 if cap == "butt" else 70), abs=0.5)
 
 
 def test_dashes_have_the_lengths_of_their_pattern():
@@ -96,7 +87,7 @@ def test_a_plate_is_everything_near_its_anchors():
             within = within | capsule(p, q, 10)(x, y)
         return within
 
-    found = sheet(outline([outside], (100, 80)), (100, 80))
+    found = whole(outline([outside], (100, 80)), (100, 80))
     assert abs(found - truth(near, (100, 80))).max() < 0.12
     assert len(rounded([(5, 5), (5, 5)], 3)) > 10
 

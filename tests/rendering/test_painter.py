@@ -9,8 +9,10 @@ import pytest
 from movimentum.drawing.options import FreeMark, PictureOptions, Quality, Show, trace_anchors
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
+from movimentum.rendering import painter as painter_module
 from movimentum.rendering.painter import PaintSession, make_painter
 from movimentum.rendering.stream import Spool, kept_frames, pieces, thinned
+from movimentum.scene.appearance import Figure, Look
 from movimentum.scene.model import AnchorRef
 from tests.rendering.scenes import BLACK, disc_file, line, pixels, poses, scene, square_file, thing
 
@@ -154,19 +156,91 @@ def test_the_still_part_changes_no_pixel(tmp_path, quality, transparent):
         [0, 0, 0],
         properties={(3, "opacity"): [1, 1, 1, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5]},
     )
-    painter = make_painter(made, where, PictureOptions(quality=quality, transparent=transparent))
+    options = PictureOptions(quality=quality, transparent=transparent, traces=(AnchorRef(2, 1),))
+    painter = make_painter(made, where, options)
     expected = every_frame_anew(painter, where)
     for size in (1, 3, 4, 9):
-        session = PaintSession(painter)
-        run = [pixels(image) for part in pieces([where], size) for image in session.frames(part)]
-        assert all((a == b).all() for a, b in zip(run, expected, strict=True))
+        told = list(told_changes(PaintSession(painter), pieces([where], size)))
+        assert all((a == b).all() for a, b in zip(told, expected, strict=True))
+
+
+def told_changes(session, parts):
+    """The pictures, each made from the one before by nothing but the rectangles that are told to have changed."""
+    image = None
+    for frame in (frame for part in parts for frame in session.changes(part)):
+        if image is None:
+            image = np.full_like(pixels(frame.image), -1)
+        for left, top, right, bottom in frame.changed:
+            now = pixels(frame.image)[top:bottom, left:right]
+            assert (
+                ((now != image[top:bottom, left:right]).any(axis=2)[[0, -1]]).any(axis=1).all()
+            )  # no larger than needed
+            image[top:bottom, left:right] = now
+        yield image.copy()
+
+
+def crowd(tmp_path, frames, seed):
+    """Many things of all kinds, some at rest at some times, some faded, some outside."""
+    rng = np.random.default_rng(seed)
+    look = Look(edge=BLACK, fill=(250, 200, 100), pins=3.0)
+    things = [
+        thing("sprite", image=disc_file(tmp_path / "d.png", 40)),
+        bar((0, 0), (60, 10), look=look, width=14.0),
+        thing("disc", (0, 0), radius=20.0, look=look, width=0.1),
+        thing("gear", (0, 0), teeth=9, module=4.0),
+        thing("plate", (0, 0), (40, 0), (20, 30), look=Look(edge=BLACK, dash=(5.0, 3.0))),
+        thing("label", (0, 0), text="Text"),
+        bar((-300, -2), (300, 3), width=0.2),
+        thing("ground", (0, 0)),
+    ]
+    trace = thing("trace", through=(AnchorRef(1, 1),), width=5.0, color=BLUE)
+    tail = thing("trace", through=(AnchorRef(4, 1),), width=3.0, color=RED, figure=Figure(tail=0.3))
+    dashed = thing("trace", through=(AnchorRef(3, 0),), width=1.0, color=RED, look=Look(dash=(6.0, 3.0), cap="butt"))
+    paths = []
+    for _ in things:
+        path = np.cumsum(rng.uniform(-6, 6, (frames, 3)) * (rng.random((frames, 1)) < 0.6), axis=0)
+        paths.append(path + rng.uniform((0, 0, 0), (150, 120, 360)))
+    fading = {(n, "opacity"): np.clip(np.cumsum(rng.uniform(-0.2, 0.2, frames)) + 0.6, 0, 1) for n in (1, 3, 4)}
+    made = scene(*things, trace, tail, dashed, line((1, 1), (4, 0)), size=(150, 120))
+    return made, poses(*paths, [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0], properties=fading)
+
+
+@pytest.mark.parametrize("quality", list(Quality))
+@pytest.mark.parametrize("transparent", [False, True])
+def test_what_is_told_to_change_is_all_that_changes_whatever_moves(tmp_path, quality, transparent):
+    made, where = crowd(tmp_path, 24, 8)
+    painter = make_painter(made, where, PictureOptions(quality=quality, transparent=transparent))
+    expected = every_frame_anew(painter, where)
+    for size in (5, 24):
+        told = list(told_changes(PaintSession(painter), pieces([where], size)))
+        assert all((a == b).all() for a, b in zip(told, expected, strict=True))
+
+
+def test_what_takes_too_much_room_is_drawn_when_it_is_needed(tmp_path, monkeypatch):
+    made, where = crowd(tmp_path, 12, 9)
+    painter = make_painter(made, where)
+    expected = every_frame_anew(painter, where)
+    monkeypatch.setattr(painter_module, "_KEPT", 0.2)
+    told = list(told_changes(PaintSession(painter), [where]))
+    assert all((a == b).all() for a, b in zip(told, expected, strict=True))
+
+
+def test_a_disc_that_turns_about_its_centre_changes_nothing():
+    look = Look(edge=BLACK, fill=(250, 200, 100), pins=4.0)
+    for fields in ({"radius": 23.3, "look": look}, {"radius": 17.0}, {"radius": 30.1, "width": 0.4}):
+        made = scene(thing("disc", (7.0, -3.0), **fields))
+        turns = np.radians(np.linspace(0, 300, 40))
+        x, y = 7.0 * np.cos(turns) + 3.0 * np.sin(turns), 7.0 * np.sin(turns) - 3.0 * np.cos(turns)
+        where = poses(np.stack([50.5 - x, 40.0 - y, np.degrees(turns)], axis=1))
+        frames = list(PaintSession(make_painter(made, where)).changes(where))
+        assert [len(frame.changed) for frame in frames] == [1] + 39 * [0]
 
 
 def test_a_scene_at_rest_is_drawn_once():
     made = scene(bar((0, 0), (40, 0)))
     where = poses([20, 20, 0], frames=50)
-    images = list(PaintSession(make_painter(made, where)).frames(where))
-    assert len({id(image) for image in images}) == 1
+    frames = list(PaintSession(make_painter(made, where)).changes(where))
+    assert [frame.changed for frame in frames] == [((0, 0, 100, 80),), *[()] * 49]
 
 
 # --- the canvas ---------------------------------------------------------------------------------------------------

@@ -214,7 +214,7 @@ def _with_curvature(
     if not np.isfinite(curved).all():
         return metric
     try:
-        root = np.linalg.cholesky(metric + 1e-14 * np.trace(metric) * np.eye(len(metric)))
+        root = np.linalg.cholesky(metric + 1e-14 * float(np.trace(metric)) * np.eye(len(metric)))
         inner = np.linalg.solve(root, np.linalg.solve(root, metric - curved).T)
         values, axes = np.linalg.eigh(0.5 * (inner + inner.T))
     except np.linalg.LinAlgError:
