@@ -25,10 +25,16 @@ class Box(NamedTuple):
 
 
 class FramePiece(NamedTuple):
-    """What a frame changes: coded ``data`` for the pixels of ``box``."""
+    """What a frame changes: coded ``data`` for the pixels of ``box``. ``missed``: how many of them are not as they were
+    drawn, and can be seen not to be; ``worst``: by how much of a channel at most. ``cut``: how many are
+    half-transparent, and are not shown so.
+    """
 
     box: Box
     data: bytes
+    missed: int = 0
+    worst: int = 0
+    cut: int = 0
 
 
 class Coder(Protocol):
