@@ -128,9 +128,9 @@ _LIMITS = {
     "max-digits": "digits",
 }  # fmt: skip
 _OPTIONS = (
-    "accuracy", "at", "background", "dask", "digits", "effort", "fps", "frames", "loop", "measure", "on-failure",
-    "output", "quality", "sample", "scale", "set", "show", "strict", "trace", "transparent", "vary", "workers",
-    *_LIMITS,
+    "accuracy", "at", "background", "dask", "digits", "effort", "fps", "frames", "loop", "lossy", "measure",
+    "on-failure", "output", "quality", "sample", "scale", "set", "show", "strict", "trace", "transparent", "vary",
+    "workers", *_LIMITS,
 )  # fmt: skip
 _WORDS = rf"(?:--({'|'.join(_OPTIONS)})|-(o))(?![\w-])"
 _TYPED = re.compile(rf"(?:^|(?<=`)){_WORDS}[ =]('[^']*'|[^\s`]+)(?=`|$)")

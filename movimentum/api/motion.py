@@ -304,6 +304,7 @@ class Motion:
         quality: QualityWord = "standard",
         loop: int = 0,
         transparent: bool = False,
+        lossy: int = 0,
         strict: bool | None = None,
         on_failure: FailurePolicy | FailureWord | None = None,
         workers: int | None = None,
@@ -316,9 +317,9 @@ class Motion:
 
         The keywords are the options of `movimentum run`: ``frames`` (``slice(12, 48)``, ``"12:48"``, ``7``) or one time
         ``at``; ``trace`` ("Rod.B", or several), ``show`` ("names", "free", "anchors", or several), ``background`` (a
-        colour), ``quality`` ("draft", "standard", "high"), ``loop`` (times to play, 0: for ever), ``workers``
-        (processes). ``fps``, ``accuracy``, ``strict`` and ``on_failure`` are as they were solved with, unless they are
-        given: then the script is solved anew for this picture.
+        colour), ``quality`` ("draft", "standard", "high"), ``loop`` (times to play, 0: for ever), ``lossy`` (levels, of
+        a GIF), ``workers`` (processes). ``fps``, ``accuracy``, ``strict`` and ``on_failure`` are as they were solved
+        with, unless they are given: then the script is solved anew for this picture.
 
         Raises `UsageError` for choices that do not fit and files that cannot be written.
 
@@ -343,6 +344,7 @@ class Motion:
             quality=str(one_of(Quality, quality, "quality")),
             loop=whole(loop, "`loop`", 0, 65535),
             transparent=transparent,
+            lossy=whole(lossy, "`lossy`", 0, 64),
             workers=None if workers is None else whole(workers, "`workers`", 1, 256),
             max_pixels=self.script.limits.pixels if max_pixels is None else whole(max_pixels, "`max_pixels`", 1),
         )

@@ -101,7 +101,19 @@ Examples:
     metavar="N",
     help="Play N times; 0 is for ever.",
 )
-@click.option("--transparent", is_flag=True, help="No background (GIF, PNG, APNG, WebP, SVG, HTML).")
+@click.option(
+    "--transparent",
+    is_flag=True,
+    help="No background (GIF, PNG, APNG, WebP, SVG, HTML). With --background, the edges of a GIF are blended with it.",
+)
+@click.option(
+    "--lossy",
+    type=click.IntRange(min=0, max=64),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Make a GIF smaller: edges and images may be off by N of 255. Areas of one colour stay as they are.",
+)
 @STRICT
 @ON_FAILURE
 @click.option(
@@ -140,6 +152,7 @@ def run(
     quality: str,
     loop: int,
     transparent: bool,
+    lossy: int,
     workers: int | None,
     dask: str | None,
     watch: bool,
@@ -160,30 +173,34 @@ def run(
         quality=quality,
         loop=loop,
         transparent=transparent,
+        lossy=lossy,
         workers=workers,
         max_pixels=max_pixels,
     )
 
     def once(known: Known | None = None) -> int:
-        from movimentum.workflow.animate import animate
-
         def work(source: SourceText) -> Outcome:
-            with far_frames(dask, console) as elsewhere, console.progress("rendering") as progress:
-                return animate(source, target, choices, picture, progress, known=known, elsewhere=elsewhere)
+            from movimentum.workflow.animate import animate
+
+            with far_frames(dask, console) as far, console.progress("rendering") as progress:
+                return animate(source, target, choices, picture, progress, known=known, elsewhere=far)
 
         code, outcome = carried_out(console, script, work)
         if outcome is not None:
-            console.say(f"{target}: {counted(outcome.frames, 'frame')}")
+            console.say(f"{target}: {counted(outcome.frames, 'frame')}{_weight(target)}")
         return code
 
     if not watch:
-        code = once()
-        if open_it and code in (DONE, NO_SOLUTION) and target.exists():
+        if (code := once()) in (DONE, NO_SOLUTION) and open_it and target.exists():
             click.launch(str(target))
         return code
     if script == "-":
         raise click.UsageError("--watch needs a script in a file.")
     return _watch(console, script, once, target, open_it)
+
+
+def _weight(target: Path) -> str:
+    return f", {target.stat().st_size / 1000:,.0f} kB" if target.is_file() else ""
 
 
 def _watch(console: Console, script: str, once: Callable[[Known], int], target: Path, open_it: bool) -> int:

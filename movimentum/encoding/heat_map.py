@@ -36,7 +36,9 @@ class HeatMap:
 
 def write_heat_map(chart: HeatMap, path: Path) -> None:
     """Write a PNG."""
-    from PIL import Image, ImageDraw, ImageFont
+    from PIL import Image, ImageDraw
+
+    from movimentum.rendering.faces import plain
 
     size = (LEFT + SIZE + RIGHT) * SCALE, (TOP + SIZE + BOTTOM) * SCALE
     image = Image.new("RGB", size, "white")
@@ -54,7 +56,7 @@ def write_heat_map(chart: HeatMap, path: Path) -> None:
         for x, y, value in zip(chart.across, chart.up, chart.values, strict=True):
             u, v = frame.place(float(x), float(y))
             pen.ellipse((u - 6, v - 6, u + 6, v + 6), fill=_colour(float(value), low, high))
-    font, small = ImageFont.load_default(13 * SCALE), ImageFont.load_default(11 * SCALE)
+    font, small = plain(13 * SCALE), plain(11 * SCALE)
     left, top, right, bottom = (value * SCALE for value in (LEFT, TOP, LEFT + SIZE, TOP + SIZE))
     pen.rectangle((left, top, right, bottom), outline=(60, 60, 60), width=SCALE)
     pen.text(((left + right) / 2, top - 16 * SCALE), chart.title, fill="black", font=font, anchor="mm")

@@ -1,8 +1,9 @@
 """One palette for a whole animation, and pictures as indices into it.
 
-If the sampled frames have few colours, all are kept exactly. Otherwise the palette is split by variance (in the spirit
-of Wu 1991: always split the group whose colours scatter most, across its principal axis), with a few rounds of k-means.
-docs/decisions compares other ways. There is no dithering: it doubles the file and flickers.
+Colours that the film is known to have (see `encoding.tints`) have places of their own; what is left goes to the colours
+of sampled frames: edges, which are mixtures, and images. If all of them fit, all are exact. Otherwise they are split by
+variance (in the spirit of Wu 1991: always split the group whose colours scatter most, across its principal axis), with
+a few rounds of k-means. docs/decisions compares other ways. There is no dithering: it doubles the file and flickers.
 """
 
 from __future__ import annotations
@@ -19,159 +20,222 @@ from PIL import Image
 Floats = NDArray[np.float32]
 Keys = NDArray[np.uint32]
 
-MOST = 255  # colours; index 0 is kept for "transparent"
-_EXACT = 0xFFFFFF
-_COARSE = 0xFCFCFC  # 6 bits a channel: fewer nearest colours to look for, an error of at most 2 levels
+MOST = 255
+"""Colours; index 0 is kept for "transparent"."""
+CLOSE = 2
+"""Levels of a channel: colours closer than that share a place, because fewer colours make smaller files."""
+_KNOWN = 192  # places for the colours that are known; the others are for edges and images
+_OPAQUE = 0x80000000
+_COLOR = 0xFFFFFF
 _SAMPLES = 500_000  # pixels that a palette is chosen from
+_FEW = 20_000  # different colours; of more, those alike in 6 bits a channel are taken together
 _ROUNDS = 4
+_EDGE = 16.0  # pixels that a mixture at an edge counts for where it is not seen
+_PAIRED = 32  # colours of which any two may meet
+NO_KEYS: Keys = np.zeros(0, dtype=np.uint32)
 
 
 @dataclass(frozen=True, slots=True)
 class Palette:
-    """Colour number k of ``colors`` (n, 3) uint8, n <= 255, has index k + 1. ``background`` is kept exactly."""
+    """Colour number k of ``colors`` (n, 3) uint8, n <= 255, has index k + 1."""
 
     colors: NDArray[np.uint8]
-    exact: bool
-    background: int | None = None
+
+    @property
+    def bits(self) -> int:
+        """Of an index, at least 2."""
+        return max(2, len(self.colors).bit_length())
 
     def table(self) -> bytes:
-        """768 bytes: red, green, blue of the indices 0 to 255."""
-        whole = np.zeros((256, 3), dtype=np.uint8)
+        """Red, green, blue of all indices that have so many bits."""
+        whole = np.zeros((1 << self.bits, 3), dtype=np.uint8)
         whole[1 : len(self.colors) + 1] = self.colors
         return whole.tobytes()
 
 
-def choose_palette(samples: Sequence[Image.Image], background: tuple[int, int, int] | None) -> Palette:
-    """A palette for pictures like ``samples`` (all RGB, or all RGBA); ``background`` is in it exactly if given."""
-    kept = None if background is None else background[0] | background[1] << 8 | background[2] << 16
-    few = _few_colors(samples, kept)
-    if few is not None:
-        return Palette(_channels(few).astype(np.uint8), True, kept)
+def choose_palette(
+    samples: Sequence[Image.Image],
+    known: Keys = NO_KEYS,
+    ground: Sequence[int] = (255, 255, 255),
+    tolerance: int = CLOSE,
+) -> Palette:
+    """A palette for pictures like ``samples`` (all RGB, or all RGBA) and for areas of the colours ``known`` (`packed`)
+    on ``ground``.
+
+    With ``tolerance``, no more colours than are needed for errors of that many levels a channel.
+    """
     step = math.ceil(math.sqrt(sum(image.width * image.height for image in samples) / _SAMPLES))
-    chosen: list[Keys] = []
+    parts: list[Keys] = []
     for image in samples:
-        keys = _words(image).reshape(image.height, image.width)[::step, ::step].ravel()
-        chosen.append((keys[keys >= 0x80000000] if image.mode == "RGBA" else keys) & np.uint32(_EXACT))
-    colors = _quantised(np.concatenate(chosen), MOST if background is None else MOST - 1)
-    if background is not None:
-        colors = np.concatenate([np.array([background], dtype=np.uint8), colors])
-    return Palette(colors, False, kept)
+        words = words_of(image).reshape(image.height, image.width)[::step, ::step].ravel()
+        parts.append((words[words >= _OPAQUE] if image.mode == "RGBA" else words) & np.uint32(_COLOR))
+    keys, counts = _counted(np.concatenate(parts) if parts else NO_KEYS)
+    known = distinct(known)
+    fixed = channels(known).astype(np.float32)
+    edges = _edges(fixed, fixed[~np.isin(known, keys)], ground)
+    if len(known) > _KNOWN:
+        fixed = _chosen(fixed, np.ones(len(known), np.float32), _KNOWN, 0, fixed[:0])
+    elif tolerance <= CLOSE and np.isin(known, keys).all():
+        every = [distinct(words_of(image)) for image in samples]
+        seen = [words[words >= _OPAQUE] & np.uint32(_COLOR) for words in every]
+        whole = distinct(np.concatenate([known, *seen]))
+        fixed = channels(whole).astype(np.float32) if len(whole) <= MOST else fixed
+    many = len(keys) > _FEW
+    colors, weights = _cells(keys, counts) if many else (channels(keys).astype(np.float32), counts.astype(np.float32))
+    colors, weights = np.concatenate([colors, edges]), np.concatenate([weights, np.full(len(edges), _EDGE)])
+    others = _chosen(colors, np.sqrt(weights).astype(np.float32), MOST - len(fixed), tolerance, fixed)
+    found = np.concatenate([fixed, others])
+    if not len(found):
+        return Palette(np.zeros((1, 3), dtype=np.uint8))
+    return Palette(found[_by_use(found, samples[0])].astype(np.uint8))
 
 
 class Mapper:
-    """Pictures -> indices of one palette.
+    """Pictures -> indices of one palette, each the nearest.
 
     The nearest colour of each colour is searched when it first occurs. Distances are whole numbers that single
-    precision holds exactly, so the answer depends only on the colour.
+    precision holds exactly, so the answer depends only on the colour. ``worst``: the greatest difference of a channel
+    that has occurred so far.
     """
 
     def __init__(self, palette: Palette) -> None:
-        self._mask = np.uint32(_EXACT if palette.exact else _COARSE)
-        self._middle = 0.0 if palette.exact else 3.0  # twice the offset of a cell's middle
         self._colors = palette.colors.astype(np.float32)
         self._squares = (self._colors * self._colors).sum(axis=1)
         # by red, green and blue, 8 bits each; 0: not looked up yet. Only touched pages take memory.
         self._table = np.zeros(1 << 24, dtype=np.uint8)
-        if palette.background is not None:
-            exact = np.flatnonzero(_packed(palette.colors) == palette.background)
-            self._table[palette.background & int(self._mask)] = exact[0] + 1
+        self._off = np.zeros(1 << 24, dtype=np.uint8)
+        self.worst = 0
 
     def indices(self, image: Image.Image) -> NDArray[np.uint8]:
         """(rows, columns) indices; 0 where an RGBA picture is less than half opaque."""
-        words = _words(image)
-        keys = words & self._mask
+        words = words_of(image)
+        keys = words & np.uint32(_COLOR)
         found = self._table.take(keys)
         if not found.all():
-            self._look_up(_distinct(keys[found == 0]))
+            self._look_up(distinct(keys[found == 0]))
             found = self._table.take(keys)
         if image.mode == "RGBA":
-            found[words < 0x80000000] = 0
+            found[words < _OPAQUE] = 0
         return found.reshape(image.height, image.width)
+
+    def off(self, image: Image.Image) -> NDArray[np.uint8]:
+        """The greatest difference of a channel, of each pixel of a picture whose `indices` are known."""
+        words = words_of(image)
+        return self._off.take((words[words >= _OPAQUE] if image.mode == "RGBA" else words) & np.uint32(_COLOR))
 
     def _look_up(self, keys: Keys) -> None:
         for start in range(0, len(keys), 4096):
             part = keys[start : start + 4096]
-            doubled = 2.0 * _channels(part).astype(np.float32) + np.float32(self._middle)
-            self._table[part] = (self._squares - doubled @ self._colors.T).argmin(axis=1) + 1
+            wanted = channels(part).astype(np.float32)
+            nearest = (self._squares - 2.0 * (wanted @ self._colors.T)).argmin(axis=1)
+            off = np.abs(wanted - self._colors[nearest]).max(axis=1)
+            self._table[part], self._off[part] = nearest + 1, off
+            self.worst = max(self.worst, int(off.max()))
 
 
-def _words(image: Image.Image) -> Keys:
-    """Pixels as red | green << 8 | blue << 16 | alpha << 24 (alpha: anything in an RGB picture)."""
+def words_of(image: Image.Image) -> Keys:
+    """Pixels as red | green << 8 | blue << 16 | alpha << 24 (alpha: 255 in an RGB picture)."""
     return np.frombuffer(image.tobytes("raw", "RGBA" if image.mode == "RGBA" else "RGBX"), dtype="<u4")
 
 
-def _distinct(keys: Keys) -> Keys:
+def distinct(keys: Keys) -> Keys:
     """The same as `numpy.unique`, which imports a lot."""
-    ordered = np.sort(keys)
-    return ordered[np.concatenate([[True], ordered[1:] != ordered[:-1]])] if len(ordered) else ordered
+    return _counted(keys)[0]
 
 
-def _channels(keys: NDArray[np.uint32]) -> NDArray[np.uint32]:
+def channels(keys: NDArray[np.uint32]) -> NDArray[np.uint32]:
     """(n, 3) red, green, blue."""
     return np.stack([keys & 255, keys >> 8 & 255, keys >> 16 & 255], axis=-1).astype(np.uint32)
 
 
-def _packed(colors: NDArray[np.uint8]) -> Keys:
+def packed(colors: NDArray[np.uint8]) -> Keys:
+    """(n,) of (n, 3): red | green << 8 | blue << 16."""
     wide = colors.astype(np.uint32)
     return (wide[:, 0] | wide[:, 1] << 8 | wide[:, 2] << 16).astype(np.uint32)
 
 
-def _few_colors(samples: Sequence[Image.Image], background: int | None) -> Keys | None:
-    """All colours, sorted, if there are no more than a palette holds."""
-    seen: set[int] = set() if background is None else {background}
-    for image in samples:
-        if image.mode == "RGBA":  # what is less than half opaque has no colour in the file
-            words = _distinct(_words(image))
-            seen |= set((words[words >= 0x80000000] & _EXACT).tolist())
-        else:
-            found = image.getcolors(MOST + 1)
-            if found is None:
-                return None
-            seen |= {r | g << 8 | b << 16 for _, (r, g, b) in found}  # type: ignore[misc]
-        if len(seen) > MOST:
-            return None
-    return np.array(sorted(seen or {0}), dtype=np.uint32)
+def _counted(keys: Keys) -> tuple[Keys, NDArray[np.intp]]:
+    ordered = np.sort(keys)
+    begin = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]])) if len(ordered) else np.zeros(0, int)
+    return ordered[begin], np.diff(np.append(begin, len(ordered)))
 
 
-def _quantised(keys: Keys, count: int) -> NDArray[np.uint8]:
-    """(n <= count, 3) colours that stand for ``keys`` with little error in the mean square."""
+def _by_use(colors: Floats, sample: Image.Image) -> NDArray[np.intp]:
+    """The order in which the colours of a picture (the first frame) come first: it needs smaller numbers."""
+    words, counts = _counted(words_of(sample))
+    near = [((colors - each) ** 2).sum(axis=1).argmin() for each in channels(words).astype(np.float32)[:_FEW]]
+    return np.argsort(-np.bincount(near, weights=counts[: len(near)], minlength=len(colors)), kind="stable")
+
+
+def _cells(keys: Keys, counts: NDArray[np.intp]) -> tuple[Floats, Floats]:
+    """Means and weights of colours that are alike in 6 bits a channel."""
     cells = (keys >> 2 & 0x3F) | (keys >> 4 & 0xFC0) | (keys >> 6 & 0x3F000)
-    weights = np.bincount(cells, minlength=1 << 18)
+    weights = np.bincount(cells, weights=counts, minlength=1 << 18)
     used = np.flatnonzero(weights)
-    weight = weights[used].astype(np.float32)
-    sums = [np.bincount(cells, weights=channel, minlength=1 << 18)[used] for channel in _channels(keys).T]
-    mean = (np.stack(sums, axis=1) / weight[:, None]).astype(np.float32)
-    centres = _split(mean, weight, count)
-    for _ in range(_ROUNDS):
-        squares = (centres * centres).sum(axis=1)
+    sums = [np.bincount(cells, weights=each * counts, minlength=1 << 18)[used] for each in channels(keys).T]
+    return (np.stack(sums, axis=1) / weights[used, None]).astype(np.float32), weights[used].astype(np.float32)
+
+
+def _edges(colors: Floats, unseen: Floats, ground: Sequence[int]) -> Floats:
+    """What edges may show: of colours that no sample has, on the ground; and if there are few, of each on each."""
+    above, below = unseen, np.array(ground, dtype=np.float32)[None].repeat(len(unseen), axis=0)
+    if len(colors) <= _PAIRED:
+        first, second = np.triu_indices(len(colors), 1)
+        above, below = np.concatenate([above, colors[first]]), np.concatenate([below, colors[second]])
+    return np.concatenate([np.rint(below + share * (above - below)) for share in np.arange(0.125, 1.0, 0.125)])
+
+
+def _chosen(colors: Floats, weight: Floats, count: int, tolerance: int, fixed: Floats) -> Floats:
+    """(n <= count, 3) whole colours that stand for ``colors``, beside those that are ``fixed``, with little error in
+    the mean square.
+    """
+    if len(fixed) and len(colors):
+        near = np.concatenate([_distances(colors[at : at + 4096], fixed) for at in range(0, len(colors), 4096)])
+        colors, weight = colors[near > tolerance], weight[near > tolerance]
+    if not len(colors):
+        return fixed[:0]
+    centres, all_near = _split(colors, weight, count, tolerance)
+    for _ in range(0 if all_near else _ROUNDS):
+        every = np.concatenate([centres, fixed])
+        squares = (every * every).sum(axis=1)
         label = np.concatenate(
-            [(squares - 2.0 * mean[at : at + 4096] @ centres.T).argmin(axis=1) for at in range(0, len(mean), 4096)]
+            [(squares - 2.0 * colors[at : at + 4096] @ every.T).argmin(axis=1) for at in range(0, len(colors), 4096)]
         )
-        total = np.bincount(label, weights=weight, minlength=len(centres))
+        total = np.bincount(label, weights=weight, minlength=len(every))[: len(centres)]
         for axis in range(3):
-            moved = np.bincount(label, weights=weight * mean[:, axis], minlength=len(centres))
+            moved = np.bincount(label, weights=weight * colors[:, axis], minlength=len(every))[: len(centres)]
             centres[:, axis] = np.where(total > 0, moved / np.maximum(total, 1e-9), centres[:, axis])
-    return np.rint(centres).clip(0, 255).astype(np.uint8)
+    return np.rint(centres).clip(0, 255)
 
 
-def _split(mean: Floats, weight: Floats, count: int) -> Floats:
-    """(n <= count, 3) means of groups, made by splitting the group of greatest variance until there are enough."""
+def _distances(colors: Floats, fixed: Floats) -> Floats:
+    """(n,) the least of the greatest differences of a channel."""
+    return np.abs(colors[:, None] - fixed[None]).max(axis=2).min(axis=1)
+
+
+def _split(colors: Floats, weight: Floats, count: int, tolerance: int) -> tuple[Floats, bool]:
+    """(n <= count, 3) middles of groups, made by splitting the group of greatest variance until there are enough, and
+    whether all colours are within ``tolerance`` of them.
+    """
 
     def group(chosen: NDArray[np.intp]) -> tuple[float, Floats, Floats]:
-        share = weight[chosen]
-        middle = (mean[chosen] * share[:, None]).sum(axis=0) / share.sum()
-        offset = mean[chosen] - middle
+        share, some = weight[chosen], colors[chosen]
+        low, high = some.min(axis=0), some.max(axis=0)
+        if (high - low).max() <= 2 * tolerance:
+            return 0.0, np.floor((low + high) / 2.0), np.zeros((3, 3), np.float32)
+        middle = (some * share[:, None]).sum(axis=0) / share.sum()
+        offset = some - middle
         scatter = (offset * share[:, None]).T @ offset
         return -float(np.trace(scatter)), middle, scatter
 
-    everything = np.arange(len(mean))
+    everything = np.arange(len(colors))
     first, middle, scatter = group(everything)
     heap = [(first, 0, everything, middle, scatter)]
     made = 0
     while len(heap) < count and heap[0][0] < -1e-3:
         _, _, chosen, middle, scatter = heapq.heappop(heap)
         axis = np.linalg.eigh(scatter)[1][:, -1]
-        below = (mean[chosen] - middle) @ axis <= 0.0
+        below = (colors[chosen] - middle) @ axis <= 0.0
         if below.all() or not below.any():  # equal but for rounding
             made += 1
             heapq.heappush(heap, (0.0, made, chosen, middle, scatter))
@@ -180,4 +244,4 @@ def _split(mean: Floats, weight: Floats, count: int) -> Floats:
             made += 1
             spread, part_middle, part_scatter = group(part)
             heapq.heappush(heap, (spread, made, part, part_middle, part_scatter))
-    return np.stack([entry[3] for entry in heap])
+    return np.stack([entry[3] for entry in heap]), heap[0][0] >= -1e-3

@@ -18,14 +18,23 @@ from movimentum.rendering.stamps import Box, Frame
 
 
 class FramePiece(NamedTuple):
-    """What a frame changes: coded ``data`` for the pixels of ``box``."""
+    """What a frame changes: coded ``data`` for the pixels of ``box``. ``missed``: how many of them are not as they were
+    drawn, and can be seen not to be; ``worst``: by how much of a channel at most. ``cut``: how many are
+    half-transparent, and are not shown so.
+    """
 
     box: Box
     data: bytes
+    missed: int = 0
+    worst: int = 0
+    cut: int = 0
 
 
 class Coder(Protocol):
     """Encodes the frames of one session in order; a value that is sent to other processes."""
+
+    def forget(self) -> None:
+        """The next frame is the first of a film: nothing is shown before it."""
 
     def see(self, frame: Frame) -> None:
         """``frame`` is shown, but it is not to be encoded: what comes next is told by how it differs."""

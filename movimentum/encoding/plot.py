@@ -207,7 +207,9 @@ def _svg(shapes: Sequence[_Shape], size: tuple[int, int]) -> str:
 
 
 def _png(shapes: Sequence[_Shape], size: tuple[int, int], path: Path) -> None:
-    from PIL import Image, ImageDraw, ImageFont
+    from PIL import Image, ImageDraw
+
+    from movimentum.rendering.faces import plain
 
     scale = 2
     image = Image.new("RGB", (size[0] * scale, size[1] * scale), "white")
@@ -220,7 +222,7 @@ def _png(shapes: Sequence[_Shape], size: tuple[int, int], path: Path) -> None:
                 r = 3.5
                 pen.ellipse(((x - r) * scale, (y - r) * scale, (x + r) * scale, (y + r) * scale), fill=color)
             case _Text(x, y, text, height, anchor, color, upright):
-                font = ImageFont.load_default(height * scale)
+                font = plain(height * scale)
                 mark = {"start": "ls", "middle": "ms", "end": "rs"}[anchor]
                 if not upright:
                     pen.text((x * scale, y * scale), text, fill=color, font=font, anchor=mark)

@@ -127,6 +127,7 @@ def _code_run(session: PaintSession, coder: Coder, run: FrameRun) -> Pieces:
             coder.see(frame)
             continue
         if number == 0:  # the first of the film: all of it is new, whatever this session drew before
+            coder.forget()
             frame = frame._replace(changed=(Box(0, 0, *frame.image.size),))
         coded.append(coder.code(frame))
     return coded

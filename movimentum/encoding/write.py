@@ -29,13 +29,15 @@ from PIL import Image, ImageChops
 
 from movimentum.budget import held
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.encoding import gif, webp
+from movimentum.drawing.style import Color
+from movimentum.encoding import gif, told, webp
 from movimentum.encoding.apng import ApngCoder, ApngWriter
 from movimentum.encoding.gif import GifCoder, GifWriter
-from movimentum.encoding.palette import choose_palette
+from movimentum.encoding.palette import CLOSE, choose_palette
 from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, PieceWriter
 from movimentum.encoding.runs import Elsewhere, coded_runs, timed_frames, workers_that_pay
 from movimentum.encoding.stills import JPEG_LARGEST, JpegCoder, PngCoder, SequenceWriter
+from movimentum.encoding.tints import tints
 from movimentum.encoding.video import write_video
 from movimentum.encoding.webp import WebpCoder, WebpWriter
 from movimentum.errors import usage_error
@@ -46,7 +48,6 @@ from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, 
 from movimentum.solver.poses import Poses
 from movimentum.terminal import typed
 
-_SAMPLES = 8  # frames that a palette is chosen from
 _WORTH_TIMING = 60  # frames: fewer are drawn in this process without measuring
 
 Progress = Callable[[int, int], None]
@@ -135,6 +136,8 @@ def write_animation(
     *,
     fps: Fraction,
     loop: int = 0,
+    lossy: int = 0,
+    matte: Color | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
     elsewhere: Elsewhere | None = None,
@@ -142,9 +145,10 @@ def write_animation(
     """Draw all frames of ``source`` and write them to ``path``, whose suffix gives the format (see `check_output`).
 
     Frame k (by position in ``source``) is shown from k / ``fps``. ``loop``: how often the animation is played, 0 for
-    ever (not in video). ``workers``: processes that draw; None: chosen automatically. The bytes written do not depend
-    on it, nor on whether they are drawn ``elsewhere``. ``progress`` is called with (frames done, frames in all) about
-    every 30 frames.
+    ever (not in video). Of a GIF, ``lossy``: levels of a channel by which its colours may be off, so that it is
+    smaller; ``matte``: the colour that half-transparent pixels are blended with. ``workers``: processes that
+    draw; None: chosen automatically. The bytes written do not depend on it, nor on whether they are drawn
+    ``elsewhere``. ``progress`` is called with (frames done, frames in all) about every 30 frames.
 
     The file appears whole or not at all, whatever goes wrong. `UsageError`: see `check_output`; a file that cannot be
     written or a full disk (``output/unwritable``); no frames (``output/no-frames``); a picture larger than the format
@@ -157,11 +161,14 @@ def write_animation(
     found = format_of(path)
     write = _write_sequence if kind == "sequence" else found.write
     assert write is not None, f"{found.kind} is not made of pixels"
+    if lossy and found.kind != "gif":
+        message = f"--lossy is for GIFs: a {found.name} is as exact as its format allows"
+        raise usage_error("output/lossy", message, f"-o {typed(path.with_suffix('.gif'))}")
     if found.largest is not None and max(painter.size) > found.largest:
         width, height = painter.size
         message = f"{width} x {height} pixels: the limit of {found.name} is {found.largest} each way"
         raise usage_error("limit/pixels", message, "--scale 0.5")
-    return write(_Job(found, painter, source, total, fps, loop, workers, progress, elsewhere), path)
+    return write(_Job(found, painter, source, total, fps, loop, lossy, matte, workers, progress, elsewhere), path)
 
 
 def _nearest(suffix: str) -> str | None:
@@ -182,6 +189,8 @@ class _Job:
     total: int
     fps: Fraction
     loop: int
+    lossy: int
+    matte: Color | None
     workers: int | None
     progress: Progress | None
     elsewhere: Elsewhere | None
@@ -245,21 +254,26 @@ def _write_gif(job: _Job, path: Path) -> WriteReport:
     clock = FrameClock(job.fps, 100)
     if job.fps > gif.FASTEST:
         keep = kept_frames(job.total, job.fps, gif.FASTEST)
-        warnings.append(_too_fast(job.fps))
+        warnings.append(told.too_fast(job.fps))
         thin = _Thinned(job.source, job.fps, gif.FASTEST, keep)
         job = replace(job, source=thin, total=keep, fps=Fraction(gif.FASTEST))
         clock = FrameClock(job.fps, 100)
     painter = job.painter
     end = max(end, clock.at(job.total))
-    positions = sorted({number * job.total // _SAMPLES for number in range(_SAMPLES)})
-    images, seconds = timed_frames(painter, job.source, positions)
-    palette = choose_palette(images, None if painter.transparent else painter.background)
-    coder = GifCoder(palette)
+    found = tints(painter, job.source, job.total)
+    images, seconds = timed_frames(painter, job.source, found.positions)
+    matte = job.matte if painter.transparent else None
+    flat = [image if matte is None else gif.blended(image, matte) for image in images]
+    palette = choose_palette(flat, found.colors, matte or painter.background, max(CLOSE, job.lossy))
+    coder = GifCoder(palette, matte)
     workers = job.choose_workers(coder, images, seconds)
     del images
     with whole_file(path) as part, part.open("wb") as stream:
         writer = GifWriter(stream, painter.size, palette, clock, (job.total, end), job.loop, painter.transparent)
         _write_pieces(job, writer, coder, workers)
+        size = stream.tell()
+    warnings += told.colors(writer, job.lossy, path)
+    warnings += told.weight(size, path, job.total, painter.size, job.fps, job.lossy)
     return job.report([path], Fraction(end, 100), workers, *warnings)
 
 
@@ -354,16 +368,6 @@ def _write_pieces(job: _Job, writer: PieceWriter, coder: Coder, workers: int) ->
     if shown is not None:
         writer.add(shown, since, done)
     writer.end()
-
-
-def _too_fast(fps: Fraction) -> Diagnostic:
-    return Diagnostic(
-        "render/gif-rate",
-        Severity.WARNING,
-        f"GIF shows at most {gif.FASTEST} frames a second: {float(fps):g} are thinned out to {gif.FASTEST}",
-        notes=("browsers slow faster animations down to 10 frames a second",),
-        helps=(f"--fps {gif.FASTEST}", "-o out.webp"),
-    )
 
 
 _PNG = OutputFormat("PNG", _write_still, still=True, instead_of=(".bmp", ".tif", ".tiff", ".tga", ".ppm", ".ico"))

@@ -91,6 +91,11 @@ def _has(name: str, character: str) -> bool:
         return False
 
 
+def plain(size: float) -> Any:
+    """The project's own font, for numbers and names in diagrams and on sheets."""
+    return Face(SHIPPED[0]).at(size)
+
+
 def faces() -> Iterator[Face]:
     """All faces, the first choice first; the system's are opened when they are needed."""
     yield from map(Face, (*SHIPPED, *SYSTEM))

@@ -17,7 +17,9 @@ GAP = 8
 
 def write_thumbnails(scene: Scene, poses: Poses, path: Path) -> None:
     """Write the frames of ``poses`` as one PNG, row by row, with rows that make the sheet about square."""
-    from PIL import Image, ImageDraw, ImageFont
+    from PIL import Image, ImageDraw
+
+    from movimentum.rendering.faces import plain
 
     painter = _whole(scene, poses)
     pictures = [painter.frame(poses, i).convert("RGB") for i in range(len(poses.frames))]
@@ -27,7 +29,7 @@ def write_thumbnails(scene: Scene, poses: Poses, path: Path) -> None:
     columns = min(len(pictures), max(1, round(math.sqrt(len(pictures) * cell[1] / cell[0]))))
     rows = math.ceil(len(pictures) / columns)
     sheet = Image.new("RGB", (columns * (cell[0] + GAP) + GAP, rows * (cell[1] + GAP) + GAP), (200, 200, 200))
-    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(14)
+    pen, font = ImageDraw.Draw(sheet), plain(14)
     for k, picture in enumerate(pictures):
         x, y = GAP + k % columns * (cell[0] + GAP), GAP + k // columns * (cell[1] + GAP)
         sheet.paste(picture.resize(cell, Image.Resampling.LANCZOS) if scale < 1.0 else picture, (x, y))

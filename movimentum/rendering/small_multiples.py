@@ -22,7 +22,9 @@ class SheetCell:
 
 def write_small_multiples(cells: Sequence[SheetCell], columns: int | None, path: Path) -> None:
     """Write ``cells`` as one PNG, in rows of so many ``columns`` (None: about square)."""
-    from PIL import Image, ImageDraw, ImageFont
+    from PIL import Image, ImageDraw
+
+    from movimentum.rendering.faces import plain
 
     pictures = [None if cell.picture is None else Image.open(cell.picture).convert("RGB") for cell in cells]
     sizes = [picture.size for picture in pictures if picture is not None] or [(4, 3)]
@@ -30,7 +32,7 @@ def write_small_multiples(cells: Sequence[SheetCell], columns: int | None, path:
     many = columns or max(1, math.ceil(math.sqrt(len(cells) * (high + CAPTION) / WIDTH)))
     rows = math.ceil(len(cells) / many)
     sheet = Image.new("RGB", (many * (WIDTH + GAP) + GAP, rows * (high + CAPTION + GAP) + GAP), PAPER)
-    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(13)
+    pen, font = ImageDraw.Draw(sheet), plain(13)
     for k, (cell, picture) in enumerate(zip(cells, pictures, strict=True)):
         x, y = GAP + k % many * (WIDTH + GAP), GAP + k // many * (high + CAPTION + GAP)
         if picture is None:

@@ -66,7 +66,7 @@ def measure_pictures(
         costs.append(PictureCost(f"scale {scale:g}", seconds, _rms(_reduced(images, (width, height)), truth)))
     progress(3, 4)
     begin = time.perf_counter()
-    palette = choose_palette(standard, plain.background)
+    palette = choose_palette(standard)
     mapper = Mapper(palette)
     mapped = [_mapped(mapper, palette.table(), image) for image in standard]
     seconds = (time.perf_counter() - begin) / len(standard)
@@ -97,7 +97,7 @@ def _reduced(images: Sequence[Image.Image], size: tuple[int, int]) -> list[Image
 
 def _mapped(mapper: Mapper, table: bytes, image: Image.Image) -> Image.Image:
     indices = mapper.indices(image)
-    colors = np.frombuffer(table, dtype=np.uint8).reshape(256, 3)
+    colors = np.frombuffer(table, dtype=np.uint8).reshape(-1, 3)
     return Image.fromarray(colors[indices])
 
 

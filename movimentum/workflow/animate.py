@@ -48,6 +48,7 @@ def animate(
     """
     from movimentum.analysis.diagnose.off_canvas import OUTSIDE
     from movimentum.drawing.options import Show
+    from movimentum.encoding.told import HEAVY
     from movimentum.encoding.write import check_output, format_of
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
 
@@ -88,8 +89,8 @@ def animate(
         diagnostics, warned = judged((*said, *written.diagnostics), choices)
         if warned:
             raise ScriptError(diagnostics)
-    unseen = tuple(item for item in diagnostics if item.code == OUTSIDE)  # it is missing in the picture: report it
-    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *unseen))
+    told = tuple(item for item in diagnostics if item.code in (OUTSIDE, HEAVY))  # notes that are always told
+    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *told))
 
 
 def _is_ready(scene: Scene, options: PictureOptions) -> bool:

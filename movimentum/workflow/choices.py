@@ -44,7 +44,8 @@ class Picture:
     """What to draw and how: the choices of `run` beyond `Choices`.
 
     ``frames`` chooses frames, ``at`` one instant instead; ``traces`` are ``Thing.Anchor`` names; ``show`` is a subset
-    of "names", "free", "anchors"; ``background`` as the user spelled it; ``workers`` None: chosen automatically.
+    of "names", "free", "anchors"; ``background`` as the user spelled it; ``workers`` None: chosen automatically;
+    ``lossy``: levels by which the colours of a GIF may be off, to make it smaller.
     """
 
     frames: FrameChoice | None = None
@@ -56,6 +57,7 @@ class Picture:
     quality: str = "standard"
     loop: int = 0
     transparent: bool = False
+    lossy: int = 0
     workers: int | None = None
     max_pixels: int = MAX_PIXELS
 

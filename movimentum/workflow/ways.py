@@ -48,6 +48,8 @@ def _pixels(scene: Scene, source: PoseSource, options: PictureOptions, elsewhere
             path,
             fps=fps,
             loop=picture.loop,
+            lossy=picture.lossy,
+            matte=options.background,
             workers=picture.workers,
             progress=progress,
             elsewhere=elsewhere,

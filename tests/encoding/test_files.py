@@ -14,6 +14,7 @@ from PIL import Image, ImageSequence
 import movimentum as mv
 from movimentum.drawing.options import PictureOptions
 from movimentum.encoding.palette import Mapper, choose_palette
+from movimentum.encoding.tints import tints
 from movimentum.encoding.write import check_output, write_animation
 from movimentum.errors import UsageError
 from movimentum.rendering.painter import PaintSession, make_painter
@@ -52,9 +53,9 @@ def test_gif_frames_are_the_composed_ones_in_the_palettes_colours(tmp_path):
     made, where = moving(tmp_path)
     painter = make_painter(made, where)
     images = [image.copy() for image in PaintSession(painter).frames(where)]
-    positions = sorted({k * 40 // 8 for k in range(8)})
-    palette = choose_palette([images[k] for k in positions], painter.background)
-    mapper, table = Mapper(palette), np.frombuffer(palette.table(), np.uint8).reshape(256, 3).astype(int)
+    known = tints(painter, where, 40)
+    palette = choose_palette([images[k] for k in known.positions], known.colors, painter.background)
+    mapper, table = Mapper(palette), np.frombuffer(palette.table(), np.uint8).reshape(-1, 3).astype(int)
     write_animation(painter, where, tmp_path / "o.gif", fps=FPS, workers=1)
     decoded = shown_frames(tmp_path / "o.gif")
     expected = []
@@ -93,7 +94,7 @@ def test_the_background_is_exact_among_many_colours(tmp_path):
 def test_the_nearest_colour_is_chosen(tmp_path):
     rng = np.random.default_rng(6)
     picture = Image.fromarray(rng.integers(0, 256, (80, 80, 3), dtype=np.uint8))
-    palette = choose_palette([picture], None)
+    palette = choose_palette([picture])
     assert len(palette.colors) <= 255
     mapped = palette.colors[Mapper(palette).indices(picture) - 1].astype(int)
     error = ((mapped - pixels(picture)) ** 2).sum(axis=-1)
