@@ -214,8 +214,9 @@ def _with_curvature(
     if not np.isfinite(curved).all():
         return metric
     try:
-        root: FloatArray = np.linalg.cholesky(metric + 1e-14 * np.trace(metric) * np.eye(len(metric)))
-        inner: FloatArray = np.linalg.solve(root, np.linalg.solve(root, metric - curved).T)
+        root = np.asarray(np.linalg.cholesky(metric + 1e-14 * np.trace(metric) * np.eye(len(metric))), dtype=np.float64)
+        half = np.asarray(np.linalg.solve(root, metric - curved), dtype=np.float64)
+        inner = np.asarray(np.linalg.solve(root, half.T), dtype=np.float64)
         values, axes = np.linalg.eigh(0.5 * (inner + inner.T))
     except np.linalg.LinAlgError:
         return metric
