@@ -27,7 +27,7 @@ from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
 
-MAXIMAL_PIECES = 600
+MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is not looked at."""
 AHEAD = 4.0
 """Paths that end over and over are followed so many times as far as the last of them went, and if that shows no end, so

@@ -388,7 +388,35 @@ def triad(random) -> Case:
     return Case(f"triad {u.text}", text, places, gaps, inside)
 
 
-KINDS = (dyad, pin_dyad, pin, formula, crossing, pointer, slider, triad)
+def coupled(random) -> Case:
+    """A disc in the slot of an arm that turns parallel to the way that the disc nearly keeps: how high it is depends on
+    where a bar points that points at it, so that only iteration solves for both.
+    """
+    o, h, e = random.uniform(-60, 60, 2), float(random.uniform(60, 120)), float(random.uniform(2, 8))
+    s, w = float(random.uniform(40, 140)), float(random.choice([-1, 1]) * random.uniform(60, 170))
+    at = o + np.array([random.uniform(-40, 40), -random.uniform(20, 80)])
+    poles = tuple(sorted(t for k in range(-2, 3) if 0 < (t := (180.0 * k - s) / w) < 1))
+
+    def place(t):
+        angle, y = np.radians(s + w * t), np.full(len(t), h)
+        sign = 1 - 2 * (np.sum(t[:, None] > np.array(poles)[None], axis=1) % 2)
+        for _ in range(60):  # contracts: where the disc is a little higher, the bar hardly turns
+            d = np.stack([o[0] + y / np.tan(angle) - at[0], o[1] + y - at[1]], axis=1)
+            y = h + e * sign * d[:, 1] / np.hypot(*d.T)
+        return np.stack([o[0] + y / np.tan(angle), o[1] + y], axis=1)
+
+    first = place(np.zeros(1))[0]
+    drawn = num(math.degrees(math.atan2(*(first - at)[::-1])))
+    text = (
+        f"Arm : .bar O={point(*o)} A={point(o[0] + 60, o[1])}; M : .disc(4) C={point(*first)};"
+        f" N : .bar P={point(*at)} Q={point(*(at + 0.5 * (first - at)))};\n@0 Arm.O={point(*o)};"
+        f" Arm.angle={num(s)} + {num(w)}*.t; N.P={point(*at)}; .across(M.C, N.P, N.Q)=0;"
+        f" M.C.y={num(float(o[1]) + h)} + {num(e)}*.sin(N.angle + {drawn}); .across(M.C, Arm.O, Arm.A)=0;\n@1"
+    )
+    return Case("coupled", text, {"M.C": place}, (), poles)
+
+
+KINDS = (dyad, pin_dyad, pin, formula, crossing, pointer, slider, triad, coupled)
 
 
 def cases(count: int, seed: int) -> Iterator[Case]:

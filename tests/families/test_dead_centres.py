@@ -80,9 +80,9 @@ def _right(kind: str, seed: int, orders: tuple[int, ...]) -> None:
                 told = re.search(
                     r"at t = ([-0-9.e]+): there is no solution from then on", script.diagnostics[0].message
                 )
-                # equations that hold to the second order hold to rounding, 1e-16, for so long
+                # equations that hold to the second order hold to rounding (1e-16) for 1e-5 rad of the drive, or so
                 assert told is not None
-                assert 0.0 <= float(told[1]) <= 5e-6
+                assert 0.0 <= float(told[1]) <= 1e-4
             now = np.array([motion[f"{body}.{joints[-1]}"] for body, joints in drawn.bodies.items()])
             if before is not None:
                 assert now == pytest.approx(before, abs=1e-6 * drawn.size, nan_ok=True)

@@ -65,7 +65,7 @@ def _gaps(margin: Margin, tau: FloatArray, values: FloatArray) -> list[tuple[flo
     left[enters] = _crossings(margin, tau[first[enters] - 1], tau[first[enters]])
     right[leaves] = _crossings(margin, tau[last[leaves] + 1], tau[last[leaves]])
     if len(first) and first[0] == 1 and values[0] <= MARGIN_TOLERANCE:  # the path begins at its end
-        between = np.linspace(tau[0], left[0], SAMPLES + 2)[1:-1]
+        between = np.linspace(float(tau[0]), float(left[0]), SAMPLES + 2)[1:-1]
         left[0] = left[0] if (margin(between) > MARGIN_TOLERANCE).any() else tau[0]
     return list(zip(left.tolist(), right.tolist(), strict=True))
 

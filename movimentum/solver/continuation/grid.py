@@ -61,12 +61,10 @@ class Grid:
             self.path.resolved = False
             return False
         parts = np.clip(np.ceil(np.abs(change[split]) / limit), 2, 64).astype(np.int64)
-        starts, widths = self.tau[:-1][split], steps[split]
-        pieces: list[FloatArray] = [
-            start + width * np.arange(1, part) / part for start, width, part in zip(starts, widths, parts, strict=True)
-        ]
-        more = np.concatenate(pieces)[: MAXIMAL_NODES - len(self.tau)]
-        self.insert(more)
+        of = np.repeat(np.arange(len(parts)), parts - 1)
+        inside = np.arange(1, len(of) + 1) - np.repeat(np.cumsum(parts - 1) - (parts - 1), parts - 1)
+        more = self.tau[:-1][split][of] + steps[split][of] * inside / parts[of]
+        self.insert(more[: MAXIMAL_NODES - len(self.tau)])
         return True
 
     def resolve_phases(self, block: Block, until: float) -> None:

@@ -214,13 +214,14 @@ def _with_curvature(
     if not np.isfinite(curved).all():
         return metric
     try:
-        root = np.linalg.cholesky(metric + 1e-14 * float(np.trace(metric)) * np.eye(len(metric)))
-        inner = np.linalg.solve(root, np.linalg.solve(root, metric - curved).T)
+        root = np.asarray(np.linalg.cholesky(metric + 1e-14 * np.trace(metric) * np.eye(len(metric))), dtype=np.float64)
+        half = np.asarray(np.linalg.solve(root, metric - curved), dtype=np.float64)
+        inner = np.asarray(np.linalg.solve(root, half.T), dtype=np.float64)
         values, axes = np.linalg.eigh(0.5 * (inner + inner.T))
     except np.linalg.LinAlgError:
         return metric
-    axes = root @ axes
-    return (axes * np.maximum(np.abs(values), FLAT)) @ axes.T
+    turned: FloatArray = root @ axes
+    return np.asarray((turned * np.maximum(np.abs(values), FLAT)) @ turned.T, dtype=np.float64)
 
 
 def _held_turns(held: Sequence[tuple[Turn, float]], x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -38,6 +38,8 @@ that can be told where the two meet."""
 CLEAR, BARELY = 1e-5, 1e-7
 """Of the largest singular value: a pose with a smaller one is as good as at a fold; from one with less a path cannot
 be followed."""
+WIDE = 0.3
+"""Of the unknowns' scale: a step that moves something by more may lead to another branch."""
 NEAREST = 1e-10
 """Of the stretch: the first time after a path's end that is tried; each next one is twice as far, then node by node."""
 ASIDE = np.geomspace(1e5, 1.0, 11)
@@ -233,21 +235,36 @@ class Branch:
         return None if choices is None else (nearest, choices)
 
     def onset(self, bad: float, good: float, choices: list[Choice]) -> tuple[float, list[Choice]]:
-        """Between ``bad``, without a solution, and ``good``: the earliest time with one, by bisection."""
+        """Between ``bad``, without a solution, and ``good``: the earliest time with one, by bisection; by smaller steps
+        where the branch moves far, because Newton's method finds others from afar.
+        """
         self._begins = False
-        for _ in range(100):
-            middle = 0.5 * (bad + good)
+        step = 0.5 * (good - bad)
+        for _ in range(300):
+            middle = good - step
             if not bad < middle < good:
                 break
             here = self.at(middle)
             if here is None:
                 bad = middle
                 self._begins = True
+            elif self._off_branch(here):
+                step *= 0.5
                 continue
-            good, choices = middle, here
-            self._stand(choices)
+            else:
+                good, choices = middle, here
+                self._stand(choices)
+            step = min(2.0 * step, 0.5 * (good - bad))
         self._good = good
         return self._at_fold(good), choices
+
+    def _off_branch(self, choices: Sequence[Choice]) -> bool:
+        """Whether ``choices`` are far from where is looked from."""
+        blocks = self.piece.plan.blocks
+        return any(
+            np.max(np.abs(np.array(choices[n].values) - core) / track_scale(self.piece.plan, blocks[n])) > WIDE
+            for n, core in self._cores.items()
+        )
 
     def _stand(self, choices: Sequence[Choice]) -> None:
         """Look from now on from where ``choices`` are."""
