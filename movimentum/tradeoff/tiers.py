@@ -55,13 +55,16 @@ class Tier:
 
 @dataclass(frozen=True, slots=True)
 class SolverTrade:
-    """The four tiers, on ``frames`` frames, compared at ``samples`` of them; ``size``: the scene's (pixels)."""
+    """The four tiers, on ``frames`` frames, compared at ``samples`` of them; ``size``: the scene's (pixels). ``rough``:
+    what all tiers take from the path in float64, so that none of them is the truth.
+    """
 
     frames: int
     samples: int
     size: float
     digits: int
     tiers: tuple[Tier, ...]
+    rough: tuple[str, ...] = ()
 
 
 def timed(work: Callable[[], Any], runs: int = RUNS) -> float:
@@ -131,7 +134,7 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     residual = _residual(motion, times[:: max(1, len(times) // 12)], exact.arithmetic, _as_digits(exact))
     tiers.append(Tier("exact", begin + exact_start, exact_frame, residual, 0.0))
     progress(6, 6)
-    return SolverTrade(count, len(times), motion.size, digits, tuple(tiers))
+    return SolverTrade(count, len(times), motion.size, digits, tuple(tiers), tuple(exact.attained.rough))
 
 
 def _first(motion: RefinedMotion, times: Sequence[Fraction]) -> float:
