@@ -59,10 +59,9 @@ class Tier:
 
 @dataclass(frozen=True, slots=True)
 class SolverTrade:
-    """The four tiers, on ``frames`` frames, compared at ``samples`` of them; ``size``: the scene's (pixels).
-
-    ``integration``: the error (pixels) of what is integrated, free motion and differential equations, which all tiers
-    share; None where nothing is.
+    """The four tiers, on ``frames`` frames, compared at ``samples`` of them; ``size``: the scene's (pixels). ``rough``:
+    what all tiers take from the path in float64, so that none of them is the truth. ``integration``: the error (pixels)
+    of that, where it is free motion or a differential equation.
     """
 
     frames: int
@@ -70,6 +69,7 @@ class SolverTrade:
     size: float
     digits: int
     tiers: tuple[Tier, ...]
+    rough: tuple[str, ...] = ()
     integration: float | None = None
 
 
@@ -140,8 +140,9 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     residual = _residual(motion, times[:: max(1, len(times) // 12)], exact.arithmetic, _as_digits(exact))
     tiers.append(Tier("exact", begin + exact_start, exact_frame, residual, 0.0))
     progress(6, 6)
+    rough = tuple(exact.attained.rough)
     integration = _integration_error(timeline, motion, times)
-    return SolverTrade(count, len(times), motion.size, digits, tuple(tiers), integration)
+    return SolverTrade(count, len(times), motion.size, digits, tuple(tiers), rough, integration)
 
 
 def _integration_error(timeline: Timeline, motion: PathMotion, times: Sequence[Fraction]) -> float | None:

@@ -205,3 +205,15 @@ def test_only_exact_pays_for_mpmath(script: Path, tier: str, expected: bool) -> 
         check=False,
     )
     assert done.stdout.split() == [str(expected), "False", "False", "0"], done.stderr
+
+
+def test_no_tier_is_said_to_add_digits_to_an_integral(tmp_path: Path) -> None:
+    path = tmp_path / "swing.mov"
+    path.write_text(
+        ".config(10, 60, 40);\nA : .bar P = [0,0] Q = [10,0];\n@0 A.P = [0,0]; A.angle = 9 + .i(A.Q.y);\n@1"
+    )
+    told = movimentum("trade", path.name, "--format", "json", cwd=tmp_path)
+    found = json.loads(told.stdout)
+    assert found["solver"]["rough"] == ["an integral"]
+    assert found["lessons"][0].startswith("No tier adds digits to an integral")
+    assert "the truth" not in " ".join(found["lessons"][:3])

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from movimentum.syntax.expression_tree import (
+    EXTREMES,
     Blank,
     Call,
     Clock,
@@ -68,6 +69,7 @@ leaves = st.one_of(
     st.just(Blank()),
     st.sampled_from([Clock(name) for name in CLOCKS]),
 )
+signs = [sign for sign in Comparison if sign not in EXTREMES]
 inequalities = [Comparison.BELOW, Comparison.AT_MOST, Comparison.ABOVE, Comparison.AT_LEAST]
 
 
@@ -189,21 +191,27 @@ plain_items = st.one_of(
         suffixes,
     ),
     st.builds(StepHeader, times, st.booleans()),
-    st.builds(Statement, small, st.sampled_from(Comparison), small),
+    st.builds(Statement, small, st.sampled_from(signs), small),
     st.builds(
         Statement,
         small,
-        st.sampled_from(Comparison),
+        st.sampled_from(signs),
         st.builds(Transition, small, small),
         st.none() | small,
     ),
     st.builds(
         ClaimStatement,
         small,
-        st.sampled_from([comparison for comparison in Comparison if comparison is not Comparison.WISH]),
+        st.sampled_from([sign for sign in signs if sign is not Comparison.WISH]),
         small,
         st.none() | small,
         st.sampled_from(Purpose),
+    ),
+    st.builds(
+        lambda value, sign, weight: ClaimStatement(value, sign, Number(Decimal(0)), weight, Purpose.GOAL),
+        small,
+        st.sampled_from(EXTREMES),
+        st.none() | small,
     ),
     st.builds(Copy, names, names, arguments, st.lists(options, max_size=2).map(tuple), suffixes),
 )

@@ -34,7 +34,9 @@ MOST_STEPS, MANY = 20_000, 32
 FIRST, LONGEST, LONGEST_NODES = 0.01, 0.125, 32
 """Of the stretch: the first step, and the longest; and how many of the path's nodes it may pass."""
 ARRIVED = 1e-15
-NEWTON_STEPS, SIMPLIFIED_STEPS = 12, 50
+NEWTON_STEPS, SIMPLIFIED_STEPS, PLAIN_STEPS = 12, 50, 30
+SETTLED = 1e-14
+"""Changes that are smaller are rounding, where each is a fraction of the one before."""
 DENSE = 64
 """Unknowns of a step up to which all are solved for at once, with a Jacobian of each point. Larger systems are solved
 with one Jacobian a step."""
@@ -148,6 +150,7 @@ class Flow:
         self._low, self._high = float(nodes[0]), float(nodes[-1])
         self._total = self._high - self._low
         self._points = points()
+        self._stiff = np.inf  # from such steps on, large systems need a Jacobian; shorter ones are solved by iteration
 
     def track(self, x: FloatArray, z: FloatArray, until: float) -> FlowTrack:
         """From core values ``x`` (n,) and states ``z`` (p,) at the first node to ``until``, the last node, or where
@@ -255,6 +258,10 @@ class Flow:
         """The core (s, n), the states' rates (s, p) and the states at the points; None where they are not found."""
         matrix = step * self._points.matrix
         dense, far = STAGES * len(z) <= DENSE, np.inf
+        if not dense and step < self._stiff:
+            if (found := self._iterated(equation, matrix, x, states, z, size)) is not None:
+                return found
+            self._stiff = step
         inverses = None
         for sweep in range(NEWTON_STEPS if dense else SIMPLIFIED_STEPS):
             x, rates = equation.rates(states, x)
@@ -274,6 +281,22 @@ class Flow:
                 return *equation.rates(states, x), states
             if not far < 1e6 or (sweep > 8 and far > 0.5 * before):
                 break
+        return None
+
+    def _iterated(
+        self, equation: Slopes, matrix: FloatArray, x: FloatArray, states: FloatArray, z: FloatArray, size: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """The same without a Jacobian: for short steps the changes fall as those of a power series do."""
+        changes: list[float] = []
+        for sweep in range(PLAIN_STEPS):
+            x, rates = equation.rates(states, x)
+            change = z + matrix @ rates - states
+            states = states + change
+            changes.append(float(np.max(np.abs(change) / size)))
+            if changes[-1] <= SETTLED:
+                return *equation.rates(states, x), states
+            if not changes[-1] < 1e6 or (sweep > 9 and changes[-1] > 0.1 * changes[-4]):
+                return None
         return None
 
     def _inverses(self, step: float, slopes: FloatArray) -> NDArray[np.complex128]:
