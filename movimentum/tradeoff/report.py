@@ -31,10 +31,6 @@ def _time(seconds: float) -> str:
 def trade_text(script: str, solver: SolverTrade, pictures: PictureTrade, rates: Rates) -> str:
     """Tables in plain text, and sentences."""
     frames = f"{solver.frames:,} frame{'' if solver.frames == 1 else 's'}"
-    reference = "the truth"
-    if solver.integration is not None:
-        reference = "the reference"
-        integrated.append(f"\nat every accuracy, integrated motion is off by another {solver.integration:.1e} px\n")
     parts = [
         f"{visible(script)}: {frames}, compared at {solver.samples} of them with {solver.digits} digits\n\n",
         _table(
@@ -84,8 +80,8 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
     if solver.rough:
         off = f"off by {solver.integration:.1e} px" if solver.integration else "about 12 digits"
         found.append(
-            f"No tier adds digits to {listed(list(solver.rough))}: all take it from the path ({off}). Position errors are"
-            " what comes on top of that."
+            f"No tier adds digits to {listed(list(solver.rough))}: all take it from the path ({off}). Position errors"
+            " come on top of that."
         )
     saved = (standard.start - draft.start) + count * (standard.frame - draft.frame)
     whole = standard.start + count * (standard.frame + drawing)

@@ -296,6 +296,8 @@ class SystemBuilder:
                 errors = tuple(_modulo_turn(a, b, self._difference(a, b)) for a, b in pairs)
                 about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
                 self.wishes.append(Wish(errors, constraint.number, about, constraint.speed))
+            case Relation.LARGEST | Relation.SMALLEST:
+                raise AssertionError("only goals are largest or smallest")
         self.constraint = None
 
     def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
