@@ -192,7 +192,7 @@ def _chosen(colors: Floats, weight: Floats, count: int, tolerance: int, fixed: F
     if len(fixed) and len(colors):
         near = np.concatenate([_distances(colors[at : at + 4096], fixed) for at in range(0, len(colors), 4096)])
         colors, weight = colors[near > tolerance], weight[near > tolerance]
-    if not len(colors):
+    if not len(colors) or count < 1:
         return fixed[:0]
     centres, all_near = _split(colors, weight, count, tolerance)
     for _ in range(0 if all_near else _ROUNDS):

@@ -11,7 +11,7 @@ from PIL import Image
 
 from movimentum.drawing.options import PictureOptions
 from movimentum.encoding.gif import SEEN
-from movimentum.encoding.palette import CLOSE
+from movimentum.encoding.palette import CLOSE, choose_palette, packed
 from movimentum.encoding.write import write_animation
 from movimentum.errors import UsageError
 from movimentum.rendering.painter import make_painter
@@ -58,6 +58,15 @@ def test_a_colour_that_one_frame_has(tmp_path, frame, change):
     assert (drawn[frame][40, 30] == (250, 20, 30)).all()
     assert (decoded[frame][40, 30] == (250, 20, 30)).all()
     assert not codes(report)
+
+
+@pytest.mark.parametrize("count", [254, 255, 256, 300])
+def test_a_palette_has_at_most_255_colours_however_many_are_known(count):
+    shades = np.stack([np.arange(count) % 250, np.arange(count) // 250 * 90, np.arange(count) % 7 * 30], axis=1)
+    picture = Image.fromarray(shades[None].astype(np.uint8))
+    palette = choose_palette([picture], packed(shades[:100].astype(np.uint8)))
+    assert len(palette.colors) <= 255
+    assert len(palette.table()) <= 768
 
 
 @pytest.mark.parametrize("period", [40, 90, 180])
