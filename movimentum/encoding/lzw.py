@@ -12,9 +12,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
-
-from movimentum.encoding.pieces import saved
+from PIL import GifImagePlugin, Image
 
 Codes = NDArray[np.int64]
 
@@ -25,12 +23,16 @@ _ALIKE = 1.005  # ways that are so near the shortest are tried, too
 _LONGEST = 200_000  # pixels that are coded anew: more take longer than drawing them
 _PARTS, _FINEST = 6, 0.01  # places where a table that was kept may be emptied after all
 _SIDE = 65535  # pixels of a row, for Pillow
+_LOOKED_AT, _STRIPS = 30_000, 6  # pixels that tell which ways of a large picture are tried in full, and where they are
 
 
 def image_block(ways: Sequence[NDArray[np.uint8]]) -> bytes:
     """The compressed pixels (code size, sub-blocks, terminator) of a GIF: of that of ``ways`` (rows, columns) to say
     the same that is shortest.
     """
+    if len(ways) > 2 and ways[0].size > 2 * _LOOKED_AT:
+        parts = [_by_pillow(_rows_of(indices)) for indices in ways]
+        ways = [ways[k] for k in sorted(range(len(ways)), key=lambda k: len(parts[k]))[:2]]
     coded = sorted(((_by_pillow(indices), indices) for indices in ways), key=lambda each: len(each[0]))
     stream, indices = coded[0]
     bits = max(2, int(indices.max()).bit_length())
@@ -43,6 +45,14 @@ def image_block(ways: Sequence[NDArray[np.uint8]]) -> bytes:
         stream = _packed(_runs(stream), bits)
     blocks = [bytes((len(part),)) + part for at in range(0, len(stream), 255) if (part := stream[at : at + 255])]
     return bytes((bits,)) + b"".join(blocks) + b"\0"
+
+
+def _rows_of(indices: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Some strips of a picture, one above the other."""
+    rows, columns = indices.shape
+    height = max(1, _LOOKED_AT // _STRIPS // columns)
+    first = np.linspace(0, max(0, rows - height), _STRIPS).astype(np.intp)
+    return np.ascontiguousarray(indices[(first[:, None] + np.arange(min(height, rows))).ravel()])
 
 
 @cache
@@ -62,21 +72,19 @@ _PERIOD = int(_widths(_RUN + 1, 8).sum())
 
 
 def _by_pillow(indices: NDArray[np.uint8]) -> bytes:
-    data = saved(Image.fromarray(indices), "GIF", optimize=False, interlace=0)
-    at = 13 + (3 << (data[10] & 7) + 1 if data[10] & 0x80 else 0)
-    while data[at] == 0x21:  # an extension: label, then sub-blocks up to an empty one
-        at += 2
-        while data[at]:
-            at += data[at] + 1
-        at += 1
-    if data[at] != 0x2C or data[at + 9] & 0xC0 or data[at + 10] != 8 or data[-1] != 0x3B:
+    try:
+        _, bits, *parts, end = GifImagePlugin.getdata(Image.fromarray(indices), interlace=0)
+    except OSError as error:
+        raise MemoryError from error  # the coder has no other trouble
+    data = b"".join(parts)
+    if bits != b"\x08" or end != b"\0":
         raise AssertionError("Pillow wrote a GIF that cannot be read")
-    at += 11
-    parts: list[bytes] = []
-    while data[at]:
-        parts.append(data[at + 1 : at + 1 + data[at]])
+    blocks: list[bytes] = []
+    at = 0
+    while at < len(data):
+        blocks.append(data[at + 1 : at + 1 + data[at]])
         at += data[at] + 1
-    return b"".join(parts)
+    return b"".join(blocks)
 
 
 def _runs(stream: bytes) -> list[Codes]:

@@ -72,10 +72,10 @@ def choose_palette(
     keys, counts = _counted(np.concatenate(parts) if parts else NO_KEYS)
     known = distinct(known)
     fixed = channels(known).astype(np.float32)
-    edges = _edges(fixed, fixed[~np.isin(known, keys)], ground)
+    edges = _edges(fixed, fixed[~np.isin(known, keys, assume_unique=True)], ground)
     if len(known) > _KNOWN:
         fixed = _chosen(fixed, np.ones(len(known), np.float32), _KNOWN, 0, fixed[:0])
-    elif tolerance <= CLOSE and np.isin(known, keys).all():
+    elif tolerance <= CLOSE and np.isin(known, keys, assume_unique=True).all():
         every = [distinct(words_of(image)) for image in samples]
         seen = [words[words >= _OPAQUE] & np.uint32(_COLOR) for words in every]
         whole = distinct(np.concatenate([known, *seen]))

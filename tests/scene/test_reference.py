@@ -39,7 +39,7 @@ def test_the_codes_are_those_of_the_front_end() -> None:
     assert used - told == set()
     # found by the stage that reads pictures, where any stage says too much, and where it is known what moves
     later = {"asset/unreadable", "asset/glyph", "limit/messages", "name/clock", "name/no-value"}
-    later |= {"asset/element", "asset/unsafe", "asset/needs-svg", "limit/drawing"}
+    later |= {"asset/element", "asset/unsafe", "asset/needs-svg", "limit/drawing", "limit/paths"}
     assert told - used == later
 
 

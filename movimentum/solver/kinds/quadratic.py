@@ -117,9 +117,12 @@ def _circles(path: Path, grid: Grid, block: Quadratic) -> Circles | None:
         return None
     plan, state, clocks, count = path.plan, grid.state, grid.instants.clocks, len(grid.tau)
     values = np.broadcast_to(code_of([block.apart], plan.clocks)(state, clocks)[0], count)
-    largest, typical, unit = float(np.nanmax(values)), float(np.nanmedian(values)), _unit(plan)
+    known = np.sort(values[~np.isnan(values)])
+    if not len(known):
+        return None
+    largest, typical, unit = float(known[-1]), float(known[len(known) // 2]), _unit(plan)
     always = not largest > ALWAYS_ONE * unit or not (typical > ALWAYS_ONE * unit or largest > SPIKES * unit)
-    if not always and np.nanmin(values) >= NEARLY_ONE * largest:
+    if not always and known[0] >= NEARLY_ONE * largest:
         return None
 
     def least(node: Expr) -> Expr:

@@ -16,6 +16,7 @@ export const TOKENS = [
   ["\\.unit(?=\\s*\\()", "keyword.other.unit"],
   ["\\.within(?=\\s*\\()", "keyword.other.within"],
   ["\\.weight(?=\\s*\\()", "keyword.other.weight"],
+  ["\\.(?:largest|smallest)(?=\\s*(?:[;@]|\\.(?:weight|within|goal|require|claim)(?![A-Za-z0-9_])|\\Z))", "keyword.other.extreme"],
   ["\\.speed(?=\\s*\\()", "keyword.other.speed"],
   ["\\.bar(?![A-Za-z0-9_])", "storage.type.shape"],
   ["\\.arrow(?![A-Za-z0-9_])", "storage.type.shape"],
