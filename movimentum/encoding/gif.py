@@ -8,6 +8,7 @@ transparent again in any other way. Then a frame's box holds everything that it 
 
 from __future__ import annotations
 
+import itertools
 import struct
 from collections.abc import Iterator
 from typing import BinaryIO, TypeAlias
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from movimentum.drawing.style import Color
-from movimentum.encoding.lzw import image_block
+from movimentum.encoding.lzw import LARGE, image_block
 from movimentum.encoding.palette import Mapper, Palette
 from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, parts
 from movimentum.rendering.stamps import Box, Frame, around
@@ -81,7 +82,9 @@ class GifCoder(Coder):
         inner = _box(changed)
         rows, columns = slice(inner.top, inner.bottom), slice(inner.left, inner.right)
         place = Box(box.left + inner.left, box.top + inner.top, box.left + inner.right, box.top + inner.bottom)
-        return FramePiece(place, image_block([*_ways(now[rows, columns], changed[rows, columns])]), missed, worst)
+        ways = _ways(now[rows, columns], changed[rows, columns])
+        some = [*itertools.islice(ways, 2 if now[rows, columns].size > LARGE else None)]
+        return FramePiece(place, image_block(some), missed, worst)
 
     def _update(self, frame: Frame) -> tuple[Indices, int, int]:
         """The indices of a frame, of which only those are looked up that changed; how many pixels of these have colours
