@@ -21,7 +21,6 @@ _RUN = _FULL - _FIRST + 1  # codes between two clear codes; the table is full be
 _MOST = 3  # clear codes: of longer pictures, the end is too small a part
 _ALIKE = 1.005  # ways that are so near the shortest are tried, too
 _LONGEST = 200_000  # pixels that are coded anew: more take longer than drawing them
-_LITTLE, _MUCH, _SHORT = 0.3, 0.7, 10_000  # parts of a table between which so many pixels are: it gains little there
 _PARTS, _FINEST = 6, 0.01  # places where a table that was kept may be emptied after all
 _SIDE = 65535  # pixels of a row, for Pillow
 LARGE = 200_000  # pixels: a picture that is coded once, in the way that a part of it tells
@@ -35,7 +34,7 @@ def image_block(ways: Sequence[NDArray[np.uint8]]) -> bytes:
     if len(ways) > 1 and ways[0].size > 2 * _LOOKED_AT:
         parts = [_by_pillow(_rows_of(indices)) for indices in ways]
         best = sorted(range(len(ways)), key=lambda k: len(parts[k]))
-        ways = [ways[k] for k in best[: 1 if ways[0].size > LARGE else 3]]
+        ways = [ways[k] for k in best[: 1 if ways[0].size > LARGE else 4]]
     coded = sorted(((_by_pillow(indices), indices) for indices in ways), key=lambda each: len(each[0]))
     stream, indices = coded[0]
     bits = max(2, int(indices.max()).bit_length())
@@ -135,7 +134,7 @@ def _with_full_table(runs: list[Codes], indices: NDArray[np.uint8]) -> list[Code
     *before, kept, last = runs
     _, lengths = _strings(last)
     left = int(np.array(lengths)[last].sum())
-    if left > (_LONGEST if not _LITTLE < len(last) / _RUN < _MUCH else _SHORT):
+    if left > _LONGEST:
         return runs
     pixels = indices.tobytes()[-left:]
     first, lengths = _strings(kept)
