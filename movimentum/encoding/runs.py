@@ -112,6 +112,7 @@ def workers_that_pay(seconds_a_frame: float, frames: int, held: int = 0) -> int:
 
 def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Generator[Pieces, None, None]:
     session = PaintSession(painter)
+    coder.forget()  # it may have been timed
     for run in runs(source):
         poses = run.poses.select(slice(1, None)) if run.lead else run.poses
         yield [coder.code(frame) for frame in session.changes(poses)]

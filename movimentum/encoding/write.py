@@ -214,9 +214,7 @@ class _Job:
         if self.elsewhere is not None:
             if images is None:
                 images, seconds = timed_frames(self.painter, self.source, sorted({0, self.total // 2}))
-            began = time.perf_counter()
-            coder.code(_after(images[-1], images[0]))
-            if self.elsewhere.takes((seconds + time.perf_counter() - began) * self.total):
+            if self.elsewhere.takes((seconds + _coding(coder, images[-1], images[0])) * self.total):
                 return 0
         if self.workers is not None:
             return max(1, self.workers)
@@ -224,9 +222,7 @@ class _Job:
             return 1
         if images is None:
             images, seconds = timed_frames(self.painter, self.source, [0, self.total // 2])
-        began = time.perf_counter()
-        coder.code(_after(images[-1], images[-2]))
-        return workers_that_pay(seconds + time.perf_counter() - began, self.total, held())
+        return workers_that_pay(seconds + _coding(coder, images[-1], images[-2]), self.total, held())
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,16 +238,19 @@ class _Thinned:
         return thinned(self.source, self.fps, self.limit, self.keep)
 
 
-def _after(image: Image.Image, before: Image.Image) -> Frame:
-    """A frame that is shown after another one."""
+def _coding(coder: Coder, image: Image.Image, before: Image.Image) -> float:
+    """The seconds that a frame takes to be coded after another one."""
+    coder.see(Frame(before, (Box(0, 0, *before.size),)))
     box = ImageChops.difference(image, before).getbbox(alpha_only=False)
-    return Frame(image, () if box is None else (Box(*box),))
+    began = time.perf_counter()
+    coder.code(Frame(image, () if box is None else (Box(*box),)))
+    return time.perf_counter() - began
 
 
 def _write_gif(job: _Job, path: Path) -> WriteReport:
     warnings: list[Diagnostic] = []
-    end = FrameClock(job.fps, 100).at(job.total)
     clock = FrameClock(job.fps, 100)
+    end = clock.at(job.total)
     if job.fps > gif.FASTEST:
         keep = kept_frames(job.total, job.fps, gif.FASTEST)
         warnings.append(told.too_fast(job.fps))

@@ -184,3 +184,15 @@ def test_ffmpeg_sees_the_same_frames(tmp_path, size):
     theirs = np.frombuffer(raw, dtype=np.uint8).reshape(-1, 2 * size, 2 * size, 3)
     assert len(theirs) == len(drawn)
     assert all((a == b).all() for a, b in zip(theirs, decoded, strict=True))
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".webp", ".apng"])
+def test_a_coder_that_was_timed_begins_the_film_with_a_whole_picture(tmp_path, monkeypatch, suffix):
+    """To choose the number of workers, a later frame is coded once: nothing of it may be left in the film."""
+    monkeypatch.setattr("movimentum.encoding.write.workers_that_pay", lambda *_: 1)
+    bar = thing("bar", (0, 0), (30, 0), color=(10, 90, 60), width=6.0)
+    made, where = scene(disc((30, 40), (250, 20, 30)), bar), poses([[0, 0, 0]], [[70, 40, 3 * k] for k in range(80)])
+    painter = make_painter(made, where, PictureOptions())
+    write_animation(painter, where, tmp_path / f"timed{suffix}", fps=FPS)
+    write_animation(painter, where, tmp_path / f"one{suffix}", fps=FPS, workers=1)
+    assert (tmp_path / f"timed{suffix}").read_bytes() == (tmp_path / f"one{suffix}").read_bytes()
