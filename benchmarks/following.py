@@ -242,7 +242,12 @@ def followed(triad: Triad, fps: int) -> tuple[FloatArray, FloatArray, int, int, 
     turn = np.unwrap(np.arctan2(*poses.direction[platform.number].T[::-1]))
     found = np.column_stack([corner, turn])
     found[~poses.solved] = np.nan
-    nodes = sum(len(piece.nodes) for stretch in motion.stretches for piece in stretch.pieces if hasattr(piece, "nodes"))
+    nodes = sum(
+        len(piece.nodes)
+        for segment_motion in motion.segments
+        for piece in segment_motion.pieces
+        if hasattr(piece, "nodes")
+    )
     return poses.times, found, calls[0], nodes, seconds[0]
 
 

@@ -123,10 +123,10 @@ def drags() -> Iterator[tuple[str, float, float]]:
     whole = linkage_script(transformable(4), "tiling of order 4")
     for name, text in (("Peaucellier's cell", cell), ("penrose-five", five), ("tiling of 571 vertices", whole)):
         revision = Engine().revise(SourceText(str(SCRIPTS / "dragged.mov"), text))
-        stretch = revision.motion.stretches[0]
+        segment_motion = revision.motion.segments[0]
         for thing in reversed([each for each in revision.scene.things if each.is_body and len(each.anchors) > 1]):
             left = [symbol(AnchorCoordinate(thing.number, 1, axis)) for axis in (0, 1)]
-            grip = Grip(stretch, stretch.pieces[0], 0.0, left)  # pyright: ignore[reportArgumentType]
+            grip = Grip(segment_motion, segment_motion.pieces[0], 0.0, left)  # pyright: ignore[reportArgumentType]
             if not grip.fixed:
                 break
         x, y = thing.anchors[1].local

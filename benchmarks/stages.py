@@ -79,10 +79,10 @@ def _watched(totals: dict[str, float]) -> Iterator[None]:
             setattr(module, name, original)
 
 
-def _solved(motion: PathMotion, stretch: SegmentMotion, piece: Piece, frames: int) -> None:
+def _solved(motion: PathMotion, segment_motion: SegmentMotion, piece: Piece, frames: int) -> None:
     """Solve all frames, in the batches in which poses are made."""
     for begin in range(0, frames, BATCH):
-        piece.solve(motion.instants(stretch, begin, min(begin + BATCH, frames)), windings=False)
+        piece.solve(motion.instants(segment_motion, begin, min(begin + BATCH, frames)), windings=False)
 
 
 def run(m: Mechanism, frames: int, repeats: int = 1) -> Solved:
@@ -106,15 +106,15 @@ def run(m: Mechanism, frames: int, repeats: int = 1) -> Solved:
         motion: PathMotion = stage("path", lambda: solve(timeline))
     seconds.update(inside)
     seconds["path"] -= inside["plan"]
-    stretch = motion.stretches[0]
-    piece = stretch.pieces[0]
+    segment_motion = motion.segments[0]
+    piece = segment_motion.pieces[0]
     if not isinstance(piece, Piece):  # nothing satisfies the constraints from the start
         seconds |= {"first": np.nan, "solve": np.nan}
         repeats = 1
     else:
-        stage("first", lambda: _solved(motion, stretch, piece, 1))
+        stage("first", lambda: _solved(motion, segment_motion, piece, 1))
         for _ in range(repeats):
-            stage("solve", lambda: _solved(motion, stretch, piece, frames))
+            stage("solve", lambda: _solved(motion, segment_motion, piece, frames))
     poses: Any = None
     motion.poses(0, 1)
     for _ in range(repeats):
@@ -127,6 +127,6 @@ def run(m: Mechanism, frames: int, repeats: int = 1) -> Solved:
         local = next(a.local for a in things[thing].anchors if a.name == anchor)
         points[:, i] = poses.world(things[thing].number, local)
     points[~poses.solved] = np.nan
-    kernels = Counter(method_of(block) for block in stretch.plan.blocks)
+    kernels = Counter(method_of(block) for block in segment_motion.plan.blocks)
     nodes = len(piece.nodes) if isinstance(piece, Piece) else 0
     return Solved(seconds, points, int((~poses.solved).sum()), dict(kernels), nodes)

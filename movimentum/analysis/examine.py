@@ -56,14 +56,16 @@ class Examination:
 class _Reports(Sequence[StepReport]):
     """A report for each segment, made when somebody looks: what moves as one is asked for by `check` only."""
 
-    def __init__(self, stretches: Sequence[SegmentMotion], ranks: Sequence[list[BlockRank]]) -> None:
-        self._stretches, self._ranks = stretches, ranks
+    def __init__(self, segment_motions: Sequence[SegmentMotion], ranks: Sequence[list[BlockRank]]) -> None:
+        self._segment_motions, self._ranks = segment_motions, ranks
 
     @cached_property
     def _made(self) -> tuple[StepReport, ...]:
         with np.errstate(all="ignore"):
-            pairs = zip(self._stretches, self._ranks, strict=True)
-            return tuple(step_report(stretch, ranks, parts_of(stretch, ranks)) for stretch, ranks in pairs)
+            pairs = zip(self._segment_motions, self._ranks, strict=True)
+            return tuple(
+                step_report(segment_motion, ranks, parts_of(segment_motion, ranks)) for segment_motion, ranks in pairs
+            )
 
     @overload
     def __getitem__(self, index: int) -> StepReport: ...
@@ -73,7 +75,7 @@ class _Reports(Sequence[StepReport]):
         return self._made[index]
 
     def __len__(self) -> int:
-        return len(self._stretches)
+        return len(self._segment_motions)
 
 
 def examine(
@@ -94,26 +96,26 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, visible: Vi
     fault = 0
     told: set[object] = set()
     trials = Trials(motion, 0) if advice is Advice.PLAIN else Trials(motion)
-    for index, stretch in enumerate(motion.stretches):
-        ranks = block_ranks(stretch)
+    for index, segment_motion in enumerate(motion.segments):
+        ranks = block_ranks(segment_motion)
         every.append(ranks)
-        if fault == 0 and stretch.troubles:
+        if fault == 0 and segment_motion.troubles:
             from movimentum.analysis.diagnose.failure import failure_diagnostic, not_looked_at
 
-            trouble = min(stretch.troubles, key=lambda item: item.begin)
-            diagnostic, fault = failure_diagnostic(motion, stretch, trouble, advice)
+            trouble = min(segment_motion.troubles, key=lambda item: item.begin)
+            diagnostic, fault = failure_diagnostic(motion, segment_motion, trouble, advice)
             found.append(diagnostic)
-            last = stretch.troubles[-1]
+            last = segment_motion.troubles[-1]
             if last.kind is FailureKind.LIMIT and last is not trouble:
-                found.append(not_looked_at(stretch, last))
+                found.append(not_looked_at(segment_motion, last))
         for diagnostic in (
             *ambiguities(trials, index),
             *free_motions(trials, index, ranks),
             *jumps(motion, index),
-            *_unresolved(stretch),
-            *_inaccurate(motion, stretch),
+            *_unresolved(segment_motion),
+            *_inaccurate(motion, segment_motion),
             *_ill_conditioned(motion, index),
-            *_redundancies(stretch, ranks),
+            *_redundancies(segment_motion, ranks),
         ):
             asked = tuple(text for text in diagnostic.helps if text.endswith("?"))
             key = (diagnostic.code, diagnostic.span, diagnostic.message.split(" at t = ")[0], asked)
@@ -133,7 +135,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, visible: Vi
     fault = fault or (1 if misplaced else 0)
     if fault or any(item.code == "constraint/free-motion" and item.severity is Severity.WARNING for item in found):
         found.extend(unstated_clocks(motion, found))
-    if fault == 0 and any(stretch.plan.wishes for stretch in motion.stretches):
+    if fault == 0 and any(segment_motion.plan.wishes for segment_motion in motion.segments):
         from movimentum.analysis.diagnose.wishes import wish_diagnostics
 
         found.extend(wish_diagnostics(motion))
@@ -147,51 +149,51 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, visible: Vi
         fault = fault or (1 if broken else 0)
     order = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.NOTE: 2}
     ordered = tuple(sorted(found, key=lambda item: order[item.severity]))
-    return Examination(ordered, _Reports(motion.stretches, every), fault, missing is not None)
+    return Examination(ordered, _Reports(motion.segments, every), fault, missing is not None)
 
 
 # --- how it is followed
 
 
-def _unresolved(stretch: SegmentMotion) -> Iterator[Diagnostic]:
+def _unresolved(segment_motion: SegmentMotion) -> Iterator[Diagnostic]:
     """The motion is too fast, for too long, to be followed closely enough to see everything on its way."""
-    for piece in stretch.pieces:
+    for piece in segment_motion.pieces:
         if isinstance(piece, Unsolved) or piece.resolved:
             continue
-        begin, end = (time_text(float(stretch.segment.start) + tau) for tau in (piece.begin, piece.end))
+        begin, end = (time_text(float(segment_motion.segment.start) + tau) for tau in (piece.begin, piece.end))
         yield Diagnostic(
             code="solve/too-fast",
             severity=Severity.WARNING,
             message=f"between t = {begin} and {end} things move too fast to be followed all the way",
-            span=stretch.plan.system.scene.steps[stretch.segment.step].span,
+            span=segment_motion.plan.system.scene.steps[segment_motion.segment.step].span,
             notes=(f"a change point between the {len(piece.nodes)} instants looked at, or full turns, may be missed",),
             helps=("a step in the middle lets each half be followed on its own",),
         )
 
 
-def _inaccurate(motion: PathMotion, stretch: SegmentMotion) -> Iterator[Diagnostic]:
+def _inaccurate(motion: PathMotion, segment_motion: SegmentMotion) -> Iterator[Diagnostic]:
     """Free motion that was integrated with less accuracy than usual, because otherwise it would not have ended, and
     differential equations that magnify rounding.
     """
-    for piece in stretch.pieces:
+    for piece in segment_motion.pieces:
         if isinstance(piece, Unsolved):
             continue
-        for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
+        for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
             usual = LARGE_TOLERANCE if isinstance(block, Free) and block.sparse is not None else TOLERANCE
             if isinstance(track, FlowTrack):
-                yield from uncertain(stretch, block, track)
+                yield from uncertain(segment_motion, block, track)
                 track = track.core
             if not isinstance(track, NodeTrack) or track.tolerance <= usual:
                 continue
-            scene = stretch.plan.system.scene
-            names = listed([f"`{scene.things[t].name}`" for t in things_of(stretch, (block.number,))])
+            scene = segment_motion.plan.system.scene
+            names = listed([f"`{scene.things[t].name}`" for t in things_of(segment_motion, (block.number,))])
             many = counted(len(track.tau), "step")
             known = number(motion.size * track.tolerance, 1)
             yield Diagnostic(
                 code="solve/inaccurate",
                 severity=Severity.WARNING,
                 message=f"the free motion of {names or 'what is solved here'} was followed less accurately than usual",
-                span=scene.steps[stretch.segment.step].span,
+                span=scene.steps[segment_motion.segment.step].span,
                 notes=(
                     f"the usual accuracy would have taken more than {many}; constraints are satisfied anyway",
                     "the error is not known"
@@ -203,23 +205,23 @@ def _inaccurate(motion: PathMotion, stretch: SegmentMotion) -> Iterator[Diagnost
 
 
 def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
-    stretch = motion.stretches[index]
+    segment_motion = motion.segments[index]
     span = motion.span(index, 0, motion.timeline.frame_count)
-    if span is None or any(t.kind is FailureKind.START for t in stretch.troubles):
+    if span is None or any(t.kind is FailureKind.START for t in segment_motion.troubles):
         return
     from movimentum.analysis.diagnose.conditioning import nearly_singular
 
-    scene = stretch.plan.system.scene
-    for found in nearly_singular(motion, stretch, *span):
-        names = listed([f"`{scene.things[t].name}`" for t in things_of(stretch, (found.block,))])
-        when = time_text(float(stretch.segment.start) + found.time)
+    scene = segment_motion.plan.system.scene
+    for found in nearly_singular(motion, segment_motion, *span):
+        names = listed([f"`{scene.things[t].name}`" for t in things_of(segment_motion, (found.block,))])
+        when = time_text(float(segment_motion.segment.start) + found.time)
         known = number(motion.size * found.condition * 2.2e-16, 1)
         yield Diagnostic(
             code="solve/ill-conditioned",
             severity=Severity.NOTE,
             message=f"nearly singular at t = {when}, with a condition number of {number(found.condition, 2)}:"
             f" {names or 'what is solved here'}",
-            span=span_of_blocks(stretch, (found.block,)),
+            span=span_of_blocks(segment_motion, (found.block,)),
             notes=(
                 f"in {counted(found.frames, 'frame')} of this step; positions there are known to about {known} pixels",
             ),
@@ -230,12 +232,12 @@ def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
 # --- what is superfluous
 
 
-def _redundancies(stretch: SegmentMotion, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
-    if any(t.kind is FailureKind.START for t in stretch.troubles):
+def _redundancies(segment_motion: SegmentMotion, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
+    if any(t.kind is FailureKind.START for t in segment_motion.troubles):
         return
-    system = stretch.plan.system
+    system = segment_motion.plan.system
     for rank in ranks:
-        if rank.rank < stretch.plan.blocks[rank.block].rows:
+        if rank.rank < segment_motion.plan.blocks[rank.block].rows:
             yield Diagnostic(
                 code="constraint/redundant",
                 severity=Severity.NOTE,
@@ -245,11 +247,11 @@ def _redundancies(stretch: SegmentMotion, ranks: list[BlockRank]) -> Iterator[Di
                     else f"{rank.rows - rank.rank} of the constraints solved together with this one follow from the"
                     " others (and agree)"
                 ),
-                span=span_of_blocks(stretch, (rank.block,)),
+                span=span_of_blocks(segment_motion, (rank.block,)),
             )
-    for check in stretch.plan.checks:
+    for check in segment_motion.plan.checks:
         equation = system.equations[check]
-        constraint = next((c for c in stretch.segment.active if c.number == equation.constraint), None)
+        constraint = next((c for c in segment_motion.segment.active if c.number == equation.constraint), None)
         if constraint is not None:
             yield Diagnostic(
                 code="constraint/redundant",
@@ -270,20 +272,20 @@ def _redundancies(stretch: SegmentMotion, ranks: list[BlockRank]) -> Iterator[Di
 def _idle_selectors(motion: PathMotion) -> Iterator[Diagnostic]:
     decisive: set[int] = set()
     stated: dict[int, Span] = {}
-    for stretch in motion.stretches:
-        selectors = stretch.plan.system.selectors
-        spans = {c.number: c.span for c in stretch.segment.active}
+    for segment_motion in motion.segments:
+        selectors = segment_motion.plan.system.selectors
+        spans = {c.number: c.span for c in segment_motion.segment.active}
         for selector in selectors:
             if selector.constraint is not None and selector.constraint in spans:
                 stated[selector.constraint] = spans[selector.constraint]
-        for beginning in stretch.beginnings:
+        for beginning in segment_motion.beginnings:
             numbers = set(beginning.selection.decisive)
             if beginning.selector is not None:
                 numbers.add(beginning.selector)
             decisive |= {c for i in numbers if (c := selectors[i].constraint) is not None}
         decisive |= {
             c
-            for t in stretch.troubles
+            for t in segment_motion.troubles
             if t.selector is not None and (c := selectors[t.selector].constraint) is not None
         }
     for constraint, span in sorted(stated.items()):
@@ -301,16 +303,16 @@ def _idle_selectors(motion: PathMotion) -> Iterator[Diagnostic]:
 
 def _unsolved_frame(motion: PathMotion, missing: Shortfall) -> Diagnostic:
     """The first frame that the paths promised and that could not be solved after all."""
-    stretch = missing.stretch
+    segment_motion = missing.segment_motion
     time = time_text(float(motion.timeline.frame_time(missing.frame)))
     if missing.unknown is not None:
-        owner = next(block for block in stretch.plan.blocks if missing.unknown in block.unknowns)
-        span = span_of_blocks(stretch, (owner.number,))
-        name = stretch.plan.system.unknowns[missing.unknown].name
+        owner = next(block for block in segment_motion.plan.blocks if missing.unknown in block.unknowns)
+        span = span_of_blocks(segment_motion, (owner.number,))
+        name = segment_motion.plan.system.unknowns[missing.unknown].name
         message = f"`{name}` has no finite value at t = {time} (frame {missing.frame})"
         note = "a division by zero, the root of a negative number, an overflow, or equations too nearly singular"
     else:
-        span = next((c.span for c in stretch.segment.active if c.number == missing.constraint), None)
+        span = next((c.span for c in segment_motion.segment.active if c.number == missing.constraint), None)
         off = f"is off by {number(missing.amount)}" if np.isfinite(missing.amount) else "has no value"
         message = f"this {off} at t = {time} (frame {missing.frame}),"
         message += " which the solver could not repair"

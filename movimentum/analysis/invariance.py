@@ -124,7 +124,7 @@ def reverse_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     if reason is not None:
         yield Diagnostic("check/reverse", Severity.NOTE, f"the motion cannot be run backwards: {reason}")
         return
-    last = motion.stretches[-1]
+    last = motion.segments[-1]
     piece = last.pieces[-1]
     assert not isinstance(piece, Unsolved)
     carried = carry_at(last, piece, float(last.segment.end - last.segment.start), last.base)
@@ -135,13 +135,13 @@ def reverse_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
 
 
 def _irreversible(motion: PathMotion) -> str | None:
-    for stretch in motion.stretches:
-        when = f"in the step at t = {time_text(float(stretch.segment.start))}"
-        if stretch.troubles or any(isinstance(piece, Unsolved) for piece in stretch.pieces):
+    for segment_motion in motion.segments:
+        when = f"in the step at t = {time_text(float(segment_motion.segment.start))}"
+        if segment_motion.troubles or any(isinstance(piece, Unsolved) for piece in segment_motion.pieces):
             return f"there is no solution all the way {when}"
-        if any(b.free for b in stretch.plan.blocks):
+        if any(b.free for b in segment_motion.plan.blocks):
             return f"something moves freely {when}"
-        for item in stretch.segment.active:
+        for item in segment_motion.segment.active:
             if any(node.op in ("integral", "derivative") for node in walk(*item.left, *item.right)):
                 return f"there are integrals or derivatives {when}"
             if item.relation is Relation.WISH:

@@ -59,9 +59,11 @@ class StepReport:
     motions: tuple[MotionReport, ...] = ()
 
 
-def step_report(stretch: SegmentMotion, ranks: Sequence[BlockRank], parts: Sequence[ConnectedPart]) -> StepReport:
-    """The report of one stretch; ``ranks`` and ``parts`` as `analysis.freedom.degrees` finds them."""
-    plan = stretch.plan
+def step_report(
+    segment_motion: SegmentMotion, ranks: Sequence[BlockRank], parts: Sequence[ConnectedPart]
+) -> StepReport:
+    """The report of one segment; ``ranks`` and ``parts`` as `analysis.freedom.degrees` finds them."""
+    plan = segment_motion.plan
     of_block = {rank.block: rank for rank in ranks}
     unknowns = equations = rank = freedom = 0
     redundant = len(plan.checks)
@@ -83,8 +85,8 @@ def step_report(stretch: SegmentMotion, ranks: Sequence[BlockRank], parts: Seque
             redundant += block.rows - found.rank
     motions = [motion for rank in ranks for motion in rank.motions]
     return StepReport(
-        float(stretch.segment.start),
-        float(stretch.segment.end),
+        float(segment_motion.segment.start),
+        float(segment_motion.segment.end),
         unknowns,
         equations + len(plan.checks),
         rank,

@@ -55,7 +55,7 @@ def triangles_of(motion: PathMotion) -> Triangles:
 
 def _only_plan(motion: PathMotion) -> Plan:
     scene = motion.timeline.scene
-    plans = [s.plan for s in motion.stretches if s.segment.end > s.segment.start] or [motion.stretches[-1].plan]
+    plans = [s.plan for s in motion.segments if s.segment.end > s.segment.start] or [motion.segments[-1].plan]
     other = next((p for p in plans if p.system.segment.active != plans[0].system.segment.active), None)
     if other is not None:
         step = scene.steps[other.system.segment.step]

@@ -91,10 +91,10 @@ def _without_solution(session: Session) -> str:
     if not work.moves:
         return ""
     try:
-        stretches = work.motion.stretches
+        segment_motions = work.motion.segments
     except Refused:
         return ""
-    found = (float(each.segment.start) + trouble.begin for each in stretches for trouble in each.troubles)
+    found = (float(each.segment.start) + trouble.begin for each in segment_motions for trouble in each.troubles)
     begin = min(found, default=None)
     if begin is None:
         return ""

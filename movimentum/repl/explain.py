@@ -32,7 +32,7 @@ def why(session: Session, argument: str) -> Answer:
         raise refused("name", f"`{text}` has no anchors, so nothing can be said about where it is")
     asked = [thing.name + "." + a.name for a in thing.anchors] if thing is not None else [text]
     expressions = [e for name in asked for e in lowered(session, name)]
-    found = determination(session.stretch.plan, expressions)
+    found = determination(session.segment_motion.plan, expressions)
     numbers = {c.number: c for c in scene.constraints()}
     lines: list[str] = []
     for place, reason in enumerate(found.reasons, 1):
@@ -45,9 +45,9 @@ def why(session: Session, argument: str) -> Answer:
             line = work.scene.source.position(item.span.start).line
             what = f"`{work.scene.source.statement(item.span)}`"
         lines.append(f"{place:3}. line {line}: {what}")
-    names = [unknown.name for unknown in session.stretch.plan.system.unknowns]
+    names = [unknown.name for unknown in session.segment_motion.plan.system.unknowns]
     for block in found.free:
-        members = ", ".join(names[n] for n in session.stretch.plan.blocks[block].unknowns[:6])
+        members = ", ".join(names[n] for n in session.segment_motion.plan.blocks[block].unknowns[:6])
         lines.append(f"     not determined by that alone: block {block} ({members}) leaves free motion, which is least")
     lines += [f"     `{scene.things[t].name}` stays as drawn: nothing in this step says otherwise" for t in found.drawn]
     return session, "\n".join(lines) or f"nothing in this step says anything about `{text}`"
@@ -59,8 +59,8 @@ def formula(session: Session, argument: str) -> Answer:
 
     begun = time.monotonic()
     text = _name(argument, "formula Rod.B")
-    stretch = session.stretch
-    tau = float(session.time - stretch.segment.start)
+    segment_motion = session.segment_motion
+    tau = float(session.time - segment_motion.segment.start)
     expressions = lowered(session, text)
     lines: list[str] = []
     import sympy
@@ -69,14 +69,14 @@ def formula(session: Session, argument: str) -> Answer:
     for label, expression in zip(
         (text,) if len(expressions) == 1 else (f"{text}.x", f"{text}.y"), expressions, strict=True
     ):
-        found = short_formula(stretch, tau, expression, patience / len(expressions))
+        found = short_formula(segment_motion, tau, expression, patience / len(expressions))
         if isinstance(found, Obstacle) and found.words == UNREASONABLE:
             lines.append(f"{label} has {found.words}")
         elif isinstance(found, Obstacle):
             lines.append(f"{label} has no closed form: {found.words}")
         else:
             lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
-    since = time_text(float(stretch.segment.start))
+    since = time_text(float(segment_motion.segment.start))
     return session, "\n".join([*lines, f"(t counts from {since}, where this step begins; angles in radians inside)"])
 
 
@@ -122,7 +122,7 @@ def _matrices(session: Session, name: str) -> str:
     if name == "--vertices":
         return vertices_text(session)
     piece, tau = session.piece
-    parts = part_matrices(session.stretch, piece, tau)
+    parts = part_matrices(session.segment_motion, piece, tau)
     if not parts:
         return "nothing is stated at this moment, so there is no matrix"
     if name:
@@ -141,7 +141,7 @@ def wiggle(session: Session, argument: str) -> Answer:
     if not name.lower().endswith((".gif", ".apng", ".webp")):
         raise refused("file", "`wiggle` writes an animation", "wiggle free.gif")
     piece, tau = session.piece
-    found = list(wiggles(session.stretch, piece, tau))
+    found = list(wiggles(session.segment_motion, piece, tau))
     if not found:
         return session, "nothing can move in a way that is not determined"
     write_film(session, [moment for _, moments in found for moment in moments], session.refuse_overwriting(name))
@@ -166,7 +166,7 @@ def drag(session: Session, argument: str) -> Answer:
         raise refused("kind", f"`{left}` and `{goal}` are a scalar and a vector", "drag Rod.B to [300, 200]")
     piece, tau = session.piece
     try:
-        found = pull(session.stretch, piece, tau, expressions, [float(v) for v in values])
+        found = pull(session.segment_motion, piece, tau, expressions, [float(v) for v in values])
     except ValueError as error:
         raise refused("name", f"nothing says anything about `{error}` at this moment") from error
     off = number(found.off)
@@ -217,7 +217,7 @@ def solutions(session: Session, argument: str) -> Answer:
     rest, target = split_output(argument, (".png",))
     plain(rest, "solutions")
     piece, tau = session.piece
-    found = [part for part in alternatives(session.stretch, piece, tau) if len(part.solutions) > 1]
+    found = [part for part in alternatives(session.segment_motion, piece, tau) if len(part.solutions) > 1]
     if not found:
         return session, "there is one solution only at this moment"
     scene = session.work.scene

@@ -149,7 +149,7 @@ def _rigid_rows(session: Session, wanted: str) -> list[list[str]]:
     """What the language itself demands: the anchors of every thing that is solved for keep their distances."""
     scene, poses = session.work.scene, session.poses()
     rows: list[list[str]] = []
-    for thing in sorted(session.stretch.plan.system.frames):
+    for thing in sorted(session.segment_motion.plan.system.frames):
         body = scene.things[thing]
         line = str(scene.source.position(body.span.start).line)
         firsts = body.anchors if len(body.anchors) <= PAIRS else body.anchors[:1]
@@ -173,7 +173,7 @@ def plan(session: Session, argument: str) -> Answer:
         raise refused(
             "argument", f"`plan` takes `--equations` or nothing, found `{argument.strip()}`", "plan --equations"
         )
-    the_plan = session.stretch.plan
+    the_plan = session.segment_motion.plan
     names = [unknown.name for unknown in the_plan.system.unknowns]
     rows = [["", "kernel", "finds", "moves", "from"]]
     for block in the_plan.blocks:
@@ -201,7 +201,7 @@ def _equations(session: Session) -> str:
 
     piece, tau = session.piece
     lines = ["in the order in which they are solved; angles in radians inside; t counts from this step"]
-    for found in block_equations(session.stretch, piece, tau):
+    for found in block_equations(session.segment_motion, piece, tau):
         lines.append(f"{found.block.number:3}. {method_of(found.block)}{' (free)' if found.block.free else ''}")
         for equation, zero in found.equations:
             text = "an integral" if zero is None else f"{sstr(zero, full_prec=False)} = 0"
@@ -212,7 +212,7 @@ def _equations(session: Session) -> str:
 
 
 def _line(session: Session, equation: int) -> str:
-    system = session.stretch.plan.system
+    system = session.segment_motion.plan.system
     row = system.equations[equation]
     if row.constraint is None:
         return f"{system.scene.things[row.thing].name} is rigid" if row.thing is not None else "the language"

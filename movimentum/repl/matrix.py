@@ -87,7 +87,7 @@ def _text(title: str, names: Sequence[str], found: Matrix) -> str:
 
 def units_text(session: Session) -> str:
     """The units of all matrices of a scene."""
-    size = number(session.stretch.plan.size)
+    size = number(session.segment_motion.plan.size)
     return f"rows have length 1; lengths in units of the scene's size ({size} px), angles in units of 57 degrees"
 
 

@@ -151,9 +151,9 @@ class Session:
         return Path(name)
 
     @property
-    def stretch(self) -> SegmentMotion:
+    def segment_motion(self) -> SegmentMotion:
         """The part of the motion that contains the moment."""
-        return self.work.motion.stretches[self.work.timeline.segment_at(self.time)]
+        return self.work.motion.segments[self.work.timeline.segment_at(self.time)]
 
     @property
     def piece(self) -> tuple[Piece, float]:
@@ -162,9 +162,9 @@ class Session:
         """
         from movimentum.solver.segment_motion import Unsolved
 
-        stretch = self.stretch
-        tau = float(self.time - stretch.segment.start)
-        piece = next((p for p in reversed(stretch.pieces) if p.begin <= tau), stretch.pieces[0])
+        segment_motion = self.segment_motion
+        tau = float(self.time - segment_motion.segment.start)
+        piece = next((p for p in reversed(segment_motion.pieces) if p.begin <= tau), segment_motion.pieces[0])
         if isinstance(piece, Unsolved):
             raise refused("no-solution", "there is no solution at this moment", "conflicts")
         return piece, tau

@@ -96,10 +96,10 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
     return Snapshot(tuple(things), others, frozenset(known), solved, frames)
 
 
-def carry_at(stretch: SegmentMotion, piece: Piece, time: float, base: Carry) -> Carry:
+def carry_at(segment_motion: SegmentMotion, piece: Piece, time: float, base: Carry) -> Carry:
     """What is carried on from ``piece`` at offset ``time``, with the velocity there where the piece has a length."""
     span = 1e-6 * (piece.end - piece.begin)
-    gap = next((t for t in stretch.troubles if t.kind is FailureKind.GAP and t.begin <= time <= t.until), None)
+    gap = next((t for t in segment_motion.troubles if t.kind is FailureKind.GAP and t.begin <= time <= t.until), None)
     if gap is not None:
         time = max(gap.begin, piece.begin)
     earlier = time - span
@@ -130,7 +130,7 @@ class Assembly:
     def __init__(
         self,
         scene: Scene,
-        stretches: Sequence[SegmentMotion],
+        segment_motions: Sequence[SegmentMotion],
         frames: NDArray[np.int64],
         times: FloatArray,
         *,
@@ -138,7 +138,7 @@ class Assembly:
         judged: float | None = None,
     ) -> None:
         count, things = len(frames), len(scene.things)
-        self.stretches = stretches
+        self.segments = segment_motions
         self.angles = angles
         self.judged = judged
         self.scene = scene
@@ -151,8 +151,8 @@ class Assembly:
         self.solved = np.ones(count, dtype=np.bool_)
         self.properties: dict[tuple[int, str], FloatArray] = {}
         self.judges: dict[int, Judge] = {}
-        for stretch in stretches:
-            for payload in stretch.plan.system.number_of:
+        for segment_motion in segment_motions:
+            for payload in segment_motion.plan.system.number_of:
                 if isinstance(payload, ThingProperty) and (payload.thing, payload.name) not in self.properties:
                     default = scene.things[payload.thing].undriven(payload.name)
                     self.properties[payload.thing, payload.name] = np.full(count, default)
@@ -162,24 +162,24 @@ class Assembly:
             name: np.zeros((count, 2) if variable.is_vector else count) for name, variable in scene.variables.items()
         }
 
-    def add(self, stretch: SegmentMotion, where: slice, instants: Instants) -> None:
-        """Fill in the frames ``where``, which lie in ``stretch``."""
-        for number in stretch.segment.visible:
+    def add(self, segment_motion: SegmentMotion, where: slice, instants: Instants) -> None:
+        """Fill in the frames ``where``, which lie in ``segment_motion``."""
+        for number in segment_motion.segment.visible:
             self.visible[number, where] = True
-        self._note_missing(stretch, where)
-        begins = np.array([piece.begin for piece in stretch.pieces[1:]])
+        self._note_missing(segment_motion, where)
+        begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
         of_piece = np.searchsorted(begins, instants.tau, side="right")
         offset = int(where.start)
-        only = stretch.pieces[int(of_piece[0])] if of_piece[0] == of_piece[-1] else None
+        only = segment_motion.pieces[int(of_piece[0])] if of_piece[0] == of_piece[-1] else None
         if isinstance(only, Piece):  # nearly always: all frames in one piece, so arrays are filled by slices
             state, bad = self._evaluated(only, instants)
-            self._fill(where, only.plan, state, stretch.base.now)
+            self._fill(where, only.plan, state, segment_motion.base.now)
             if bad.any():
-                self._hold(offset + np.nonzero(bad)[0], instants.tau[bad], only, stretch)
+                self._hold(offset + np.nonzero(bad)[0], instants.tau[bad], only, segment_motion)
             return
         for number in distinct(of_piece):
             chosen = np.nonzero(of_piece == number)[0]
-            piece = stretch.pieces[int(number)]
+            piece = segment_motion.pieces[int(number)]
             places = offset + chosen
             if isinstance(piece, Unsolved):
                 self._fill_moment(places, piece.carry.now)
@@ -187,9 +187,9 @@ class Assembly:
                 continue
             part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
             state, bad = self._evaluated(piece, part)
-            self._fill(places, piece.plan, state, stretch.base.now)
+            self._fill(places, piece.plan, state, segment_motion.base.now)
             if bad.any():
-                self._hold(places[bad], part.tau[bad], piece, stretch)
+                self._hold(places[bad], part.tau[bad], piece, segment_motion)
 
     def _evaluated(self, piece: Piece, instants: Instants) -> tuple[State, BoolArray]:
         state, bad = evaluated(piece, instants, windings=self.angles or self.judged is not None)
@@ -224,10 +224,10 @@ class Assembly:
                 else:
                     values[places, axis] = value
 
-    def _note_missing(self, stretch: SegmentMotion, where: slice) -> None:
+    def _note_missing(self, segment_motion: SegmentMotion, where: slice) -> None:
         """Mark the variables that no statement in force mentions."""
         for name, values in self.variables.items():
-            if not has_value(stretch, name, values.ndim == 2):
+            if not has_value(segment_motion, name, values.ndim == 2):
                 self.missing.setdefault(name, np.zeros(len(self.frames), dtype=np.bool_))[where] = True
 
     def _known(self, moment: Snapshot, payload: VariableComponent) -> float:
@@ -235,7 +235,7 @@ class Assembly:
         if payload in moment.others:
             return moment.others[payload]
         if payload.name not in self.first:
-            self.first[payload.name] = first_value(self.stretches, payload.name, payload.axis is not None)
+            self.first[payload.name] = first_value(self.segments, payload.name, payload.axis is not None)
         return self.first[payload.name][payload.axis or 0]
 
     def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: Placement | ThingPose) -> None:
@@ -273,7 +273,7 @@ class Assembly:
                 else:
                     values[places, axis] = value
 
-    def _hold(self, places: NDArray[np.intp], tau: FloatArray, piece: Piece, stretch: SegmentMotion) -> None:
+    def _hold(self, places: NDArray[np.intp], tau: FloatArray, piece: Piece, segment_motion: SegmentMotion) -> None:
         """Frames without a solution hold the last good pose: that of the last of the path's nodes before them that has
         one.
         """
@@ -284,7 +284,11 @@ class Assembly:
             last = nodes[max(0, held - HELD) : held]
             state, bad = self._evaluated(piece, piece.instants(last))
             good = np.nonzero(~bad)[0]
-            moment = snapshot(piece.plan, state, stretch.base.now, int(good[-1])) if len(good) else stretch.base.now
+            moment = (
+                snapshot(piece.plan, state, segment_motion.base.now, int(good[-1]))
+                if len(good)
+                else segment_motion.base.now
+            )
             self._fill_moment(places[passed == held], moment)
 
     def finished(self) -> Poses:

@@ -116,13 +116,18 @@ def _still(earlier: SegmentMotion, plan: Plan, carry: Carry) -> Contradiction | 
     return later(known, plan, 0.0, carry) if alike and stated <= active else None
 
 
-def _at_end_of(stretch: SegmentMotion) -> list[Choice] | None:
-    """What a path would begin with that goes on from the end of ``stretch`` under the same constraints; None where this
-    has to be searched for.
+def _at_end_of(segment_motion: SegmentMotion) -> list[Choice] | None:
+    """What a path would begin with that goes on from the end of ``segment_motion`` under the same constraints; None
+    where this has to be searched for.
     """
-    last = stretch.pieces[-1]
-    length = float(stretch.segment.end - stretch.segment.start)
-    if isinstance(last, Unsolved) or stretch.troubles or last.plan is not stretch.plan or last.end < length:
+    last = segment_motion.pieces[-1]
+    length = float(segment_motion.segment.end - segment_motion.segment.start)
+    if (
+        isinstance(last, Unsolved)
+        or segment_motion.troubles
+        or last.plan is not segment_motion.plan
+        or last.end < length
+    ):
         return None
     return Branch.of(last, length).at(length)
 

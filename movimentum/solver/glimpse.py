@@ -62,9 +62,11 @@ def glimpse(timeline: Timeline, time: Fraction, near: Carry, known: Known) -> Po
             piece = ShownPiece(plan, segment.start, tau, tau, piece.tracks, piece.nodes)
     except GivenUp:
         return None
-    stretch = SegmentMotion(segment, plan, near, [piece], [PathBeginning(tau, selection, near, PathReason.STEP)], [])
+    segment_motion = SegmentMotion(
+        segment, plan, near, [piece], [PathBeginning(tau, selection, near, PathReason.STEP)], []
+    )
     alone = replace(timeline, segments=(segment,))
-    poses = PathMotion(alone, (stretch,), size, doubted=True).poses_at([time])
+    poses = PathMotion(alone, (segment_motion,), size, doubted=True).poses_at([time])
     return poses if bool(poses.solved.all()) else None
 
 
@@ -72,12 +74,12 @@ def shown_at(motion: PathMotion, time: Fraction) -> Carry:
     """The pose at ``time``, at rest, as something to begin from."""
     timeline = motion.timeline
     clipped = min(max(time, timeline.start), timeline.end)
-    stretch = motion.stretches[timeline.segment_at(clipped)]
-    tau = float(clipped - stretch.segment.start)
-    piece = next((each for each in stretch.pieces if tau <= each.end), stretch.pieces[-1])
+    segment_motion = motion.segments[timeline.segment_at(clipped)]
+    tau = float(clipped - segment_motion.segment.start)
+    piece = next((each for each in segment_motion.pieces if tau <= each.end), segment_motion.pieces[-1])
     if isinstance(piece, Unsolved):
         return held(piece.carry)
-    return held(carry_at(stretch, piece, max(tau, piece.begin), stretch.base))
+    return held(carry_at(segment_motion, piece, max(tau, piece.begin), segment_motion.base))
 
 
 def renumbered(carry: Carry, before: Scene, after: Scene) -> Carry:

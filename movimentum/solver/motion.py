@@ -60,12 +60,12 @@ class AnyMotion(Protocol):
 class PathMotion:
     """A solved timeline, of standard accuracy (see `AnyMotion`).
 
-    ``stretches``: one for each segment. ``size``: the scene's size (pixels), for tolerances.
+    ``segments``: one for each segment. ``size``: the scene's size (pixels), for tolerances.
     ``doubted``: some frame violates what the script states; poses are then judged before they count as solved.
     """
 
     timeline: Timeline
-    stretches: tuple[SegmentMotion, ...]
+    segments: tuple[SegmentMotion, ...]
     size: float
     doubted: bool = False
 
@@ -89,39 +89,43 @@ class PathMotion:
         frames = np.arange(first, stop, dtype=np.int64)
         times = at_frames((), Fraction(0), timeline.start, 1 / timeline.fps, frames).tau
         assembly = self._assembly(frames, times, angles=angles)
-        for stretch, low, high in self.spans(first, stop):
+        for segment_motion, low, high in self.spans(first, stop):
             for begin in range(low, high, BATCH):
                 end = min(begin + BATCH, high)
-                assembly.add(stretch, slice(begin - first, end - first), self.instants(stretch, begin, end))
+                assembly.add(
+                    segment_motion, slice(begin - first, end - first), self.instants(segment_motion, begin, end)
+                )
         return assembly.finished()
 
     def spans(self, first: int, stop: int) -> Iterator[tuple[SegmentMotion, int, int]]:
-        """The frames ``first`` … ``stop - 1`` by the stretch they lie in: (stretch, its first frame, the end of its
+        """The frames ``first`` … ``stop - 1`` by the segment they lie in: (segment, its first frame, the end of its
         frames).
         """
-        for place, stretch in enumerate(self.stretches):
+        for place, segment_motion in enumerate(self.segments):
             span = self.span(place, first, stop)
             if span is not None:
-                yield stretch, *span
+                yield segment_motion, *span
 
     def span(self, place: int, first: int, stop: int) -> tuple[int, int] | None:
-        """Of the frames ``first`` … ``stop - 1``, those in stretch number ``place``: (the first one, their end); None
+        """Of the frames ``first`` … ``stop - 1``, those in segment number ``place``: (the first one, their end); None
         where there are none.
         """
 
-        def first_frame(stretch: SegmentMotion) -> int:
+        def first_frame(segment_motion: SegmentMotion) -> int:
             """The first frame not before a step."""
-            return int(-((self.timeline.start - stretch.segment.start) * self.timeline.fps // 1))
+            return int(-((self.timeline.start - segment_motion.segment.start) * self.timeline.fps // 1))
 
-        low = max(first, first_frame(self.stretches[place]))
-        last = place + 1 == len(self.stretches)
-        high = stop if last else min(stop, first_frame(self.stretches[place + 1]))
+        low = max(first, first_frame(self.segments[place]))
+        last = place + 1 == len(self.segments)
+        high = stop if last else min(stop, first_frame(self.segments[place + 1]))
         return (low, high) if low < high else None
 
-    def instants(self, stretch: SegmentMotion, low: int, high: int) -> Instants:
-        """The instants of frames ``low`` … ``high - 1``, which lie in ``stretch``."""
+    def instants(self, segment_motion: SegmentMotion, low: int, high: int) -> Instants:
+        """The instants of frames ``low`` … ``high - 1``, which lie in ``segment_motion``."""
         start, step = self.timeline.start, 1 / self.timeline.fps
-        return at_frames(stretch.plan.clocks, stretch.segment.start, start, step, np.arange(low, high, dtype=np.int64))
+        return at_frames(
+            segment_motion.plan.clocks, segment_motion.segment.start, start, step, np.arange(low, high, dtype=np.int64)
+        )
 
     def poses_at(self, times: Sequence[Fraction]) -> Poses:
         """The poses at any times (ascending), clipped to the timeline; ``frames`` then just counts them."""
@@ -134,9 +138,9 @@ class PathMotion:
             end = place
             while end < len(clipped) and timeline.segment_at(clipped[end]) == number:
                 end += 1
-            stretch = self.stretches[number]
-            instants = at_times(stretch.plan.clocks, stretch.segment.start, clipped[place:end])
-            assembly.add(stretch, slice(place, end), instants)
+            segment_motion = self.segments[number]
+            instants = at_times(segment_motion.plan.clocks, segment_motion.segment.start, clipped[place:end])
+            assembly.add(segment_motion, slice(place, end), instants)
             place = end
         return assembly.finished()
 
@@ -145,14 +149,14 @@ class PathMotion:
         to be missed between them: the nodes on which the path was followed, and where its pieces begin.
         """
         found: set[Fraction] = set()
-        for stretch in self.stretches:
-            start = stretch.segment.start
+        for segment_motion in self.segments:
+            start = segment_motion.segment.start
             found.add(start)
-            for piece in stretch.pieces:
+            for piece in segment_motion.pieces:
                 offsets = [piece.begin] if isinstance(piece, Unsolved) else [piece.begin, *piece.nodes.tolist()]
                 found |= {start + round(offset / unit) * unit for offset in offsets}
         return sorted(found)
 
     def _assembly(self, frames: IntArray, times: FloatArray, *, angles: bool = True) -> Assembly:
         judged = self.size if self.doubted else None
-        return Assembly(self.timeline.scene, self.stretches, frames, times, angles=angles, judged=judged)
+        return Assembly(self.timeline.scene, self.segments, frames, times, angles=angles, judged=judged)

@@ -38,7 +38,7 @@ class Known:
     def __init__(self) -> None:
         self._numbers = Kept[int](KEPT)
         self._next = count(1)
-        self._stretches = Kept[SegmentMotion](KEPT)
+        self._segment_motions = Kept[SegmentMotion](KEPT)
         self._structures = Kept[Structure](KEPT)
         self._equations = Kept[Structure](KEPT)
         self._forms = Kept[tuple[Polynomial | None]](KEPT)
@@ -50,7 +50,7 @@ class Known:
     @property
     def solved(self) -> int:
         """How many segments had to be solved so far: what was taken over does not count."""
-        return self._stretches.made
+        return self._segment_motions.made
 
     @property
     def blocks_made(self) -> int:
@@ -59,7 +59,7 @@ class Known:
 
     def begin(self) -> None:
         """Another timeline is solved: forget what the last ones had no use for."""
-        kept = (self._numbers, self._stretches, self._structures, self._equations, self._plans, self._blocks)
+        kept = (self._numbers, self._segment_motions, self._structures, self._equations, self._plans, self._blocks)
         for each in (*kept, self._forms, self.memory):
             each.begin()
 
@@ -71,14 +71,14 @@ class Known:
             self._numbers.keep(key, found)
         return found
 
-    def stretch(self, key: Hashable, scene: Scene, segment: Segment) -> SegmentMotion | None:
+    def segment_motion(self, key: Hashable, scene: Scene, segment: Segment) -> SegmentMotion | None:
         """The motion kept under ``key``, for a segment that differs in nothing but where it stands in the text."""
-        found = self._stretches.get(key)
+        found = self._segment_motions.get(key)
         return None if found is None else _moved(found, scene, segment)
 
-    def keep(self, key: Hashable, stretch: SegmentMotion) -> None:
+    def keep(self, key: Hashable, segment_motion: SegmentMotion) -> None:
         """Keep a segment's motion."""
-        self._stretches.keep(key, stretch)
+        self._segment_motions.keep(key, segment_motion)
 
     def structure(self, key: Hashable, scene: Scene, segment: Segment) -> Structure:
         """The equations of a segment in groups, as `structure_of`."""
@@ -154,7 +154,7 @@ def _of(plan: Plan, scene: Scene, segment: Segment) -> Plan:
     return replace(plan, system=replace(plan.system, scene=scene, segment=segment))
 
 
-def _moved(stretch: SegmentMotion, scene: Scene, segment: Segment) -> SegmentMotion:
+def _moved(segment_motion: SegmentMotion, scene: Scene, segment: Segment) -> SegmentMotion:
     """A motion for the same segment of another text."""
     plans: dict[int, Plan] = {}
 
@@ -165,14 +165,14 @@ def _moved(stretch: SegmentMotion, scene: Scene, segment: Segment) -> SegmentMot
         # a piece's own notes (what is upstream, steppers) are made anew: two motions never share what can change
         return Piece(plan, piece.segment_start, piece.begin, piece.end, piece.tracks, piece.nodes, piece.resolved)
 
-    plans[id(stretch.plan)] = _of(stretch.plan, scene, segment)
+    plans[id(segment_motion.plan)] = _of(segment_motion.plan, scene, segment)
     return replace(
-        stretch,
+        segment_motion,
         segment=segment,
-        plan=plans[id(stretch.plan)],
-        pieces=[moved(piece) for piece in stretch.pieces],
-        beginnings=list(stretch.beginnings),
-        troubles=list(stretch.troubles),
+        plan=plans[id(segment_motion.plan)],
+        pieces=[moved(piece) for piece in segment_motion.pieces],
+        beginnings=list(segment_motion.beginnings),
+        troubles=list(segment_motion.troubles),
     )
 
 

@@ -14,7 +14,7 @@ from movimentum.timeline.model import Segment
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unsolved:
-    """A stretch [``begin``, ``end``] without any path; ``carry`` is the last good pose."""
+    """An interval [``begin``, ``end``] without any path; ``carry`` is the last good pose."""
 
     begin: float
     end: float

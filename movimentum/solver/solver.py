@@ -74,24 +74,24 @@ def _solved(work: Solving, timeline: Timeline, begin: Carry | None, known: Known
     whole = 0 if known is None else known.number(scene_key(scene))
     carry = begin or as_drawn(scene)
     key = 0
-    stretches: list[SegmentMotion] = []
+    segment_motions: list[SegmentMotion] = []
     for segment in timeline.segments:
         own = segment.number
         if known is not None:  # the motion depends on that of all segments before
             own = known.number(segment_key(whole, segment, scene.source.text))
             key = known.number((own, key))
-        stretch = work.known.stretch(key, scene, segment) if known is not None and begin is None else None
-        if stretch is None:
-            earlier = stretches[-1] if stretches else None
+        segment_motion = work.known.segment_motion(key, scene, segment) if known is not None and begin is None else None
+        if segment_motion is None:
+            earlier = segment_motions[-1] if segment_motions else None
             if earlier is not None:
                 carry = _left_by(earlier)
-            stretch = _solve_segment(work, SegmentTask(segment, own, carry), earlier)
+            segment_motion = _solve_segment(work, SegmentTask(segment, own, carry), earlier)
             if known is not None and begin is None:
-                work.known.keep(key, stretch)
-        stretches.append(stretch)
-        if stretch.troubles and not work.resumes:
+                work.known.keep(key, segment_motion)
+        segment_motions.append(segment_motion)
+        if segment_motion.troubles and not work.resumes:
             break
-    return tuple(stretches)
+    return tuple(segment_motions)
 
 
 def _solve_segment(work: Solving, task: SegmentTask, earlier: SegmentMotion | None) -> SegmentMotion:
@@ -100,22 +100,24 @@ def _solve_segment(work: Solving, task: SegmentTask, earlier: SegmentMotion | No
     still = earlier is not None and earlier.plan.system.segment.active == segment.active and earlier.ended
     if still and earlier is not None and earlier.troubles[-1].kind is not FailureKind.LIMIT:
         # the path ended and nothing new is stated: there is still no solution on it
-        stretch = SegmentMotion(segment, plan, carry, [Unsolved(0.0, task.length, carry)], [], [])
-        stretch.troubles.append(Failure(FailureKind.START, 0.0, until=task.length, selection=selection))
-        return stretch
-    stretch = _followed(work, segment, plan, selection, carry, task.ahead)
-    wrong = _disagreement(stretch)
+        segment_motion = SegmentMotion(segment, plan, carry, [Unsolved(0.0, task.length, carry)], [], [])
+        segment_motion.troubles.append(Failure(FailureKind.START, 0.0, until=task.length, selection=selection))
+        return segment_motion
+    segment_motion = _followed(work, segment, plan, selection, carry, task.ahead)
+    wrong = _disagreement(segment_motion)
     if wrong is not None:
-        stretch = _planned_anew(work, task, stretch, wrong)
-    return stretch
+        segment_motion = _planned_anew(work, task, segment_motion, wrong)
+    return segment_motion
 
 
-def _left_by(stretch: SegmentMotion) -> Carry:
+def _left_by(segment_motion: SegmentMotion) -> Carry:
     """What a segment hands over to the next."""
-    last = stretch.pieces[-1]
+    last = segment_motion.pieces[-1]
     if isinstance(last, Unsolved):
         return held(last.carry)
-    return carry_at(stretch, last, float(stretch.segment.end - stretch.segment.start), stretch.base)
+    return carry_at(
+        segment_motion, last, float(segment_motion.segment.end - segment_motion.segment.start), segment_motion.base
+    )
 
 
 def _followed(
@@ -123,34 +125,38 @@ def _followed(
 ) -> SegmentMotion:
     """A segment's motion from where it begins, piece by piece."""
     length = float(segment.end - segment.start)
-    stretch = SegmentMotion(segment, plan, carry, [], [PathBeginning(0.0, selection, carry, PathReason.STEP)], [])
+    segment_motion = SegmentMotion(
+        segment, plan, carry, [], [PathBeginning(0.0, selection, carry, PathReason.STEP)], []
+    )
     begin = 0.0
     choices: list[Choice] | None = selection.choices
     if choices is None:
-        choices, begin = _late_beginning(stretch, selection, length, ahead, resumes=work.resumes)
+        choices, begin = _late_beginning(segment_motion, selection, length, ahead, resumes=work.resumes)
     while choices is not None:
-        path = _path(stretch, begin, length, choices, resumes=work.resumes)
-        stretch.pieces.append(path.piece)
+        path = _path(segment_motion, begin, length, choices, resumes=work.resumes)
+        segment_motion.pieces.append(path.piece)
         if length <= begin:
             break
-        choices, begin = _continue(stretch, path, length, ahead)
-    return stretch
+        choices, begin = _continue(segment_motion, path, length, ahead)
+    return segment_motion
 
 
-def _disagreement(stretch: SegmentMotion) -> tuple[int, float] | None:
+def _disagreement(segment_motion: SegmentMotion) -> tuple[int, float] | None:
     """The first time at which an equation that was taken for redundant does not hold, and the equation's number."""
-    found = (first_disagreement(p, p.end) for p in stretch.pieces if isinstance(p, Piece) and p.end > p.begin)
+    found = (first_disagreement(p, p.end) for p in segment_motion.pieces if isinstance(p, Piece) and p.end > p.begin)
     return next((wrong for wrong in found if wrong is not None), None)
 
 
-def _planned_anew(work: Solving, task: SegmentTask, stretch: SegmentMotion, wrong: tuple[int, float]) -> SegmentMotion:
+def _planned_anew(
+    work: Solving, task: SegmentTask, segment_motion: SegmentMotion, wrong: tuple[int, float]
+) -> SegmentMotion:
     """The motion with the equation that does not hold all along in one block with all that it is connected to; where
     that leads no farther, the motion as far as the equation holds.
     """
     check, time = wrong
     segment, carry, length, ahead = task.segment, task.carry, task.length, task.ahead
     structure = work.known.structure(task.key, work.scene, segment)
-    system = stretch.plan.system
+    system = segment_motion.plan.system
     merged = structure.with_merged(structure.merged | system.undifferentiated(system.equations[check].unknowns))
     plan = work.known.plan(task.key, merged, work.size)
     selection = selected(plan, ahead, carry)
@@ -159,48 +165,56 @@ def _planned_anew(work: Solving, task: SegmentTask, stretch: SegmentMotion, wron
         ends = min((trouble.begin for trouble in again.troubles), default=length)
         if ends > time + 1e-3 * (length - time) and _disagreement(again) is None:
             return again
-    piece = next(p for p in stretch.pieces if isinstance(p, Piece) and p.begin <= time <= p.end)
-    kept = stretch.pieces[: stretch.pieces.index(piece)]
-    left = held(carry_at(stretch, piece, time, carry))
+    piece = next(p for p in segment_motion.pieces if isinstance(p, Piece) and p.begin <= time <= p.end)
+    kept = segment_motion.pieces[: segment_motion.pieces.index(piece)]
+    left = held(carry_at(segment_motion, piece, time, carry))
     piece.end = time
     return replace(
-        stretch,
+        segment_motion,
         pieces=[*kept, piece, Unsolved(float(np.nextafter(time, np.inf)), length, left)],
-        beginnings=[beginning for beginning in stretch.beginnings if beginning.time <= time],
+        beginnings=[beginning for beginning in segment_motion.beginnings if beginning.time <= time],
         troubles=[
-            *(trouble for trouble in stretch.troubles if trouble.begin < time),
+            *(trouble for trouble in segment_motion.troubles if trouble.begin < time),
             Failure(FailureKind.CHECK, time, until=length, check=check),
         ],
     )
 
 
 def _late_beginning(
-    stretch: SegmentMotion, selection: Selection, length: float, ahead: float, *, resumes: bool
+    segment_motion: SegmentMotion, selection: Selection, length: float, ahead: float, *, resumes: bool
 ) -> tuple[list[Choice] | None, float]:
     """Where there is no solution to begin with: the first time at which there is one, and the choice there."""
-    carry = stretch.base
+    carry = segment_motion.base
 
     def chosen(tau: float) -> Selection:
-        return select(stretch.plan, stretch.segment.start, tau, ahead, carry, totals_of(stretch.plan, carry))
+        return select(
+            segment_motion.plan, segment_motion.segment.start, tau, ahead, carry, totals_of(segment_motion.plan, carry)
+        )
 
-    found = first_beginning(stretch.plan, stretch.segment.start, length, selection, chosen) if resumes else None
+    found = (
+        first_beginning(segment_motion.plan, segment_motion.segment.start, length, selection, chosen)
+        if resumes
+        else None
+    )
     onset, begin, there = found or (length, length, selection)
-    stretch.troubles.append(Failure(FailureKind.START, 0.0, until=onset, selection=selection))
-    stretch.pieces.append(Unsolved(0.0, begin, held(carry)))
+    segment_motion.troubles.append(Failure(FailureKind.START, 0.0, until=onset, selection=selection))
+    segment_motion.pieces.append(Unsolved(0.0, begin, held(carry)))
     if found is None:
         return None, length
-    stretch.beginnings.append(PathBeginning(begin, there, held(carry), PathReason.REACH))
+    segment_motion.beginnings.append(PathBeginning(begin, there, held(carry), PathReason.REACH))
     return there.choices, begin
 
 
-def _path(stretch: SegmentMotion, begin: float, length: float, choices: list[Choice], *, resumes: bool) -> _Followed:
+def _path(
+    segment_motion: SegmentMotion, begin: float, length: float, choices: list[Choice], *, resumes: bool
+) -> _Followed:
     """The path from ``begin`` to where it ends."""
-    times = [beginning.time for beginning in stretch.beginnings[-4:]]
+    times = [beginning.time for beginning in segment_motion.beginnings[-4:]]
     reach = length
     if len(times) > 1:
         reach = min(length, begin + AHEAD * max(*np.diff(times).tolist(), SHORT * length))
     while True:
-        piece, gaps = follow(stretch.plan, stretch.segment.start, begin, reach, choices)
+        piece, gaps = follow(segment_motion.plan, segment_motion.segment.start, begin, reach, choices)
         gap = min(gaps, key=lambda item: item.begin, default=None)
         violated = first_violation(piece, piece.end if gap is None else gap.begin)
         resumed = _resumed(piece, gap) if resumes and gap is not None and violated is None else None
@@ -224,66 +238,66 @@ def _resumed(piece: Piece, gap: Gap) -> tuple[float, float, list[Choice]] | None
 
 
 def _continue(
-    stretch: SegmentMotion, path: _Followed, length: float, ahead: float
+    segment_motion: SegmentMotion, path: _Followed, length: float, ahead: float
 ) -> tuple[list[Choice] | None, float]:
     """What comes after ``path``: nothing (it reaches the end), or another one: from where an inequality is violated, or
     from where a path that ended has a solution again.
     """
     end = path.violated[1] if path.violated is not None else length if path.gap is None else path.gap.begin
     again = path.violated is not None or path.resumed is not None
-    given_up = again and (len(stretch.pieces) >= MAXIMAL_PIECES or _creeps(stretch, end, length))
+    given_up = again and (len(segment_motion.pieces) >= MAXIMAL_PIECES or _creeps(segment_motion, end, length))
     if path.violated is not None and given_up:
         selector = path.violated[0]
-        stretch.troubles.append(Failure(FailureKind.LIMIT, end, until=length, selector=selector))
-        _die(stretch, path.piece, end, length)
+        segment_motion.troubles.append(Failure(FailureKind.LIMIT, end, until=length, selector=selector))
+        _die(segment_motion, path.piece, end, length)
         return None, length
     if path.violated is not None:
-        return _beyond_inequality(stretch, path.piece, path.violated, length, ahead)
+        return _beyond_inequality(segment_motion, path.piece, path.violated, length, ahead)
     if path.gap is None:
         return None, length
-    return _beyond_gap(stretch, path, path.gap, length, given_up=given_up)
+    return _beyond_gap(segment_motion, path, path.gap, length, given_up=given_up)
 
 
-def _creeps(stretch: SegmentMotion, end: float, length: float) -> bool:
+def _creeps(segment_motion: SegmentMotion, end: float, length: float) -> bool:
     """Whether the last pieces, of which the last would end at ``end``, all end where they begin."""
-    recent = [piece for piece in stretch.pieces if isinstance(piece, Piece)][-CREEPING:]
+    recent = [piece for piece in segment_motion.pieces if isinstance(piece, Piece)][-CREEPING:]
     ends = [*(piece.end for piece in recent[:-1]), end]
     short = (stop - piece.begin < SHORT * length for piece, stop in zip(recent, ends, strict=True))
     return len(recent) == CREEPING and all(short)
 
 
-def _die(stretch: SegmentMotion, piece: Piece, end: float, until: float) -> Carry:
+def _die(segment_motion: SegmentMotion, piece: Piece, end: float, until: float) -> Carry:
     """End ``piece`` at ``end``, without a solution until ``until``; the pose that is left."""
-    carry = held(carry_at(stretch, piece, end, stretch.base))
+    carry = held(carry_at(segment_motion, piece, end, segment_motion.base))
     piece.end = end
-    stretch.pieces.append(Unsolved(float(np.nextafter(end, np.inf)), until, carry))
+    segment_motion.pieces.append(Unsolved(float(np.nextafter(end, np.inf)), until, carry))
     return carry
 
 
 def _beyond_gap(
-    stretch: SegmentMotion, path: _Followed, gap: Gap, length: float, *, given_up: bool
+    segment_motion: SegmentMotion, path: _Followed, gap: Gap, length: float, *, given_up: bool
 ) -> tuple[list[Choice] | None, float]:
     """From where the branch has a solution again, unless that is ``given_up``."""
     until = length if path.resumed is None else path.resumed[0]
-    stretch.troubles.append(Failure(FailureKind.GAP, gap.begin, until=until, block=gap.block, pole=gap.pole))
+    segment_motion.troubles.append(Failure(FailureKind.GAP, gap.begin, until=until, block=gap.block, pole=gap.pole))
     if given_up:
-        stretch.troubles.append(Failure(FailureKind.LIMIT, until, until=length, block=gap.block))
+        segment_motion.troubles.append(Failure(FailureKind.LIMIT, until, until=length, block=gap.block))
     if path.resumed is None or given_up:
-        _die(stretch, path.piece, gap.begin, length)
+        _die(segment_motion, path.piece, gap.begin, length)
         return None, length
     _, begin, choices = path.resumed
-    carry = _die(stretch, path.piece, gap.begin, begin)
-    stretch.beginnings.append(PathBeginning(begin, Selection(choices, ()), carry, PathReason.REACH))
+    carry = _die(segment_motion, path.piece, gap.begin, begin)
+    segment_motion.beginnings.append(PathBeginning(begin, Selection(choices, ()), carry, PathReason.REACH))
     return choices, begin
 
 
 def _beyond_inequality(
-    stretch: SegmentMotion, piece: Piece, violated: tuple[int, float], length: float, ahead: float
+    segment_motion: SegmentMotion, piece: Piece, violated: tuple[int, float], length: float, ahead: float
 ) -> tuple[list[Choice] | None, float]:
     """From where an inequality is violated, on another branch that satisfies it."""
     plan = piece.plan
     selector, time = violated
-    carry = carry_at(stretch, piece, time, stretch.base)
+    carry = carry_at(segment_motion, piece, time, segment_motion.base)
     resume = min(time + max(1e-9 * length, 1e-15), length)
     with np.errstate(all="ignore"):
         for _ in range(40):  # just far enough for the violation to be seen
@@ -293,13 +307,13 @@ def _beyond_inequality(
             if value < -2.0 * SELECTOR_TOLERANCE * plan.size or resume >= length:
                 break
             resume = min(time + 2.0 * (resume - time), length)
-    selection = select(plan, stretch.segment.start, resume, ahead, carry, totals_of(plan, carry))
+    selection = select(plan, segment_motion.segment.start, resume, ahead, carry, totals_of(plan, carry))
     piece.end = time
     if selection.choices is None:
-        stretch.troubles.append(
+        segment_motion.troubles.append(
             Failure(FailureKind.SELECTOR, time, until=length, selector=selector, selection=selection)
         )
-        stretch.pieces.append(Unsolved(time, length, carry))
+        segment_motion.pieces.append(Unsolved(time, length, carry))
         return None, length
-    stretch.beginnings.append(PathBeginning(resume, selection, carry, PathReason.INEQUALITY, selector))
+    segment_motion.beginnings.append(PathBeginning(resume, selection, carry, PathReason.INEQUALITY, selector))
     return selection.choices, resume

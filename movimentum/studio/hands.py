@@ -71,7 +71,7 @@ class Hands:
             return
         motion, instant = job.motion, exact_time(message.time)
         piece, tau = piece_at(motion, instant)
-        stretch = motion.stretches[motion.timeline.segment_at(instant)]
+        segment_motion = motion.segments[motion.timeline.segment_at(instant)]
         thing = motion.timeline.scene.things[message.thing]
         if isinstance(piece, Unsolved) or not thing.anchors:
             unsolved = isinstance(piece, Unsolved)
@@ -84,7 +84,7 @@ class Hands:
             self._grip, self._places = None, self._before.copy()
         held = grabbed_point(motion, message, self._places[message.thing])
         try:
-            grip = Grip(stretch, piece, tau, held)
+            grip = Grip(segment_motion, piece, tau, held)
         except (KeyError, ValueError):  # it is not among what the step is about
             words = f"nothing in this step says anything about `{thing.name}`: it stays as drawn"
             self._desk.send(Grabbed(message.grip, "fixed", words))
@@ -126,7 +126,7 @@ class Hands:
     def _stirred(self, after: FloatArray) -> BoolArray:
         """Which things are not where the film has them."""
         assert self._grip is not None
-        return np.abs(after - self._before).max(axis=1) > 1e-9 * max(1.0, self._grip.stretch.plan.size)
+        return np.abs(after - self._before).max(axis=1) > 1e-9 * max(1.0, self._grip.segment_motion.plan.size)
 
     def leave(self, _: PoseLeft) -> None:
         """Forget what was dragged."""

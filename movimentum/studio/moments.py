@@ -18,10 +18,10 @@ from movimentum.solver.segment_motion import Unsolved
 
 def piece_at(motion: PathMotion, time: Fraction) -> tuple[Piece | Unsolved, float]:
     """The piece of a motion that an instant lies in, and its offset there."""
-    stretch = motion.stretches[motion.timeline.segment_at(time)]
-    tau = float(time - stretch.segment.start)
-    begins = np.array([piece.begin for piece in stretch.pieces[1:]])
-    return stretch.pieces[int(np.searchsorted(begins, tau, side="right"))], tau
+    segment_motion = motion.segments[motion.timeline.segment_at(time)]
+    tau = float(time - segment_motion.segment.start)
+    begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
+    return segment_motion.pieces[int(np.searchsorted(begins, tau, side="right"))], tau
 
 
 def placed_poses(poses: Poses, places: FloatArray, others: dict[Hashable, float] | None = None) -> Poses:

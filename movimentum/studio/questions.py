@@ -65,7 +65,7 @@ def _solutions(job: TextJob, message: NameAsked) -> Answered:
     piece, tau = piece_at(job.motion, session.time)
     if isinstance(piece, Unsolved):
         return Answered(message.rev, message.question, message.name, "there is no solution at this moment", [])
-    parts = [part for part in alternatives(session.stretch, piece, tau) if len(part.solutions) > 1]
+    parts = [part for part in alternatives(session.segment_motion, piece, tau) if len(part.solutions) > 1]
     found = [solution for part in parts for solution in part.solutions][:MOST_SHOWN]
     if not found:
         return Answered(message.rev, message.question, message.name, "there is one solution only at this moment", [])

@@ -147,7 +147,7 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
 
 def _integration_error(timeline: Timeline, motion: PathMotion, times: Sequence[Fraction]) -> float | None:
     """The largest distance (pixels) at ``times`` to a motion with far more accurate steps; None without any."""
-    tracks = [t for s in motion.stretches for piece in s.pieces if isinstance(piece, Piece) for t in piece.tracks]
+    tracks = [t for s in motion.segments for piece in s.pieces if isinstance(piece, Piece) for t in piece.tracks]
     if not any(isinstance(t, FlowTrack) or (isinstance(t, NodeTrack) and t.tolerance > 0.0) for t in tracks):
         return None
     with tightened(TIGHTER):
@@ -190,12 +190,12 @@ def measure_rate(motion: AnyMotion, fps: Fraction) -> float:
 
 
 Known = Callable[[int, Piece, list[Fraction], Arithmetic], list[Number] | None]
-"""All unknowns of a piece (of stretch number …) at some times, as a tier has them; None where there is no solution."""
+"""All unknowns of a piece (of segment number …) at some times, as a tier has them; None where there is no solution."""
 
 
 def _as_floats(motion: PathMotion) -> Known:
     def known(number: int, piece: Piece, times: list[Fraction], arithmetic: Arithmetic) -> list[Number] | None:
-        instants = at_times(piece.plan.clocks, motion.stretches[number].segment.start, times)
+        instants = at_times(piece.plan.clocks, motion.segments[number].segment.start, times)
         with np.errstate(all="ignore"):
             floats, bad = evaluated(piece, instants)
         if bad.any():
@@ -232,19 +232,19 @@ def _residual(motion: PathMotion, times: Sequence[Fraction], arithmetic: Arithme
 
 
 def _by_piece(motion: PathMotion, times: Sequence[Fraction]) -> Iterator[tuple[int, Piece, list[Fraction]]]:
-    for number, stretch in enumerate(motion.stretches):
+    for number, segment_motion in enumerate(motion.segments):
         inside = [time for time in times if motion.timeline.segment_at(time) == number]
-        for piece, end in _with_ends(stretch):
+        for piece, end in _with_ends(segment_motion):
             if isinstance(piece, Unsolved):
                 continue
-            some = [t for t in inside if piece.begin <= float(t - stretch.segment.start) < end]
+            some = [t for t in inside if piece.begin <= float(t - segment_motion.segment.start) < end]
             if some:
                 yield number, piece, some
 
 
-def _with_ends(stretch: SegmentMotion) -> Iterator[tuple[Piece | Unsolved, float]]:
-    begins = [piece.begin for piece in stretch.pieces[1:]]
-    yield from zip(stretch.pieces, [*begins, float("inf")], strict=True)
+def _with_ends(segment_motion: SegmentMotion) -> Iterator[tuple[Piece | Unsolved, float]]:
+    begins = [piece.begin for piece in segment_motion.pieces[1:]]
+    yield from zip(segment_motion.pieces, [*begins, float("inf")], strict=True)
 
 
 def _of_state(

@@ -73,20 +73,20 @@ def outcome_of(motion: PathMotion) -> tuple[VariantOutcome, float]:
     from movimentum.analysis.diagnose.verify import first_shortfall
 
     start = float(motion.timeline.start)
-    for number, stretch in enumerate(motion.stretches):
-        if stretch.troubles:
-            trouble = min(stretch.troubles, key=lambda item: item.begin)
+    for number, segment_motion in enumerate(motion.segments):
+        if segment_motion.troubles:
+            trouble = min(segment_motion.troubles, key=lambda item: item.begin)
             first = number == 0 and trouble.kind is FailureKind.START and trouble.begin == 0.0
             kind = VariantOutcome.UNASSEMBLED if first else VariantOutcome.BINDS
-            return kind, float(stretch.segment.start) + (trouble.begin if trouble.pole is None else trouble.pole)
+            return kind, float(segment_motion.segment.start) + (trouble.begin if trouble.pole is None else trouble.pole)
     with np.errstate(all="ignore"):
         if next(iter(misplaced_gears(motion)), None) is not None:
             return VariantOutcome.UNASSEMBLED, start
         missing = first_shortfall(motion)
         if missing is not None:
             return VariantOutcome.BINDS, float(motion.timeline.frame_time(missing.frame))
-        for number, stretch in enumerate(motion.stretches):
+        for number, segment_motion in enumerate(motion.segments):
             jump = next(found_jumps(motion, number), None)
             if jump is not None:
-                return VariantOutcome.JUMPS, float(stretch.segment.start) + jump.beginning.time
+                return VariantOutcome.JUMPS, float(segment_motion.segment.start) + jump.beginning.time
     return VariantOutcome.OK, float("nan")

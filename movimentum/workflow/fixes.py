@@ -190,7 +190,7 @@ def diagnosed(
     try:
         timeline = arranged(understand(source, choices), choices)
         path = moved(timeline, known)
-        if not in_full and any(stretch.troubles for stretch in path.stretches):
+        if not in_full and any(segment_motion.troubles for segment_motion in path.segments):
             return None
         return examined(timeline, choices, advice=Advice.PLAIN, path=path).diagnostics
     except UsageError:

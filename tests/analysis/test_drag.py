@@ -36,8 +36,8 @@ def grip_of(motion: PathMotion, thing: str, anchor: int) -> Grip:
     scene = motion.timeline.scene
     number = next(each.number for each in scene.things if each.name == thing)
     left = [symbol(AnchorCoordinate(number, anchor, axis)) for axis in (0, 1)]
-    stretch = motion.stretches[0]
-    return Grip(stretch, stretch.pieces[0], 0.0, left)  # pyright: ignore[reportArgumentType]
+    segment_motion = motion.segments[0]
+    return Grip(segment_motion, segment_motion.pieces[0], 0.0, left)  # pyright: ignore[reportArgumentType]
 
 
 def world(scene: Scene, placed: np.ndarray, thing: int, anchor: int) -> np.ndarray:

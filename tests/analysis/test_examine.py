@@ -262,10 +262,10 @@ def test_a_newton_block_binds_where_it_folds():
     @0 L.a=[0,0]; R.a=[100,0]; L.b=B.x; R.b=B.y; K.p=B.z; K.q=[90 + 40*.t, 120]; B.angle ~ 0;
     @4"""
     motion, examination = examined(text)
-    assert "newton" in {method_of(b) for b in motion.stretches[0].plan.blocks}
+    assert "newton" in {method_of(b) for b in motion.segments[0].plan.blocks}
     assert examination.fault == 3
     assert examination.diagnostics[0].code == "solve/unreachable"
-    binds = min(t.begin for t in motion.stretches[0].troubles)
+    binds = min(t.begin for t in motion.segments[0].troubles)
     print(f"binds at {binds:.12f}, expected 0.5")
     assert abs(binds - 0.5) < 1e-9 * 4
 

@@ -24,8 +24,8 @@ def motion_of(text: str) -> PathMotion:
 
 def found(text: str) -> tuple[list[BlockRank], list[ConnectedPart], PathMotion]:
     motion = motion_of(text)
-    ranks = block_ranks(motion.stretches[0])
-    return ranks, parts_of(motion.stretches[0], ranks), motion
+    ranks = block_ranks(motion.segments[0])
+    return ranks, parts_of(motion.segments[0], ranks), motion
 
 
 def linkage(vertices: list[tuple[float, float]], rods: list[tuple[int, int]], fixed: tuple[int, ...] = ()) -> str:

@@ -160,7 +160,7 @@ def test_who_asks_for_one_more_value_has_nothing_followed_again(
     text = path.read_text(encoding="utf-8")
     engine = Engine()
     before = engine.revise(SourceText(str(path), text)).motion
-    made, steps = engine.known.blocks_made, len(before.stretches)
+    made, steps = engine.known.blocks_made, len(before.segments)
     assert followed["trace"] + followed["drift"] > 0
     followed.clear()
     first = text.index("\n@1") if "\n@1" in text else text.rindex("\n@")
@@ -201,7 +201,7 @@ def test_what_was_not_used_for_long_is_forgotten() -> None:
     for first in (31, 41, 31):
         for number in range(8):
             _solved_for(engine, STEPS.replace("P=[30,0]", f"P=[{first + number},0]"))
-        assert len(engine.known._stretches) <= 5 * 4  # pyright: ignore[reportPrivateUsage]
+        assert len(engine.known._segment_motions) <= 5 * 4  # pyright: ignore[reportPrivateUsage]
         kept.append(len(engine.known.memory))
     assert kept[2] == kept[0]
     assert _solved_for(engine, STEPS) == 4

@@ -204,7 +204,7 @@ def test_a_dead_centre_missed_by_a_billionth_is_found_out():
     examination = examine(motion)
     assert examination.fault == 3
     assert examination.diagnostics[0].code == "solve/unreachable"
-    trouble = min(t.begin for t in motion.stretches[0].troubles)
+    trouble = min(t.begin for t in motion.segments[0].troubles)
     # |50 sin(angle) - 5e-8| = 50 just before 270 degrees
     expected = (270 - np.degrees(np.sqrt(2 * 5e-8 / 50))) / 90
     print(f"binds at {trouble:.12f}, expected {expected:.12f}")
@@ -233,7 +233,7 @@ Crank : .bar O=[0,0] P=[40,0];  Rocker : .bar O=[100,0] P=[140,0];  Coupler : .b
 def test_ten_thousand_turns_a_frame_through_change_points():
     motion, poses = solved(PARALLELOGRAM.format(speed=3_600_100, end=1))
     print(
-        f"{len(motion.stretches[0].pieces[0].nodes)} nodes;"
+        f"{len(motion.segments[0].pieces[0].nodes)} nodes;"
         f" coupler off by {np.max(np.abs(poses.angle[2])):.1e} degrees,"
         f" rocker by {np.max(np.abs(poses.angle[1] - poses.angle[0])):.1e} after {poses.angle[0, -1] / 360:.1f} turns"
     )
@@ -357,7 +357,7 @@ def test_a_thousand_things_in_a_chain():
     sizes = {}
     for count in (100, 1000):
         motion, poses = solved(chain(count))
-        plan = motion.stretches[0].plan
+        plan = motion.segments[0].plan
         largest = max(len(block.unknowns) for block in plan.blocks)
         sizes[count] = len(plan.system.unknowns)
         print(f"{count} things: {sizes[count]} unknowns, {len(plan.blocks)} blocks, the largest of {largest}")
@@ -387,7 +387,7 @@ def test_a_strip_of_dyads_is_solved_one_after_the_other():
     sizes = {}
     for count in (50, 500):
         motion, poses = solved(strip(count))
-        blocks = motion.stretches[0].plan.blocks
+        blocks = motion.segments[0].plan.blocks
         quadratic = sum(method_of(block) in ("dyad", "polynomial") for block in blocks)
         sizes[count] = sum(len(block.unknowns) for block in blocks)
         angle = np.radians(20 * np.sin(np.pi / 2 * poses.times))

@@ -55,7 +55,7 @@ def _at_single_instants(seed: int) -> str:
 
 def assert_soon_told(text: str, good: bool) -> None:
     motion = motion_of(SCENE.format(text))
-    assert all(len(stretch.pieces) <= 2 * CREEPING + 4 for stretch in motion.stretches), text
+    assert all(len(segment_motion.pieces) <= 2 * CREEPING + 4 for segment_motion in motion.segments), text
     found = examined(motion.timeline, Choices())
     assert found.fault == (0 if good else 3), (text, found.diagnostics)
     if not good:
@@ -84,12 +84,12 @@ def _binding_crank(seed: int, turns: int) -> tuple[str, list[tuple[float, float]
 @pytest.mark.parametrize(("seed", "turns"), [(1, 30), (2, 60), pytest.param(3, 190, marks=pytest.mark.slow)])
 def test_many_binds_are_all_found_and_take_work_in_proportion(seed: int, turns: int) -> None:
     text, gaps = _binding_crank(seed, turns)
-    (stretch, *_) = motion_of(text).stretches
-    found = [(trouble.begin, trouble.until) for trouble in stretch.troubles]
+    (segment_motion, *_) = motion_of(text).segments
+    found = [(trouble.begin, trouble.until) for trouble in segment_motion.troubles]
     assert len(found) == turns
     # the ends are simple zeros of the margin, which is known to 1e-13
     assert found == [pytest.approx(pair, abs=1e-11) for pair in gaps]
-    nodes = [len(piece.nodes) for piece in stretch.pieces if isinstance(piece, Piece)]
+    nodes = [len(piece.nodes) for piece in segment_motion.pieces if isinstance(piece, Piece)]
     assert sum(nodes) <= 30 * turns * 2 + 200 * turns  # the first path is followed all the way, the others some turns
 
 

@@ -27,7 +27,7 @@ def solved(*statements: str) -> PathMotion:
 
 def core(motion: PathMotion) -> list[int]:
     """How many unknowns each free block is solved for at once."""
-    return [len(block.core) for block in motion.stretches[0].plan.blocks if isinstance(block, Free)]
+    return [len(block.core) for block in motion.segments[0].plan.blocks if isinstance(block, Free)]
 
 
 @pytest.mark.parametrize(

@@ -28,8 +28,8 @@ def test_equations_and_solutions_hold_where_things_are(name: str, tmp_path: Path
         path = tmp_path / "far.mov"
         path.write_text(FAR)
     session = answer(opened(str(path), Choices()), "at 0.37")[0]
-    stretch, (piece, tau) = session.stretch, session.piece
-    system = stretch.plan.system
+    segment_motion, (piece, tau) = session.segment_motion, session.piece
+    system = segment_motion.plan.system
     state, _ = piece.evaluate(piece.instants([tau]))
     values = {sympy.Symbol("t", real=True): tau}
     assert len({symbol_name(system, unknown.number) for unknown in system.unknowns}) == len(system.unknowns)
@@ -39,9 +39,9 @@ def test_equations_and_solutions_hold_where_things_are(name: str, tmp_path: Path
             shift = {"x": system.shift[0], "y": system.shift[1]}.get(unknown.name.rpartition(".")[2], 0.0)
             moved = shift if unknown.thing is not None else 0.0
             values[sympy.Symbol(symbol_name(system, unknown.number), real=True)] = float(np.ravel(value)[0]) + moved
-    size = stretch.plan.size + max(map(abs, system.shift))
+    size = segment_motion.plan.size + max(map(abs, system.shift))
     checked = 0
-    for found in block_equations(stretch, piece, tau):
+    for found in block_equations(segment_motion, piece, tau):
         for _, zero in found.equations:
             if zero is not None:
                 assert float(zero.subs(values)) == pytest.approx(0.0, abs=1e-9 * size)
@@ -50,10 +50,10 @@ def test_equations_and_solutions_hold_where_things_are(name: str, tmp_path: Path
             if formula is not None:
                 truth = values[sympy.Symbol(unknown, real=True)]
                 assert float(formula.subs(values)) == pytest.approx(truth, rel=1e-9, abs=1e-9 * size)
-    assert checked >= len(stretch.plan.blocks) // 2
+    assert checked >= len(segment_motion.plan.blocks) // 2
     text = answer(session, "plan --equations")[1]
     assert "too long" not in text or name != "slider-crank"
-    assert len(re.findall(r"^ +\d+\. ", text, re.MULTILINE)) == len(stretch.plan.blocks)
+    assert len(re.findall(r"^ +\d+\. ", text, re.MULTILINE)) == len(segment_motion.plan.blocks)
 
 
 def test_rigid_things_are_listed_with_their_lengths() -> None:

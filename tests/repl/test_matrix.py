@@ -31,14 +31,14 @@ def say(session, line):
 
 
 def parts_of(session):
-    return part_matrices(session.stretch, session.stretch.pieces[0], 0.0)
+    return part_matrices(session.segment_motion, session.segment_motion.pieces[0], 0.0)
 
 
 def test_a_matrix_by_hand(tmp_path):
     session = session_of(tmp_path, HAND)
     (part,) = parts_of(session)
     assert part.columns == ("Rod.x", "Rod.y", "Rod.cos", "Rod.sin", "y")
-    size = session.stretch.plan.size
+    size = session.segment_motion.plan.size
     # Rod.A.x = 30; Rod.A.y = 40; Rod.A.y + 100 sin - y = 40; cos^2 + sin^2 = 1, whose gradient here is (2, 0)
     raw = np.array([[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 1, 0, 100, -1], [0, 0, 2, 0, 0]], dtype=float)
     raw *= [size, size, 1, 1, size]

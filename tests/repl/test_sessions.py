@@ -186,8 +186,8 @@ def test_wiggling_keeps_everything_else_true(talk, tmp_path):
     assert "`Rod` can still turn about `Rod.A`" in said
     with Image.open(tmp_path / "a.gif") as film:
         assert film.n_frames > 10
-    stretch = say.session.stretch
-    ((_motion, moments),) = wiggles(stretch, stretch.pieces[0], 0.0)
+    segment_motion = say.session.segment_motion
+    ((_motion, moments),) = wiggles(segment_motion, segment_motion.pieces[0], 0.0)
     turns = []
     for moment in moments:
         rod = moment.things[1]

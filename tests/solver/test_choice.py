@@ -36,7 +36,7 @@ def test_both_ends_of_a_rigid_bar_may_be_given():
     @4""")
     poses = motion.poses(0, motion.timeline.frame_count)
     assert np.max(np.abs(poses.angle[0] - 90 * poses.times)) < 1e-9
-    assert len(motion.stretches[0].plan.checks) == 1
+    assert len(motion.segments[0].plan.checks) == 1
 
 
 def test_a_redundant_coupling_rod_is_no_obstacle():

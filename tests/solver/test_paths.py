@@ -82,7 +82,7 @@ Body : .bar X=[67.77,55.51] Y=[21.88,92.14] Z=[-4.04,42.42];
 def test_a_triad_closes_and_satisfies_its_constraints():
     motion = motion_of(SIX_BAR)
     poses = motion.poses(0, motion.timeline.frame_count)
-    kernels = {method_of(block) for block in motion.stretches[0].plan.blocks}
+    kernels = {method_of(block) for block in motion.segments[0].plan.blocks}
     assert "newton" in kernels
     assert max(residuals(motion, poses).values()) < 1e-12
     assert rigidity(motion, poses) < 1e-13

@@ -23,13 +23,13 @@ def problems(name):
     with chdir(SCRIPTS):
         motion = motion_of((SCRIPTS / f"{name}.mov").read_text(encoding="utf-8"))
     found = []
-    for stretch in motion.stretches:
-        piece = stretch.pieces[0]
+    for segment_motion in motion.segments:
+        piece = segment_motion.pieces[0]
         instants = piece.instants(np.array([0.1, 0.4, 0.7]) * piece.end)
         state, _ = piece.evaluate(instants)
-        for block in filter(None, map(simultaneous, stretch.plan.blocks)):
+        for block in filter(None, map(simultaneous, segment_motion.plan.blocks)):
             x = np.stack([np.broadcast_to(state[n], 3) for n in block.core], axis=1)
-            scale = track_scale(stretch.plan, block)
+            scale = track_scale(segment_motion.plan, block)
             found.append((BlockProblem.of(block, state, instants.clocks, scale), x, state))
     return found
 

@@ -49,7 +49,7 @@ def modes_by_angle(base, platform, legs):
 
 def parts(text):
     motion = motion_of(text)
-    return motion, motion.stretches[0].beginnings[0].selection.parts
+    return motion, motion.segments[0].beginnings[0].selection.parts
 
 
 def test_the_triad_has_six_assembly_modes():

@@ -25,7 +25,7 @@ def motion_of(text: str) -> PathMotion:
 
 
 def free_block(motion: PathMotion) -> tuple[Piece, Block, NodeTrack]:
-    for piece in motion.stretches[0].pieces:
+    for piece in motion.segments[0].pieces:
         assert isinstance(piece, Piece)
         for block, track in zip(piece.plan.blocks, piece.tracks, strict=True):
             if block.free and isinstance(track, NodeTrack):

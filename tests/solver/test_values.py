@@ -138,8 +138,8 @@ def test_where_a_path_comes_to_violate_an_inequality_the_motion_goes_over():
     plus, minus = 50 * np.cos(theta) + root, 50 * np.cos(theta) - root
     gone_over = poses.times > poses.times[np.argmax(plus > 50)] - 1e-9
     assert poses.variables["x"] == pytest.approx(np.where(gone_over, minus, plus), abs=1e-9)
-    assert motion.stretches[0].beginnings[0].reason == "step"
-    assert "inequality" in [b.reason for b in motion.stretches[0].beginnings]
+    assert motion.segments[0].beginnings[0].reason == "step"
+    assert "inequality" in [b.reason for b in motion.segments[0].beginnings]
 
 
 def test_clocks_of_a_constraint_that_outlives_later_steps():
@@ -167,8 +167,8 @@ def test_still_things_are_solved_once():
     @0 Crank.O=[0,0]; Crank.angle=90*.t; Rod.A=Crank.P; Rod.B=[x,0]; x>0;
        Tri.A=[300,0]; Leg.A=[380,0]; Tri.B=Leg.B; Leg.B.y>0;
     @4""")
-    still = [block for block in motion.stretches[0].plan.blocks if not block.moving]
-    names = {motion.stretches[0].plan.system.unknowns[n].name for block in still for n in block.unknowns}
+    still = [block for block in motion.segments[0].plan.blocks if not block.moving]
+    names = {motion.segments[0].plan.system.unknowns[n].name for block in still for n in block.unknowns}
     assert {"Tri.x", "Tri.cos", "Leg.sin"} <= names
     poses = motion.poses(0, motion.timeline.frame_count)
     assert np.ptp(anchor(motion, poses, "Tri.B"), axis=0).max() == 0.0

@@ -89,7 +89,7 @@ def test_a_final_instant_goes_on_from_the_path(monkeypatch: pytest.MonkeyPatch) 
     """The last `@time` states nothing new: the branch is known, and nothing is searched for."""
     searched = counted(monkeypatch, beginning, "select")
     motion = motion_of(chain(6))
-    assert len(motion.stretches) == 2
+    assert len(motion.segments) == 2
     assert searched["select"] == 1
 
 
@@ -105,7 +105,9 @@ def test_what_is_before_a_block_is_evaluated_once_an_instant(monkeypatch: pytest
     evaluated = counted(monkeypatch, Piece, "before")
     timeline = arranged(understand(SourceText(str(WALSCHAERTS), WALSCHAERTS.read_text(encoding="utf-8"))), Choices())
     motion = moved(timeline)
-    pieces = [piece for stretch in motion.stretches for piece in stretch.pieces if isinstance(piece, Piece)]
+    pieces = [
+        piece for segment_motion in motion.segments for piece in segment_motion.pieces if isinstance(piece, Piece)
+    ]
     nodes = sum(len(piece.nodes) for piece in pieces)
     assert nodes > 200
     assert single["attempt"] == 0
@@ -124,7 +126,7 @@ def test_verifying_frames_compiles_nothing() -> None:
 
 def test_one_schedule_serves_with_and_without_turns() -> None:
     motion = motion_of(FOUR_BAR)
-    piece = motion.stretches[0].pieces[0]
+    piece = motion.segments[0].pieces[0]
     assert isinstance(piece, Piece)
     instants = piece.instants(np.linspace(0.0, 1.0, 5))
     whole, _ = piece.solve(instants)
@@ -132,7 +134,7 @@ def test_one_schedule_serves_with_and_without_turns() -> None:
     part, _ = piece.solve(instants, windings=False)
     assert structures_compiled() == before
     left_out = [n for n, value in enumerate(part) if value is None and whole[n] is not None]
-    assert [motion.stretches[0].plan.system.unknowns[n].name for n in left_out]
+    assert [motion.segments[0].plan.system.unknowns[n].name for n in left_out]
     for n, value in enumerate(part):
         assert n in left_out or np.array_equal(value, whole[n])
 
@@ -147,21 +149,21 @@ def test_reports_of_steps_are_made_for_who_looks(monkeypatch: pytest.MonkeyPatch
 def test_large_blocks_need_no_dense_decomposition(monkeypatch: pytest.MonkeyPatch) -> None:
     motion = motion_of(linkage_script(transformable(1), "tiling"))
     decomposed = counted(monkeypatch, rank, "null_space")
-    (found,) = block_ranks(motion.stretches[0])
+    (found,) = block_ranks(motion.segments[0])
     assert (found.freedom, len(found.motions), found.rows - found.rank) == (4, 4, 1)
     assert not decomposed
 
 
 def test_sparse_rank_is_the_rank() -> None:
     motion = motion_of(linkage_script(transformable(1), "tiling"))
-    stretch = motion.stretches[0]
-    moment = generic_moment(stretch)
+    segment_motion = motion.segments[0]
+    moment = generic_moment(segment_motion)
     assert moment is not None
     piece, tau = moment
     instants = piece.instants(np.array([tau]))
     state, _ = piece.evaluate(instants)
-    (block,) = (block for block in stretch.plan.blocks if isinstance(block, Free))
-    scale = np.full(len(block.core), stretch.plan.size)
+    (block,) = (block for block in segment_motion.plan.blocks if isinstance(block, Free))
+    scale = np.full(len(block.core), segment_motion.plan.size)
     rows, found, free = rank.rank_at(block, rank.at_one(state), instants.clocks, rank.values_of(block, state), scale)
     expected, null, _ = null_space(rows, rank.RANK_TOLERANCE)
     assert found == expected < len(block.core)

@@ -30,8 +30,8 @@ def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
     """A warning for each choice that fell to "as drawn" with more than one solution left. A note if the drawing is one
     of the solutions and so selects it. The statements offered to select one have been tried.
     """
-    stretch = trials.motion.stretches[index]
-    for beginning in stretch.beginnings:
+    segment_motion = trials.motion.segments[index]
+    for beginning in segment_motion.beginnings:
         if beginning.reason is not PathReason.STEP or beginning.selection.choices is None:
             continue
         for part in beginning.selection.parts:
@@ -40,18 +40,18 @@ def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
 
 
 def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> Iterator[Diagnostic]:
-    stretch = trials.motion.stretches[index]
-    plan = stretch.plan
+    segment_motion = trials.motion.segments[index]
+    plan = segment_motion.plan
     blocks = plan.blocks
     choosing = tuple(n for n in part.blocks if isinstance(blocks[n], Quadratic | Newton | Ode))
-    bodies = [plan.system.scene.things[t] for t in things_of(stretch, part.blocks)]
-    span = span_of_blocks(stretch, choosing) or span_of_blocks(stretch, part.blocks)
+    bodies = [plan.system.scene.things[t] for t in things_of(segment_motion, part.blocks)]
+    span = span_of_blocks(segment_motion, choosing) or span_of_blocks(segment_motion, part.blocks)
     if span is None and bodies:  # nothing is stated there but that a thing is rigid
         span = bodies[0].name_span
     unknowns = [plan.system.unknowns[n] for n in sorted(part.candidates[0].values)]
     about = [f"`{u.name}`" for u in unknowns if isinstance(u.payload, VariableComponent)]
     about = [f"`{body.name}`" for body in bodies] or about or ["what is not drawn"]
-    where = f"at t = {time_text(float(stretch.segment.start) + beginning.time)} for {listed(about)}"
+    where = f"at t = {time_text(float(segment_motion.segment.start) + beginning.time)} for {listed(about)}"
     groups = solutions_of(plan, part)
     loose = loose_variables(plan, groups)
     if len(groups) == 1:
@@ -62,10 +62,10 @@ def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> I
         return
     part = replace(part, candidates=tuple(group[0] for group in groups))
     closed = part.decided_by == "closed"
-    states = [] if closed else _states(stretch, beginning, part)
+    states = [] if closed else _states(segment_motion, beginning, part)
     if not closed and not states:
         return
-    if closed or _drawn_closed(stretch, choosing, part, states):
+    if closed or _drawn_closed(segment_motion, choosing, part, states):
         message = f"{len(groups)} solutions {where}; the one that is drawn was taken"
         yield Diagnostic("constraint/as-drawn", Severity.NOTE, message, span)
         return
@@ -95,19 +95,19 @@ def _choice(
         selecting_wish,
     )
 
-    stretch = trials.motion.stretches[index]
-    plan = stretch.plan
-    followed = [item.without(loose) for item in follow_candidates(stretch, beginning, part)]
+    segment_motion = trials.motion.segments[index]
+    plan = segment_motion.plan
+    followed = [item.without(loose) for item in follow_candidates(segment_motion, beginning, part)]
     texts = selecting_inequalities(plan, followed)
-    poses = [followed_at(plan, stretch, part, state) for state in states[: len(followed)]]
+    poses = [followed_at(plan, segment_motion, part, state) for state in states[: len(followed)]]
     words = described(plan, part.candidates[: len(followed)], poses, loose)
     notes: list[str] = []
     helps: list[Fix] = []
-    step = stretch.segment.step
+    step = segment_motion.segment.step
     for k, (what, inequality) in enumerate(zip(words, texts, strict=True)):
         notes.append(f"{'chosen' if k == 0 else f'solution {k + 1}'}: {what}")
         offered = [text for text in (inequality, selecting_wish(plan, part, k, loose)) if text is not None]
-        wanted = snapshot(plan, states[k], stretch.base.now, 0)
+        wanted = snapshot(plan, states[k], segment_motion.base.now, 0)
         text = next((text for text in offered if _selects(trials, index, text, wanted, loose)), None)
         if text is not None:
             title = f"`{text}` selects {'the one chosen' if k == 0 else f'solution {k + 1}'}"
@@ -120,20 +120,20 @@ def _choice(
 
 
 def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Sequence[str]) -> bool:
-    """Whether the statements ``text`` in the step of stretch number ``index`` make it begin in the pose ``wanted``
+    """Whether the statements ``text`` in the step of segment number ``index`` make it begin in the pose ``wanted``
     (except for ``loose`` variables) and cause no trouble. True if that cannot be tried.
     """
     if not trials.able(index):
         return True
-    stretch = trials.sound(index, text)
-    piece = None if stretch is None else stretch.pieces[0]
-    if stretch is None or not isinstance(piece, Piece):
+    segment_motion = trials.sound(index, text)
+    piece = None if segment_motion is None else segment_motion.pieces[0]
+    if segment_motion is None or not isinstance(piece, Piece):
         return False
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(piece.instants(np.array([piece.begin])))
-    begun, size = snapshot(stretch.plan, state, stretch.base.now, 0), stretch.plan.size
+    begun, size = snapshot(segment_motion.plan, state, segment_motion.base.now, 0), segment_motion.plan.size
     near = (_same(a, b, size, 10.0 * ONE) for a, b in zip(begun.things, wanted.things, strict=True))
-    names = {u.payload: u.name for u in stretch.plan.system.unknowns if isinstance(u.payload, VariableComponent)}
+    names = {u.payload: u.name for u in segment_motion.plan.system.unknowns if isinstance(u.payload, VariableComponent)}
     return all(near) and all(
         abs(begun.others[payload] - wanted.others.get(payload, begun.others[payload])) <= 10.0 * ONE * size
         for payload, name in names.items()
@@ -144,10 +144,10 @@ def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Seq
 # --- the drawing as a selection
 
 
-def _states(stretch: SegmentMotion, beginning: PathBeginning, part: Part) -> list[State]:
+def _states(segment_motion: SegmentMotion, beginning: PathBeginning, part: Part) -> list[State]:
     """The whole state (one instant) at the beginning with each candidate of the part in turn; none without a path."""
     piece = next(
-        (p for p in stretch.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
+        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
         None,
     )
     if piece is None:
@@ -163,12 +163,12 @@ def _states(stretch: SegmentMotion, beginning: PathBeginning, part: Part) -> lis
     return states
 
 
-def _drawn_closed(stretch: SegmentMotion, choosing: Sequence[int], part: Part, states: Sequence[State]) -> bool:
+def _drawn_closed(segment_motion: SegmentMotion, choosing: Sequence[int], part: Part, states: Sequence[State]) -> bool:
     """Whether the solution taken, and no other, is how things are drawn: in place, or all moved and turned as one.
 
     For a single thing that is always true, so it must be in place.
     """
-    plan = stretch.plan
+    plan = segment_motion.plan
     system = plan.system
     near = {n for b in choosing for n in (*plan.blocks[b].unknowns, *plan.blocks[b].inputs)}
     near |= {n for b in choosing for e in plan.blocks[b].equations for n in system.equations[e].unknowns}
@@ -176,7 +176,7 @@ def _drawn_closed(stretch: SegmentMotion, choosing: Sequence[int], part: Part, s
     if not things:
         return False
     before = as_drawn(system.scene).now
-    poses = [snapshot(plan, state, stretch.base.now, 0) for state in states]
+    poses = [snapshot(plan, state, segment_motion.base.now, 0) for state in states]
     size = plan.size
     drawn = [_in_place(pose, before, things, size) for pose in poses]
     if any(drawn):

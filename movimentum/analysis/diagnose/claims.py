@@ -78,13 +78,13 @@ def broken_claims(motion: PathMotion) -> Iterator[Broken]:
 def _grid(motion: PathMotion) -> list[Fraction]:
     """The instants at which the solver followed its paths, `AT_MOST` of each segment's."""
     times: set[Fraction] = set()
-    for stretch in motion.stretches:
-        nodes = [piece.nodes for piece in stretch.pieces if not isinstance(piece, Unsolved)]
+    for segment_motion in motion.segments:
+        nodes = [piece.nodes for piece in segment_motion.pieces if not isinstance(piece, Unsolved)]
         if nodes:
             tau = np.unique(np.concatenate(nodes))
             if len(tau) > AT_MOST:
                 tau = tau[np.linspace(0, len(tau) - 1, AT_MOST).round().astype(np.intp)]
-            times.update(stretch.segment.start + Fraction(value) for value in tau.tolist())
+            times.update(segment_motion.segment.start + Fraction(value) for value in tau.tolist())
     end = motion.timeline.end
     return sorted(time for time in times if time <= end)
 

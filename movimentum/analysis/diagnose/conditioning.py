@@ -40,16 +40,16 @@ class Singular:
     frames: int
 
 
-def nearly_singular(motion: PathMotion, stretch: SegmentMotion, low: int, high: int) -> Iterator[Singular]:
-    """The blocks of a stretch that come near a singular position in one of the frames ``low`` … ``high - 1``."""
-    for piece in stretch.pieces:
+def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int, high: int) -> Iterator[Singular]:
+    """The blocks of a segment that come near a singular position in one of the frames ``low`` … ``high - 1``."""
+    for piece in segment_motion.pieces:
         if isinstance(piece, Unsolved) or len(piece.nodes) < 3:
             continue
-        frames = motion.instants(stretch, low, high).tau
+        frames = motion.instants(segment_motion, low, high).tau
         frames = frames[(frames >= piece.begin) & (frames <= piece.end)]
         instants = piece.instants(piece.nodes)
         at_nodes, _ = piece.solve(instants, windings=False)  # once for all blocks, not once for each
-        for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
+        for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
             if not block.moving or isinstance(block, Winding | Integral):
                 continue
             found: FloatArray | None = None

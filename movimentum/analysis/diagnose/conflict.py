@@ -34,14 +34,14 @@ class Conflict:
     """``constraints`` (numbers, in script order) and rigid ``things`` that cannot all hold.
 
     ``off``: constraint number -> how far its sides stay apart (script units) when all others of the set hold.
-    ``stretch``: thing number -> the factor by which it would have to be scaled for the others to hold.
+    ``segment_motion``: thing number -> the factor by which it would have to be scaled for the others to hold.
     ``others``: how many constraints of the same plan are not involved.
     """
 
     constraints: tuple[int, ...]
     things: tuple[int, ...]
     off: dict[int, float]
-    stretch: dict[int, float]
+    segment_motion: dict[int, float]
     others: int
 
 
@@ -60,7 +60,7 @@ def told(found: Contradiction) -> Conflict:
     near = list(found.meeting.values())[:: max(1, len(found.meeting) // 3)]
     others = [*found.poses[:4], *near, *scattered(demands, few)][: few + 2]
     off: dict[int, float] = {}
-    stretch: dict[int, float] = {}
+    segment_motion: dict[int, float] = {}
     with np.errstate(all="ignore"):
         for member, pose in sorted(found.meeting.items(), key=lambda item: item[0]):
             kind, number = member
@@ -75,11 +75,11 @@ def told(found: Contradiction) -> Conflict:
             elif kind == "thing":
                 factor = _stretched(demands, number, u)
                 if factor is not None:
-                    stretch[number] = factor
+                    segment_motion[number] = factor
     constraints = tuple(sorted(n for kind, n in found.members if kind == "constraint"))
     stated = {e.constraint for e in demands.plan.system.equations if e.constraint is not None}
     things = tuple(sorted(n for kind, n in found.members if kind == "thing"))
-    return Conflict(constraints, things, off, stretch, len(stated) - len(constraints))
+    return Conflict(constraints, things, off, segment_motion, len(stated) - len(constraints))
 
 
 def _nearest(demands: Demands, one: Member, starts: Sequence[FloatArray]) -> FloatArray:

@@ -19,45 +19,45 @@ UNCERTAIN = 1e-9
 """Of its largest value: an error of an integrated state that is told."""
 
 
-def uncertain(stretch: SegmentMotion, block: Block, track: FlowTrack) -> Iterator[Diagnostic]:
+def uncertain(segment_motion: SegmentMotion, block: Block, track: FlowTrack) -> Iterator[Diagnostic]:
     """The error of a differential equation's solution, where it is more than `UNCERTAIN`."""
     if not np.any(track.errors > UNCERTAIN):
         return
-    begin = float(stretch.segment.start)
+    begin = float(segment_motion.segment.start)
     first = begin + float(track.times[int(np.argmax(track.errors > UNCERTAIN))])
     worst = int(np.argmax(track.errors))
     error, when = float(track.errors[worst]), time_text(begin + float(track.times[worst]))
     yield Diagnostic(
         code="solve/inaccurate",
         severity=Severity.WARNING,
-        message=f"{_names(stretch, block)}: the error of the differential equation grows to {number(error, 1)} of the "
-        "largest value",
-        span=span_of_blocks(stretch, (block.number,)),
+        message=f"{_names(segment_motion, block)}: the error of the differential equation grows to {number(error, 1)} "
+        "of the largest value",
+        span=span_of_blocks(segment_motion, (block.number,)),
         notes=(f"it is more than 1e-9 from t = {time_text(first)} on, and largest at t = {when}",),
         helps=("a shorter film; a motion that is chaotic magnifies the smallest difference",),
     )
 
 
-def given_up(stretch: SegmentMotion, trouble: Failure) -> Diagnostic | None:
+def given_up(segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic | None:
     """A differential equation whose integration was given up."""
     if trouble.block is None:
         return None
-    block = stretch.plan.blocks[trouble.block]
-    tracks = [piece.tracks[trouble.block] for piece in stretch.pieces if isinstance(piece, Piece)]
+    block = segment_motion.plan.blocks[trouble.block]
+    tracks = [piece.tracks[trouble.block] for piece in segment_motion.pieces if isinstance(piece, Piece)]
     why = {track.trouble for track in tracks if isinstance(track, FlowTrack)}
-    when = time_text(float(stretch.segment.start) + trouble.begin)
+    when = time_text(float(segment_motion.segment.start) + trouble.begin)
     code = "solve/not-converged"
     if Trouble.SWITCHES in why:
-        message = f"a switch in the equation of {_names(stretch, block)} is undone at once, again and again"
+        message = f"a switch in the equation of {_names(segment_motion, block)} is undone at once, again and again"
         note = f"each side leads straight back to the other, so there is no solution from t = {when} on"
         help_ = "replace the switch by a steep slope: `.min(1, .max(-1, v/0.01))` instead of `{ v > 0 : 1; -1 }`"
     elif Trouble.WORK in why:
-        message = f"the differential equation of {_names(stretch, block)} takes too many steps"
+        message = f"the differential equation of {_names(segment_motion, block)} takes too many steps"
         note = f"it was given up at t = {when}: something turns or switches very often in this time"
         help_ = "a shorter film, or slower oscillations"
     elif Trouble.AWAY in why:
-        verb = "run" if " and " in _names(stretch, block) else "runs"
-        code, message = "solve/runs-away", f"{_names(stretch, block)} {verb} away to infinity at t = {when}"
+        verb = "run" if " and " in _names(segment_motion, block) else "runs"
+        code, message = "solve/runs-away", f"{_names(segment_motion, block)} {verb} away to infinity at t = {when}"
         note = "the faster, the farther it is: no solution of the equation goes beyond this time"
         help_ = f"a film that ends before t = {when}"
     else:
@@ -66,12 +66,12 @@ def given_up(stretch: SegmentMotion, trouble: Failure) -> Diagnostic | None:
         code=code,
         severity=Severity.ERROR,
         message=message,
-        span=span_of_blocks(stretch, (block.number,)),
+        span=span_of_blocks(segment_motion, (block.number,)),
         notes=(note,),
         helps=(help_, "`--on-failure hold` keeps the last good pose"),
     )
 
 
-def _names(stretch: SegmentMotion, block: Block) -> str:
-    unknowns = (stretch.plan.system.unknowns[n] for n in block.unknowns)
+def _names(segment_motion: SegmentMotion, block: Block) -> str:
+    unknowns = (segment_motion.plan.system.unknowns[n] for n in block.unknowns)
     return listed([f"`{u.name}`" for u in unknowns if isinstance(u.payload, VariableComponent)]) or "what moves here"

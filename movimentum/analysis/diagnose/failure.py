@@ -41,49 +41,52 @@ STEADY = 1e-4
 
 
 def failure_diagnostic(
-    motion: PathMotion, stretch: SegmentMotion, trouble: Failure, advice: Advice = Advice.TRIED
+    motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, advice: Advice = Advice.TRIED
 ) -> tuple[Diagnostic, int]:
-    """The diagnostic for the first trouble of a stretch, and the exit code: 1 (contradiction) or 3 (no solution at some
+    """The diagnostic for the first trouble of a segment, and the exit code: 1 (contradiction) or 3 (no solution at some
     time).
     """
-    if (away := runaway(motion, stretch, trouble)) is not None:
+    if (away := runaway(motion, segment_motion, trouble)) is not None:
         return away, 3
     if (
         trouble.kind is FailureKind.GAP
         and trouble.block is not None
-        and _is_formula(stretch.plan.blocks[trouble.block])
+        and _is_formula(segment_motion.plan.blocks[trouble.block])
     ):
-        return _undefined(stretch, stretch.plan.blocks[trouble.block], trouble.begin, trouble.until), 3
-    if trouble.kind is FailureKind.GAP and (ended := given_up(stretch, trouble)) is not None:
+        return _undefined(segment_motion, segment_motion.plan.blocks[trouble.block], trouble.begin, trouble.until), 3
+    if trouble.kind is FailureKind.GAP and (ended := given_up(segment_motion, trouble)) is not None:
         return ended, 3
-    if trouble.kind is FailureKind.GAP and (bound := bind(motion, stretch, trouble, advice)) is not None:
+    if trouble.kind is FailureKind.GAP and (bound := bind(motion, segment_motion, trouble, advice)) is not None:
         return bound, 3
     if trouble.kind is FailureKind.SELECTOR:
-        return _left_nothing(motion, stretch, trouble, trouble.begin), 3
+        return _left_nothing(motion, segment_motion, trouble, trouble.begin), 3
     if trouble.kind is FailureKind.CHECK:
-        return _no_longer(motion, stretch, trouble)
+        return _no_longer(motion, segment_motion, trouble)
     if trouble.kind is FailureKind.LIMIT:
-        return not_looked_at(stretch, trouble), 3
-    return _no_beginning(motion, stretch, trouble, advice)
+        return not_looked_at(segment_motion, trouble), 3
+    return _no_beginning(motion, segment_motion, trouble, advice)
 
 
-def not_looked_at(stretch: SegmentMotion, trouble: Failure) -> Diagnostic:
+def not_looked_at(segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic:
     """A motion that comes to an end over and over, and what comes after the last of these that was looked at."""
-    when = _at(stretch, trouble.begin)
+    when = _at(segment_motion, trouble.begin)
     if trouble.selector is not None:
-        number_ = stretch.plan.system.selectors[trouble.selector].constraint
-        constraint = constraint_of(stretch, number_)
+        number_ = segment_motion.plan.system.selectors[trouble.selector].constraint
+        constraint = constraint_of(segment_motion, number_)
         span = None if constraint is None else constraint.span
         what = "the motion leaves this inequality again and again"
         notes, helps = ("what satisfies it crosses it at once, over and over",), ()
     else:
         assert trouble.block is not None
-        span = span_of_blocks(stretch, (trouble.block,)) or stretch.plan.system.scene.steps[stretch.segment.step].span
-        ends = [item.begin for item in stretch.troubles if item.kind is FailureKind.GAP]
-        what = f"the motion comes to an end {len(ends)} times from t = {_at(stretch, min(ends))} on"
+        span = (
+            span_of_blocks(segment_motion, (trouble.block,))
+            or segment_motion.plan.system.scene.steps[segment_motion.segment.step].span
+        )
+        ends = [item.begin for item in segment_motion.troubles if item.kind is FailureKind.GAP]
+        what = f"the motion comes to an end {len(ends)} times from t = {_at(segment_motion, min(ends))} on"
         notes = ("the frames after that have no pose; there may well be a solution",)
         helps = (f"`@{when}` begins another step there, which is looked at on its own",)
-        if when == _at(stretch, 0.0):
+        if when == _at(segment_motion, 0.0):
             helps = ()
     return Diagnostic(
         code="limit/paths",
@@ -95,21 +98,21 @@ def not_looked_at(stretch: SegmentMotion, trouble: Failure) -> Diagnostic:
     )
 
 
-def _no_longer(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> tuple[Diagnostic, int]:
+def _no_longer(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> tuple[Diagnostic, int]:
     """Constraints that agreed where the path began, and contradict each other from some time on."""
     from movimentum.analysis.diagnose.conflict import find_conflict
 
-    plan = stretch.plan
+    plan = segment_motion.plan
     assert trouble.check is not None
     around = set(plan.system.equations[trouble.check].unknowns)
-    length = float(stretch.segment.end - stretch.segment.start)
+    length = float(segment_motion.segment.end - segment_motion.segment.start)
     tau = min(trouble.begin + 1.0 / float(motion.timeline.fps), 0.5 * (trouble.begin + length))
-    conflict = find_conflict(plan, around, tau, stretch.base)
-    constraint = constraint_of(stretch, plan.system.equations[trouble.check].constraint)
+    conflict = find_conflict(plan, around, tau, segment_motion.base)
+    constraint = constraint_of(segment_motion, plan.system.equations[trouble.check].constraint)
     at_once = trouble.begin <= AT_ONCE * length
     if conflict is not None:
         code = "constraint/conflict" if at_once else "solve/unreachable"
-        told = _contradiction(stretch, conflict, tau, code)
+        told = _contradiction(segment_motion, conflict, tau, code)
     else:
         told = Diagnostic(
             code="solve/unreachable",
@@ -120,71 +123,73 @@ def _no_longer(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> 
     some = "these constraints" if conflict is None else counted(len(conflict.constraints), "constraint")
     return replace(
         told,
-        message=f"{some} agree at first, but contradict each other from t = {_at(stretch, trouble.begin)} on",
-        notes=(f"the amounts are those at t = {_at(stretch, tau)}", *told.notes),
+        message=f"{some} agree at first, but contradict each other from t = {_at(segment_motion, trouble.begin)} on",
+        notes=(f"the amounts are those at t = {_at(segment_motion, tau)}", *told.notes),
     ), 1 if at_once and conflict is not None else 3
 
 
-def _at(stretch: SegmentMotion, tau: float) -> str:
-    return time_text(float(stretch.segment.start) + tau)
+def _at(segment_motion: SegmentMotion, tau: float) -> str:
+    return time_text(float(segment_motion.segment.start) + tau)
 
 
 def _no_beginning(
-    motion: PathMotion, stretch: SegmentMotion, trouble: Failure, advice: Advice
+    motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, advice: Advice
 ) -> tuple[Diagnostic, int]:
     selection = trouble.selection
     assert selection is not None
     selectors = [r for r in selection.rejections if r.selector is not None]
     contradiction = selection.contradiction
-    always = contradiction is not None and _holds_all_along(stretch, contradiction)
+    always = contradiction is not None and _holds_all_along(segment_motion, contradiction)
     # stated by a first step for all its time, it is a contradiction; driven there or stated later, it is a reach
-    first = stretch.segment.step == 0 and trouble.until >= float(stretch.segment.end - stretch.segment.start)
-    refused = [stretch.plan.blocks[r.block] for r in selection.rejections if r.block is not None]
+    first = segment_motion.segment.step == 0 and trouble.until >= float(
+        segment_motion.segment.end - segment_motion.segment.start
+    )
+    refused = [segment_motion.plan.blocks[r.block] for r in selection.rejections if r.block is not None]
     formula = next((block for block in refused if _is_formula(block)), None)
     if contradiction is None and formula is not None:
-        return _undefined(stretch, formula, 0.0, trouble.until), 3
-    past = driven_past(stretch, selection) and not (first and always)
-    if past and (bound := bind(motion, stretch, trouble, advice)) is not None:
+        return _undefined(segment_motion, formula, 0.0, trouble.until), 3
+    past = driven_past(segment_motion, selection) and not (first and always)
+    if past and (bound := bind(motion, segment_motion, trouble, advice)) is not None:
         return bound, 3
     if contradiction is None:
         if selectors and all(part.complete for part in selection.parts):
-            told = _left_nothing(motion, stretch, trouble, 0.0)
+            told = _left_nothing(motion, segment_motion, trouble, 0.0)
             return told, 1 if told.code == "constraint/conflict" else 3
-        return _not_found(stretch, selection), 3
+        return _not_found(segment_motion, selection), 3
     from movimentum.analysis.diagnose.conflict import told
 
     code = "constraint/conflict" if always else "solve/unreachable"
-    return _contradiction(stretch, told(contradiction), 0.0, code), 1 if always else 3
+    return _contradiction(segment_motion, told(contradiction), 0.0, code), 1 if always else 3
 
 
-def _holds_all_along(stretch: SegmentMotion, contradiction: Contradiction) -> bool:
+def _holds_all_along(segment_motion: SegmentMotion, contradiction: Contradiction) -> bool:
     """Whether a contradiction at a segment's beginning is the same at some other moments of it.
 
     One that grows or shrinks belongs to a drive that is beyond its reach all the time.
     """
     from movimentum.solver.start.contradictions import apart, later
 
-    length = float(stretch.segment.end - stretch.segment.start)
+    length = float(segment_motion.segment.end - segment_motion.segment.start)
     samples = [length * (k / SAMPLES) for k in range(1, SAMPLES)] if length > 0.0 else []
     amount = apart(contradiction)
     for tau in samples:
-        there = later(contradiction, stretch.plan, tau, stretch.base)
+        there = later(contradiction, segment_motion.plan, tau, segment_motion.base)
         if there is None or abs(apart(there) - amount) > STEADY * amount:
             return False
     return True
 
 
-def _contradiction(stretch: SegmentMotion, conflict: Conflict, tau: float, code: str) -> Diagnostic:
-    scene = stretch.plan.system.scene
-    chosen = [c for c in (constraint_of(stretch, n) for n in conflict.constraints) if c is not None]
-    when = _at(stretch, tau)
+def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float, code: str) -> Diagnostic:
+    scene = segment_motion.plan.system.scene
+    chosen = [c for c in (constraint_of(segment_motion, n) for n in conflict.constraints) if c is not None]
+    when = _at(segment_motion, tau)
     labels = [Label(constraint.span, off_text(conflict, constraint.number)) for constraint in chosen[:-1]]
     helps: list[str | Fix] = []
     others: list[Fix] = []
     for t in conflict.things:
         thing = scene.things[t]
         text = "rigid"
-        factor = conflict.stretch.get(t)
+        factor = conflict.segment_motion.get(t)
         if factor is not None and abs(factor - 1.0) > 1e-9:
             change = (factor - 1.0) * 100.0
             text = f"rigid: would have to be {number(abs(change), 3)} % {'longer' if change > 0 else 'shorter'}"
@@ -206,7 +211,7 @@ def _contradiction(stretch: SegmentMotion, conflict: Conflict, tau: float, code:
         f"{counted(involved, 'constraint')} contradict{'s' if involved == 1 else ''}"
         + (" each other" if involved > 1 else " what is rigid")
         + (
-            f" in step @{_at(stretch, 0.0)}"
+            f" in step @{_at(segment_motion, 0.0)}"
             if code == "constraint/conflict"
             else f" at t = {when}: there is no solution"
         )
@@ -231,36 +236,38 @@ def _another_length(thing: Thing, factor: float, now: float) -> tuple[Fix, Fix]:
     return Fix(title, () if first is None else (first,)), Fix(title, () if second is None else (second,))
 
 
-def _left_nothing(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, tau: float) -> Diagnostic:
+def _left_nothing(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, tau: float) -> Diagnostic:
     """Every solution violates some inequality.
 
     It is a reach if a later step states something that an earlier inequality does not allow, or a length that is
     impossible. It is a contradiction if a step's own inequality leaves no solution.
     """
-    plan = stretch.plan
+    plan = segment_motion.plan
     selection = trouble.selection
     rejections: list[Rejection] = [r for r in (selection.rejections if selection else ()) if r.selector is not None]
     number_ = trouble.selector if trouble.selector is not None else (rejections[0].selector if rejections else None)
     assert number_ is not None
     selector = plan.system.selectors[number_]
     constraint = constraint_of(
-        stretch, selector.constraint if selector.constraint is not None else selector.equation_of
+        segment_motion, selector.constraint if selector.constraint is not None else selector.equation_of
     )
     notes: list[str] = []
     for k, rejection in enumerate(rejections[:6]):
         other = plan.system.selectors[rejection.selector or 0]
-        turned_down = constraint_of(stretch, other.constraint if other.constraint is not None else other.equation_of)
+        turned_down = constraint_of(
+            segment_motion, other.constraint if other.constraint is not None else other.equation_of
+        )
         text = motion.timeline.scene.source.slice(turned_down.span).strip() if turned_down else "a length or an angle"
         by = f" by {number(abs(rejection.amount))}" if np.isfinite(rejection.amount) else ""
         notes.append(f"candidate {k + 1} misses `{' '.join(text.split())}`{by}")
-    when = _at(stretch, tau)
+    when = _at(segment_motion, tau)
     if selector.constraint is not None:
         message = f"no solution satisfies this inequality at t = {when}"
     else:
         message = f"at t = {when} this has no solution (a length cannot be negative, an angle points one way)"
     scene = plan.system.scene
     own = constraint if selector.constraint is not None else None
-    step = stretch.segment.step
+    step = segment_motion.segment.step
     reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
         code="constraint/conflict" if trouble.kind is FailureKind.START and not reached else "solve/unreachable",
@@ -291,15 +298,15 @@ def _is_formula(block: Block) -> bool:
     return isinstance(block, Assign | Linear | Winding | Integral | Velocity)
 
 
-def _undefined(stretch: SegmentMotion, block: Block, tau: float, until: float) -> Diagnostic:
+def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: float) -> Diagnostic:
     """A formula without a finite value."""
-    at_once = until - tau <= INSTANT * float(stretch.segment.end - stretch.segment.start)
-    when = f"at t = {_at(stretch, tau)}" if at_once else f"from t = {_at(stretch, tau)} on"
-    plan = stretch.plan
+    at_once = until - tau <= INSTANT * float(segment_motion.segment.end - segment_motion.segment.start)
+    when = f"at t = {_at(segment_motion, tau)}" if at_once else f"from t = {_at(segment_motion, tau)} on"
+    plan = segment_motion.plan
     numbers = [plan.system.equations[e].constraint for e in block.equations]
     if plan.system.differentiated(block.unknowns[0])[1]:
         numbers.append(reader_of(plan.system, set(block.unknowns)))
-    spans = [c.span for n in numbers if (c := constraint_of(stretch, n)) is not None]
+    spans = [c.span for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
     name, note = f"`{plan.system.unknowns[block.unknowns[0]].name}`", "the root of a negative number, or an overflow"
     if isinstance(block, Integral):
         name, note = "the integral in this statement", "a pole of what is integrated, " + note
@@ -313,19 +320,19 @@ def _undefined(stretch: SegmentMotion, block: Block, tau: float, until: float) -
     )
 
 
-def _not_found(stretch: SegmentMotion, selection: Selection) -> Diagnostic:
+def _not_found(segment_motion: SegmentMotion, selection: Selection) -> Diagnostic:
     """No candidate, and no contradiction found either: the search found nothing."""
-    plan = stretch.plan
+    plan = segment_motion.plan
     block = next((plan.blocks[r.block] for r in selection.rejections if r.block is not None), None)
     span = None
     if block is not None:
         numbers = [plan.system.equations[e].constraint for e in block.equations]
-        spans = [c.span for n in numbers if (c := constraint_of(stretch, n)) is not None]
+        spans = [c.span for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
         span = spans[-1] if spans else None
     return Diagnostic(
         code="solve/not-converged",
         severity=Severity.ERROR,
-        message=f"no solution was found at t = {_at(stretch, 0.0)}",
+        message=f"no solution was found at t = {_at(segment_motion, 0.0)}",
         span=span,
         notes=(
             "nothing proves that there is none: the search may have missed it",

@@ -58,31 +58,31 @@ class _Option:
     rank: int
 
 
-def follow_candidates(stretch: SegmentMotion, beginning: PathBeginning, part: Part) -> list[Followed]:
+def follow_candidates(segment_motion: SegmentMotion, beginning: PathBeginning, part: Part) -> list[Followed]:
     """The first few candidates of ``part``, followed through the segment (everything else as chosen)."""
-    plan = stretch.plan
+    plan = segment_motion.plan
     selection: Selection = beginning.selection
-    length = float(stretch.segment.end - stretch.segment.start)
+    length = float(segment_motion.segment.end - segment_motion.segment.start)
     result: list[Followed] = []
     most = MOST_CANDIDATES if len(plan.blocks) < LARGE else 2  # following a very large scene takes a while
     for candidate in part.candidates[:most]:
         choices = [candidate.choices.get(number, choice) for number, choice in enumerate(selection.choices or [])]
-        piece, gaps = follow(plan, stretch.segment.start, beginning.time, length, choices)
+        piece, gaps = follow(plan, segment_motion.segment.start, beginning.time, length, choices)
         horizon = min((gap.begin for gap in gaps), default=piece.end)
         nodes = piece.nodes[piece.nodes <= horizon]
         nodes = nodes if len(nodes) else piece.nodes[:1]
         with np.errstate(all="ignore"):
             state, _ = piece.evaluate(piece.instants(nodes))
-        result.append(_followed(plan, stretch, part, state, len(nodes)))
+        result.append(_followed(plan, segment_motion, part, state, len(nodes)))
     return result
 
 
-def _followed(plan: Plan, stretch: SegmentMotion, part: Part, state: State, count: int) -> Followed:
+def _followed(plan: Plan, segment_motion: SegmentMotion, part: Part, state: State, count: int) -> Followed:
     scene = plan.system.scene
     inside = {n for number in part.blocks for n in plan.blocks[number].unknowns}
     things = {plan.system.unknowns[n].thing for n in inside}
     anchors: dict[tuple[int, int], FloatArray] = {}
-    for t, placement in placements(plan, state, stretch.base.now):
+    for t, placement in placements(plan, state, segment_motion.base.now):
         if t in things:
             for i, anchor in enumerate(scene.things[t].anchors):
                 x, y = anchor.local
@@ -98,9 +98,9 @@ def _followed(plan: Plan, stretch: SegmentMotion, part: Part, state: State, coun
     return Followed(anchors, variables)
 
 
-def followed_at(plan: Plan, stretch: SegmentMotion, part: Part, state: State) -> Followed:
+def followed_at(plan: Plan, segment_motion: SegmentMotion, part: Part, state: State) -> Followed:
     """A candidate at one instant only."""
-    return _followed(plan, stretch, part, state, 1)
+    return _followed(plan, segment_motion, part, state, 1)
 
 
 def selecting_inequalities(plan: Plan, followed: list[Followed]) -> list[str | None]:

@@ -37,28 +37,28 @@ class Jump:
 
 
 def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
-    """A warning for each jump in stretch number ``index``."""
+    """A warning for each jump in segment number ``index``."""
     for jump in found_jumps(motion, index):
-        yield _told(motion.stretches[index], jump.beginning, jump.thing, jump.amount, jump.note)
+        yield _told(motion.segments[index], jump.beginning, jump.thing, jump.amount, jump.note)
 
 
 def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
-    """For each beginning of a path in stretch number ``index`` where something jumps: the anchor that goes farthest,
+    """For each beginning of a path in segment number ``index`` where something jumps: the anchor that goes farthest,
     and the thing of one anchor that turns most (no anchor shows that).
     """
-    stretch = motion.stretches[index]
+    segment_motion = motion.segments[index]
     scene = motion.timeline.scene
-    for beginning in stretch.beginnings:
+    for beginning in segment_motion.beginnings:
         if beginning.reason is PathReason.REACH:
             continue  # the return of a solution is reported with the time without one
-        if beginning.reason is PathReason.STEP and (index == 0 or stretch.segment.step == 0):
+        if beginning.reason is PathReason.STEP and (index == 0 or segment_motion.segment.step == 0):
             continue
-        after = _after(stretch, beginning)
+        after = _after(segment_motion, beginning)
         if after is None:
             continue
         carry = beginning.carry
         over = beginning.reason is PathReason.INEQUALITY
-        seen = stretch.segment.visible if over else motion.stretches[index - 1].segment.visible
+        seen = segment_motion.segment.visible if over else motion.segments[index - 1].segment.visible
         least = LEAST * motion.size
         far, thing = _farthest(scene, carry.now, after, seen)
         travel = _travel_per_frame(motion, beginning)
@@ -77,12 +77,12 @@ def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
             yield Jump(beginning, thing, degrees, f"it turns {slow} degrees per frame there")
 
 
-def _after(stretch: SegmentMotion, beginning: PathBeginning) -> Snapshot | None:
+def _after(segment_motion: SegmentMotion, beginning: PathBeginning) -> Snapshot | None:
     """The pose in which a path begins; None if none does."""
     if beginning.selection.choices is None:
         return None
     piece = next(
-        (p for p in stretch.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
+        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
         None,
     )
     if piece is None:
@@ -91,22 +91,22 @@ def _after(stretch: SegmentMotion, beginning: PathBeginning) -> Snapshot | None:
 
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(piece.instants(np.array([beginning.time])))
-    return snapshot(stretch.plan, state, stretch.base.now, 0)
+    return snapshot(segment_motion.plan, state, segment_motion.base.now, 0)
 
 
-def _told(stretch: SegmentMotion, beginning: PathBeginning, thing: int, amount: str, note: str) -> Diagnostic:
-    scene = stretch.plan.system.scene
+def _told(segment_motion: SegmentMotion, beginning: PathBeginning, thing: int, amount: str, note: str) -> Diagnostic:
+    scene = segment_motion.plan.system.scene
     name = scene.things[thing].name
-    when = time_text(float(stretch.segment.start) + beginning.time)
+    when = time_text(float(segment_motion.segment.start) + beginning.time)
     span: Span | None
     if beginning.reason is PathReason.INEQUALITY:
-        selector = stretch.plan.system.selectors[beginning.selector or 0]
+        selector = segment_motion.plan.system.selectors[beginning.selector or 0]
         constraint = selector.constraint if selector.constraint is not None else selector.equation_of
-        span = next((c.span for c in stretch.segment.active if c.number == constraint), None)
+        span = next((c.span for c in segment_motion.segment.active if c.number == constraint), None)
         how = "the motion would violate this, so it goes over to another solution"
         notes = ()
     else:
-        span, how, notes = scene.steps[stretch.segment.step].span, "this step begins", (note,)
+        span, how, notes = scene.steps[segment_motion.segment.step].span, "this step begins", (note,)
     return Diagnostic(
         code="solve/jump",
         severity=Severity.WARNING,

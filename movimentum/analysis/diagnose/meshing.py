@@ -77,15 +77,15 @@ def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
     """An error for each ``.mesh`` whose centres do not have the right distance, with when that is first so."""
     scene = motion.timeline.scene
     rest = {item.constraint.number: item for item in _meshings(scene)}
-    for stretch in motion.stretches:
-        active = {item.number for item in stretch.segment.active}
+    for segment_motion in motion.segments:
+        active = {item.number for item in segment_motion.segment.active}
         here = [item for number, item in rest.items() if number in active]
         if not here:
             continue
-        start = stretch.segment.start
-        taus = {float(tau) for piece in stretch.pieces if not isinstance(piece, Unsolved) for tau in piece.nodes}
+        start = segment_motion.segment.start
+        taus = {float(tau) for piece in segment_motion.pieces if not isinstance(piece, Unsolved) for tau in piece.nodes}
         times = sorted({start, *(start + Fraction(tau) for tau in taus)})
-        times = [time for time in times if time < stretch.segment.end or time == start]
+        times = [time for time in times if time < segment_motion.segment.end or time == start]
         poses = motion.poses_at(times[:: -(-len(times) // MOST)])
         for item in here:
             assert item.first.module is not None
@@ -101,11 +101,11 @@ def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each ``.mesh`` that turns a thing at its beginning, so that its teeth are in gaps: by which angle."""
     scene = motion.timeline.scene
     rest = {item.constraint.number: item for item in _meshings(scene)}
-    for stretch in motion.stretches:
-        here = [rest.pop(item.number) for item in stretch.segment.active if item.number in rest]
+    for segment_motion in motion.segments:
+        here = [rest.pop(item.number) for item in segment_motion.segment.active if item.number in rest]
         if not here:
             continue
-        poses = motion.poses_at([stretch.segment.start])
+        poses = motion.poses_at([segment_motion.segment.start])
         for item in here if poses.solved[0] else ():
             turned, other, added = item.second, item.first, item.added_deg(poses)
             if abs(poses.angle[item.second.number][0]) <= TURNED_DEG:

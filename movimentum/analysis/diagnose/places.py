@@ -8,17 +8,19 @@ from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.source import Span
 
 
-def things_of(stretch: SegmentMotion, blocks: Iterable[int]) -> list[int]:
+def things_of(segment_motion: SegmentMotion, blocks: Iterable[int]) -> list[int]:
     """The numbers of the things whose poses these blocks solve for, ascending."""
-    system = stretch.plan.system
-    unknowns = (n for number in blocks for n in stretch.plan.blocks[number].unknowns)
+    system = segment_motion.plan.system
+    unknowns = (n for number in blocks for n in segment_motion.plan.blocks[number].unknowns)
     return sorted({t for n in unknowns if (t := system.unknowns[n].thing) is not None})
 
 
-def span_of_blocks(stretch: SegmentMotion, blocks: Iterable[int]) -> Span | None:
+def span_of_blocks(segment_motion: SegmentMotion, blocks: Iterable[int]) -> Span | None:
     """The last constraint of the script that these blocks solve."""
-    system = stretch.plan.system
-    numbers = [system.equations[e].constraint for number in blocks for e in stretch.plan.blocks[number].equations]
-    spans = {c.number: c.span for c in stretch.segment.active}
+    system = segment_motion.plan.system
+    numbers = [
+        system.equations[e].constraint for number in blocks for e in segment_motion.plan.blocks[number].equations
+    ]
+    spans = {c.number: c.span for c in segment_motion.segment.active}
     chosen = [n for n in numbers if n is not None and n in spans]
     return spans[max(chosen)] if chosen else None

@@ -34,7 +34,7 @@ DECIMALS = 11
 """A time is shown with at most this many decimals of the step's length."""
 
 
-def driven_past(stretch: SegmentMotion, selection: Selection) -> bool:
+def driven_past(segment_motion: SegmentMotion, selection: Selection) -> bool:
     """Whether there is no solution at the beginning because a reach is exceeded: something has as many equations as
     unknowns and no real solution, and it is driven there by time or by a later step's statement.
 
@@ -42,71 +42,76 @@ def driven_past(stretch: SegmentMotion, selection: Selection) -> bool:
     """
     if any(rejection.check is not None for rejection in selection.rejections):
         return False
-    blocks = [stretch.plan.blocks[r.block] for r in selection.rejections if r.block is not None]
-    return any(block.moving or (stretch.segment.step > 0 and not block.free) for block in blocks)
+    blocks = [segment_motion.plan.blocks[r.block] for r in selection.rejections if r.block is not None]
+    return any(block.moving or (segment_motion.segment.step > 0 and not block.free) for block in blocks)
 
 
-def bind(motion: PathMotion, stretch: SegmentMotion, trouble: Failure, advice: Advice) -> Diagnostic | None:
+def bind(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, advice: Advice) -> Diagnostic | None:
     """A path ended, or could not begin: which constraints bind, and their errors at the next frame.
 
     None if it could not begin and nothing shows that there is no solution: the search only found none.
     """
-    plan = stretch.plan
-    block = _block(stretch, trouble)
-    length = float(stretch.segment.end - stretch.segment.start)
-    piece = next((p for p in stretch.pieces if isinstance(p, Piece) and p.begin <= trouble.begin <= p.end), None)
-    carry = stretch.base if piece is None else carry_at(stretch, piece, trouble.begin, stretch.base)
-    until = until_when(motion, stretch, trouble)
-    tau, conflict = _conflict(motion, stretch, trouble, block, carry)
+    plan = segment_motion.plan
+    block = _block(segment_motion, trouble)
+    length = float(segment_motion.segment.end - segment_motion.segment.start)
+    piece = next((p for p in segment_motion.pieces if isinstance(p, Piece) and p.begin <= trouble.begin <= p.end), None)
+    carry = (
+        segment_motion.base if piece is None else carry_at(segment_motion, piece, trouble.begin, segment_motion.base)
+    )
+    until = until_when(motion, segment_motion, trouble)
+    tau, conflict = _conflict(motion, segment_motion, trouble, block, carry)
     if trouble.kind is FailureKind.START and isinstance(block, Newton | Ode) and conflict is None:
         return None
     where, label, labels = "", "binds", list[Label]()
     chosen: list[Constraint] = []
     if conflict is not None:
-        chosen = [c for n in conflict.constraints if (c := constraint_of(stretch, n)) is not None]
+        chosen = [c for n in conflict.constraints if (c := constraint_of(segment_motion, n)) is not None]
         amount = _amount(plan.system.scene, conflict)
-        where = f"; at t = {time_in_step(stretch, tau, length)} {amount}" if amount else ""
+        where = f"; at t = {time_in_step(segment_motion, tau, length)} {amount}" if amount else ""
         labels = [Label(c.span, off_text(conflict, c.number)) for c in chosen[:-1]]
         labels += [Label(plan.system.scene.things[t].span, "rigid") for t in conflict.things]
         label = off_text(conflict, conflict.constraints[-1]) if conflict.constraints else "binds"
     if not chosen:
         numbers = [plan.system.equations[e].constraint for e in block.equations]
-        chosen = [c for n in numbers if (c := constraint_of(stretch, n)) is not None]
+        chosen = [c for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
     things = {t for n in block.unknowns if (t := plan.system.unknowns[n].thing) is not None}
     names = ", ".join(f"`{plan.system.scene.things[t].name}`" for t in sorted(things))
     return Diagnostic(
         code="solve/unreachable",
         severity=Severity.ERROR,
         message=f"{names or 'the scene'} bind{'s' if ',' not in names else ''} at"
-        f" t = {time_in_step(stretch, trouble.begin, length)}: there is no solution from then {until}{where}",
+        f" t = {time_in_step(segment_motion, trouble.begin, length)}: there is no solution from then {until}{where}",
         span=chosen[-1].span if chosen else None,
         label=label,
         labels=tuple(labels),
-        notes=(_last_good(motion, stretch, trouble),),
+        notes=(_last_good(motion, segment_motion, trouble),),
         fixes=()
         if conflict is None or advice is not Advice.FULL
-        else tuple(_long_enough(stretch, trouble, block, carry, conflict)),
+        else tuple(_long_enough(segment_motion, trouble, block, carry, conflict)),
         helps=("`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out",),
     )
 
 
 def _long_enough(
-    stretch: SegmentMotion, trouble: Failure, block: Block, carry: Carry, conflict: Conflict
+    segment_motion: SegmentMotion, trouble: Failure, block: Block, carry: Carry, conflict: Conflict
 ) -> Iterator[Fix]:
     """Each thing that is too short or too long, with a round length that is enough for the whole time without a
     solution, as far as some moments of it show.
     """
     from movimentum.analysis.diagnose.conflict import find_conflict
 
-    plan = stretch.plan
+    plan = segment_motion.plan
     if len(plan.system.unknowns) > FEW:
         return
-    end = min(trouble.until, float(stretch.segment.end - stretch.segment.start))
+    end = min(trouble.until, float(segment_motion.segment.end - segment_motion.segment.start))
     places = [trouble.begin + part * (end - trouble.begin) for part in MOMENTS]
     later = [find_conflict(plan, set(block.unknowns), tau, carry) for tau in places]
-    for t, factor in sorted(conflict.stretch.items()):
+    for t, factor in sorted(conflict.segment_motion.items()):
         thing = plan.system.scene.things[t]
-        factors = [factor, *(found.stretch[t] for found in later if found is not None and t in found.stretch)]
+        factors = [
+            factor,
+            *(found.segment_motion[t] for found in later if found is not None and t in found.segment_motion),
+        ]
         now = _length(thing)
         if len(thing.anchors) != 2 or abs(factor - 1.0) < 1e-9 or now <= 0.0:
             continue
@@ -127,9 +132,9 @@ def _round(value: float, *, up: bool) -> float:
     return float(unit * (np.ceil(value / unit + CLEARLY) if up else np.floor(value / unit - CLEARLY)))
 
 
-def constraint_of(stretch: SegmentMotion, number_: int | None) -> Constraint | None:
+def constraint_of(segment_motion: SegmentMotion, number_: int | None) -> Constraint | None:
     """The active constraint of that number."""
-    return next((c for c in stretch.segment.active if c.number == number_), None)
+    return next((c for c in segment_motion.segment.active if c.number == number_), None)
 
 
 def left_out(source: SourceText, constraint: Constraint) -> Fix:
@@ -146,36 +151,36 @@ def off_text(conflict: Conflict, constraint: int) -> str:
     return f"off by {number(off)} where the others hold" if np.isfinite(off) else "without a finite value"
 
 
-def _block(stretch: SegmentMotion, trouble: Failure) -> Block:
+def _block(segment_motion: SegmentMotion, trouble: Failure) -> Block:
     """The block that has no solution: if there are several, the one that comes nearest to having one."""
     if trouble.block is not None:
-        return stretch.plan.blocks[trouble.block]
+        return segment_motion.plan.blocks[trouble.block]
     assert trouble.selection is not None
     refused = [r for r in trouble.selection.rejections if r.block is not None]
     nearest = max(refused, key=lambda r: r.amount)
-    return stretch.plan.blocks[nearest.block or 0]
+    return segment_motion.plan.blocks[nearest.block or 0]
 
 
-def time_in_step(stretch: SegmentMotion, tau: float, length: float) -> str:
+def time_in_step(segment_motion: SegmentMotion, tau: float, length: float) -> str:
     """A time, to a small fraction of the step's length."""
     places = DECIMALS - int(np.floor(np.log10(length))) - 1 if length > 0.0 else DECIMALS
-    return number(round(float(stretch.segment.start) + tau, places), 15)
+    return number(round(float(segment_motion.segment.start) + tau, places), 15)
 
 
-def until_when(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> str:
+def until_when(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> str:
     """When there is a solution again, perhaps because a later step states something else."""
-    length = float(stretch.segment.end - stretch.segment.start)
+    length = float(segment_motion.segment.end - segment_motion.segment.start)
     end = trouble.until
     if end >= length:
-        following = motion.stretches[motion.stretches.index(stretch) + 1 :]
+        following = motion.segments[motion.segments.index(segment_motion) + 1 :]
         if not following or any(t.kind is FailureKind.START and t.begin == 0.0 for t in following[0].troubles):
             return "on"
         end = length
-    return f"until t = {time_in_step(stretch, end, length)}"
+    return f"until t = {time_in_step(segment_motion, end, length)}"
 
 
 def _conflict(
-    motion: PathMotion, stretch: SegmentMotion, trouble: Failure, block: Block, carry: Carry
+    motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, block: Block, carry: Carry
 ) -> tuple[float, Conflict | None]:
     """What contradicts at the next frame (or in the middle, if there is none before there is a solution again), and
     when that is, as an offset.
@@ -183,7 +188,10 @@ def _conflict(
     from movimentum.analysis.diagnose.conflict import find_conflict
 
     timeline = motion.timeline
-    start, length = float(stretch.segment.start), float(stretch.segment.end - stretch.segment.start)
+    start, length = (
+        float(segment_motion.segment.start),
+        float(segment_motion.segment.end - segment_motion.segment.start),
+    )
     end = min(trouble.until, length)
     first = float(timeline.start)
     frame = int(np.floor((start + trouble.begin - first) * float(timeline.fps) + 1e-9)) + 1
@@ -192,7 +200,7 @@ def _conflict(
         following = trouble.begin
     places = [tau for tau in (following,) if trouble.begin <= tau <= end] + [0.5 * (trouble.begin + end)]
     for tau in places:
-        conflict = find_conflict(stretch.plan, set(block.unknowns), tau, carry)
+        conflict = find_conflict(segment_motion.plan, set(block.unknowns), tau, carry)
         if conflict is not None:
             return tau, conflict
     return places[0], None
@@ -202,7 +210,7 @@ def _amount(scene: Scene, conflict: Conflict) -> str:
     """The thing that is too short or too long, and by how much; otherwise the error of a constraint; "" if neither is
     known.
     """
-    short = [(t, f) for t, f in conflict.stretch.items() if abs(f - 1.0) > 1e-12]
+    short = [(t, f) for t, f in conflict.segment_motion.items() if abs(f - 1.0) > 1e-12]
     if not short:
         most = max(conflict.off.values(), default=np.nan)
         return f"they are out of reach by {number(most)}" if np.isfinite(most) else ""
@@ -212,10 +220,10 @@ def _amount(scene: Scene, conflict: Conflict) -> str:
     return f"`{thing.name}` is {number(abs(gap))} too {'short' if gap > 0 else 'long'}"
 
 
-def _last_good(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> str:
+def _last_good(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> str:
     """The last frame strictly before the end of the path, and its time."""
     timeline = motion.timeline
-    begin = float(stretch.segment.start) + trouble.begin
+    begin = float(segment_motion.segment.start) + trouble.begin
     last = int(np.ceil((begin - float(timeline.start)) * float(timeline.fps) - 1e-9)) - 1
     if last < 0:
         return "there is no good frame before that"

@@ -25,7 +25,7 @@ NEAR = 1e-6
 """Of a step: what is away for no longer comes back from infinity at once."""
 
 
-def runaway(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> Diagnostic | None:
+def runaway(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic | None:
     """What is at infinity, when, and where it is in the frames before and after; None if nothing is."""
     pole, block = trouble.pole, trouble.block
     if trouble.selection is not None:
@@ -33,43 +33,44 @@ def runaway(motion: PathMotion, stretch: SegmentMotion, trouble: Failure) -> Dia
         pole = trouble.begin
     if pole is None or block is None:
         return None
-    system = stretch.plan.system
-    own, things = _away(motion, stretch, stretch.plan.blocks[block], trouble)
+    system = segment_motion.plan.system
+    own, things = _away(motion, segment_motion, segment_motion.plan.blocks[block], trouble)
     unknown = system.unknowns[own]
-    length = float(stretch.segment.end - stretch.segment.start)
-    when = time_in_step(stretch, pole, length)
+    length = float(segment_motion.segment.end - segment_motion.segment.start)
+    when = time_in_step(segment_motion, pole, length)
     is_place = isinstance(unknown.payload, PoseX | PoseY) and unknown.thing is not None
     names = [f"`{system.scene.things[thing].name}`" for thing in things if thing != unknown.thing or not is_place]
     name = system.scene.things[unknown.thing].name if is_place and unknown.thing is not None else unknown.name
     with_it = "" if is_place or not names else f", and {listed(names)} with it"
     back = trouble.until - pole <= 2.0 * max(pole - trouble.begin, NEAR * length)
-    after = "" if back else f"; there is no solution from then {until_when(motion, stretch, trouble)}"
+    after = "" if back else f"; there is no solution from then {until_when(motion, segment_motion, trouble)}"
     shown = unknown.thing if is_place else things[0] if things else None
-    places = () if shown is None else tuple(_places(motion, stretch, pole, shown))
+    places = () if shown is None else tuple(_places(motion, segment_motion, pole, shown))
     return Diagnostic(
         code="solve/runs-away",
         severity=Severity.ERROR,
         message=f"`{name}` runs away to infinity at t = {when}{with_it}{after}",
-        span=span_of_blocks(stretch, (block,)),
+        span=span_of_blocks(segment_motion, (block,)),
         label="nothing finite satisfies this at that time",
         notes=places,
         helps=(
             "a drive that begins at another place avoids it"
             if trouble.selection is not None
-            else f"a drive that stops or turns back before t = {number(float(stretch.segment.start) + pole)} avoids it",
+            else "a drive that stops or turns back before "
+            f"t = {number(float(segment_motion.segment.start) + pole)} avoids it",
             "`--on-failure skip` draws what comes before and after",
         ),
     )
 
 
-def _away(motion: PathMotion, stretch: SegmentMotion, block: Block, trouble: Failure) -> tuple[int, list[int]]:
+def _away(motion: PathMotion, segment_motion: SegmentMotion, block: Block, trouble: Failure) -> tuple[int, list[int]]:
     """The unknown of a block that is farthest away beside the time without a solution, and the things that are far away
     there.
     """
-    pieces = [p for p in stretch.pieces if isinstance(p, Piece)]
+    pieces = [p for p in segment_motion.pieces if isinstance(p, Piece)]
     before = [(piece, trouble.begin) for piece in pieces if piece.end <= trouble.begin]
     after = [(piece, trouble.until) for piece in pieces if piece.begin >= trouble.until]
-    system = stretch.plan.system
+    system = segment_motion.plan.system
     some = [n for n in block.unknowns if not isinstance(system.unknowns[n].payload, PoseCos | PoseSin)]
     if not before and not after:
         return (*some, *block.unknowns)[0], []
@@ -85,11 +86,11 @@ def _away(motion: PathMotion, stretch: SegmentMotion, block: Block, trouble: Fai
     return max(some or block.unknowns, key=lambda n: size.get(n, 0.0)), sorted(t for t in far if t is not None)
 
 
-def _places(motion: PathMotion, stretch: SegmentMotion, pole: float, thing: int) -> Iterator[str]:
+def _places(motion: PathMotion, segment_motion: SegmentMotion, pole: float, thing: int) -> Iterator[str]:
     """Where a thing is in the last frame before ``pole`` and in the first one after."""
     timeline = motion.timeline
     name, (anchor, *_) = timeline.scene.things[thing].name, timeline.scene.things[thing].anchors
-    place = (float(stretch.segment.start) + pole - float(timeline.start)) * float(timeline.fps)
+    place = (float(segment_motion.segment.start) + pole - float(timeline.start)) * float(timeline.fps)
     before, after = int(np.ceil(place - CLEARLY)) - 1, int(np.floor(place + CLEARLY)) + 1
     for frame, which in ((before, "the last frame before"), (after, "the first frame after")):
         if not 0 <= frame < timeline.frame_count:

@@ -37,8 +37,8 @@ class Trials:
     def __init__(self, motion: PathMotion, most: int = MOST) -> None:
         self.motion = motion
         self._script = Amender(motion.timeline.scene)
-        coupled = [len(b.core) for s in motion.stretches for b in s.plan.blocks if isinstance(b, Newton | Ode)]
-        unknowns = sum(len(stretch.plan.system.unknowns) for stretch in motion.stretches)
+        coupled = [len(b.core) for s in motion.segments for b in s.plan.blocks if isinstance(b, Newton | Ode)]
+        unknowns = sum(len(segment_motion.plan.system.unknowns) for segment_motion in motion.segments)
         most = min(most, MOST_UNKNOWNS // max(unknowns, 1))
         self._left = most if max(coupled, default=0) <= COUPLED else 0
         self._whole = _values(motion) <= LARGEST
@@ -46,7 +46,7 @@ class Trials:
         self._known: dict[tuple[int, str], PathMotion | None] = {}
 
     def able(self, index: int) -> bool:
-        """Whether anything more can be tried for stretch number ``index``."""
+        """Whether anything more can be tried for segment number ``index``."""
         return self._left > 0 and (self._whole or index == 0)
 
     def with_statement(self, step: int, text: str) -> PathMotion | None:
@@ -70,14 +70,14 @@ class Trials:
 
     def sound(self, index: int, text: str) -> SegmentMotion | None:
         """Segment number ``index`` with the statements ``text`` in its step, if they cause no trouble."""
-        before = self.motion.stretches
+        before = self.motion.segments
         tried = self.with_statement(before[index].segment.step, text)
         if tried is None:
             return None
-        for old, new in zip(before, tried.stretches, strict=self._whole):
+        for old, new in zip(before, tried.segments, strict=self._whole):
             if len(new.troubles) > len(old.troubles):
                 return None
-        return tried.stretches[index]
+        return tried.segments[index]
 
     def _solved(self, step: int, text: str) -> PathMotion:
         timeline = self.motion.timeline
@@ -93,14 +93,14 @@ def _values(motion: PathMotion) -> int:
     """How many values a motion keeps: those on its grid, and those at the steps of the paths that are followed in
     steps.
     """
-    pieces = [(s.plan, p) for s in motion.stretches for p in s.pieces if isinstance(p, Piece)]
+    pieces = [(s.plan, p) for s in motion.segments for p in s.pieces if isinstance(p, Piece)]
     on_grid = sum(len(piece.nodes) * len(plan.system.unknowns) for plan, piece in pieces)
     tracks = [track for _, piece in pieces for track in piece.tracks if isinstance(track, NodeTrack)]
     return on_grid + sum(track.values.size for track in tracks)
 
 
 def first_that_works(trials: Trials, index: int, texts: Sequence[str], freedom: int) -> str | None:
-    """The first of ``texts`` that leaves less than ``freedom`` in stretch ``index`` and conflicts with nothing; None if
+    """The first of ``texts`` that leaves less than ``freedom`` in segment ``index`` and conflicts with nothing; None if
     none does. If nothing can be tried any more, the first.
     """
     from movimentum.analysis.freedom.degrees import block_ranks
@@ -108,7 +108,7 @@ def first_that_works(trials: Trials, index: int, texts: Sequence[str], freedom: 
     for text in texts:
         if not trials.able(index):
             return text
-        stretch = trials.sound(index, text)
-        if stretch is not None and sum(rank.freedom for rank in block_ranks(stretch)) < freedom:
+        segment_motion = trials.sound(index, text)
+        if segment_motion is not None and sum(rank.freedom for rank in block_ranks(segment_motion)) < freedom:
             return text
     return None

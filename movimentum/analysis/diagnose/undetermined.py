@@ -19,29 +19,31 @@ from movimentum.text import time_text
 
 
 def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iterator[Diagnostic]:
-    """A warning for each free motion of stretch number ``index`` that no wish draws."""
-    stretch = trials.motion.stretches[index]
+    """A warning for each free motion of segment number ``index`` that no wish draws."""
+    segment_motion = trials.motion.segments[index]
     freedom = sum(rank.freedom for rank in ranks)
     for rank in ranks:
         for motion in rank.motions:
             if motion.drawn:
                 continue
-            meant = meant_clocks(stretch.plan.system.scene, motion)
+            meant = meant_clocks(segment_motion.plan.system.scene, motion)
             statement = None if meant else first_that_works(trials, index, motion.holds, freedom)
             yield Diagnostic(
                 code="constraint/free-motion",
                 severity=Severity.WARNING,
                 message=f"{motion.words}; it moves as little as it can",
-                span=_where(stretch, rank, motion),
-                notes=(f"from t = {time_text(float(stretch.segment.start))} on",) if stretch.segment.number else (),
-            ).advised(*(meant or (_given(stretch, motion, statement),)))
+                span=_where(segment_motion, rank, motion),
+                notes=(f"from t = {time_text(float(segment_motion.segment.start))} on",)
+                if segment_motion.segment.number
+                else (),
+            ).advised(*(meant or (_given(segment_motion, motion, statement),)))
 
 
-def _given(stretch: SegmentMotion, motion: FreeMotion, statement: str | None) -> str | Fix:
+def _given(segment_motion: SegmentMotion, motion: FreeMotion, statement: str | None) -> str | Fix:
     title = remedy(motion, statement)
     if statement is None:
         return title
-    return Fix(title, (added(stretch.plan.system.scene, stretch.segment.step, statement),))
+    return Fix(title, (added(segment_motion.plan.system.scene, segment_motion.segment.step, statement),))
 
 
 def meant_clocks(scene: Scene, motion: FreeMotion) -> tuple[Fix, ...]:
@@ -64,7 +66,7 @@ def unstated_clocks(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator
     """
     scene = motion.timeline.scene
     loose = _loose(motion)
-    unsolved = any(stretch.troubles for stretch in motion.stretches)
+    unsolved = any(segment_motion.troubles for segment_motion in motion.segments)
     asked = "\n".join(text for item in found for text in item.helps)
     stated = {item.key for item in scene.constraints() if item.relation is Relation.EQUAL}
     for name, variable in scene.variables.items():
@@ -84,20 +86,20 @@ def unstated_clocks(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator
 def _loose(motion: PathMotion) -> set[str]:
     """The variables that a free motion changes."""
     found: set[str] = set()
-    for stretch in motion.stretches:
-        unknowns = stretch.plan.system.unknowns
+    for segment_motion in motion.segments:
+        unknowns = segment_motion.plan.system.unknowns
         moved: set[int] = set()
-        for block in stretch.plan.blocks:
+        for block in segment_motion.plan.blocks:
             if block.free or moved & set(block.inputs):
                 moved |= set(block.unknowns)
         found |= {payload.name for n in moved if isinstance(payload := unknowns[n].payload, VariableComponent)}
     return found
 
 
-def _where(stretch: SegmentMotion, rank: BlockRank, motion: FreeMotion) -> Span | None:
+def _where(segment_motion: SegmentMotion, rank: BlockRank, motion: FreeMotion) -> Span | None:
     """Where a thing is defined, or else a variable last stated, or else first used."""
-    scene = stretch.plan.system.scene
+    scene = segment_motion.plan.system.scene
     if motion.things:
         return scene.things[motion.things[0]].name_span
     used = scene.variables.get(motion.variables[0].split(".")[0]) if motion.variables else None
-    return span_of_blocks(stretch, (rank.block,)) or (used.span if used is not None else None)
+    return span_of_blocks(segment_motion, (rank.block,)) or (used.span if used is not None else None)

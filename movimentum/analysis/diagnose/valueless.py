@@ -35,13 +35,13 @@ def lacks(motion: PathMotion, name: str) -> tuple[Lack, ...]:
     found: list[Lack] = []
     begin: float | None = None
     lacking = False
-    for number, stretch in enumerate(motion.stretches):
-        if has_value(stretch, name, is_vector):
+    for number, segment_motion in enumerate(motion.segments):
+        if has_value(segment_motion, name, is_vector):
             if lacking:
-                found.append(Lack(begin, float(stretch.segment.start)))
+                found.append(Lack(begin, float(segment_motion.segment.start)))
             lacking = False
         elif not lacking:
-            lacking, begin = True, float(stretch.segment.start) if number else None
+            lacking, begin = True, float(segment_motion.segment.start) if number else None
     return (*found, Lack(begin, None)) if lacking else tuple(found)
 
 

@@ -27,7 +27,7 @@ class Shortfall:
     """
 
     frame: int
-    stretch: SegmentMotion
+    segment_motion: SegmentMotion
     unknown: int | None = None
     constraint: int | None = None
     amount: float = 0.0
@@ -38,23 +38,25 @@ def first_shortfall(motion: PathMotion) -> Shortfall | None:
     count = motion.timeline.frame_count
     judges: dict[int, Judge] = {}
     for first in range(0, count, CHUNK):
-        for stretch, low, high in motion.spans(first, min(first + CHUNK, count)):
-            judge = judges.get(id(stretch))
+        for segment_motion, low, high in motion.spans(first, min(first + CHUNK, count)):
+            judge = judges.get(id(segment_motion))
             if judge is None:
-                known = (found for one in judges.values() if (found := one.later(stretch.plan)) is not None)
-                judge = judges[id(stretch)] = next(known, None) or Judge(stretch.plan, motion.size)
-            found = _of_stretch(motion, judge, stretch, low, high)
+                known = (found for one in judges.values() if (found := one.later(segment_motion.plan)) is not None)
+                judge = judges[id(segment_motion)] = next(known, None) or Judge(segment_motion.plan, motion.size)
+            found = _of_segment(motion, judge, segment_motion, low, high)
             if found is not None:
                 return found
     return None
 
 
-def _of_stretch(motion: PathMotion, judge: Judge, stretch: SegmentMotion, low: int, high: int) -> Shortfall | None:
-    instants = motion.instants(stretch, low, high)
-    begins = np.array([piece.begin for piece in stretch.pieces[1:]])
+def _of_segment(
+    motion: PathMotion, judge: Judge, segment_motion: SegmentMotion, low: int, high: int
+) -> Shortfall | None:
+    instants = motion.instants(segment_motion, low, high)
+    begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
     of_piece = np.searchsorted(begins, instants.tau, side="right")
     for number in distinct(of_piece):
-        piece = stretch.pieces[int(number)]
+        piece = segment_motion.pieces[int(number)]
         if isinstance(piece, Unsolved):
             continue
         places = np.nonzero(of_piece == number)[0]
@@ -67,19 +69,19 @@ def _of_stretch(motion: PathMotion, judge: Judge, stretch: SegmentMotion, low: i
             continue
         place = int(np.argmax(worst > TOLERANCE))
         frame = low + int(places[place])
-        for block in stretch.plan.blocks:
+        for block in segment_motion.plan.blocks:
             for n in block.unknowns:
                 if not np.isfinite(np.broadcast_to(state[n], len(part))[place]):
-                    return Shortfall(frame, stretch, unknown=n)
+                    return Shortfall(frame, segment_motion, unknown=n)
         rows, beyond = judge.amounts(state, part)
         amounts = [(float(off[place]), row.constraint) for off, row in zip(rows, judge.rows, strict=True)]
-        selectors = stretch.plan.system.selectors
+        selectors = segment_motion.plan.system.selectors
         amounts += [
             (float(off[place]), selector.constraint if selector.constraint is not None else selector.equation_of)
             for off, selector in zip(beyond, selectors, strict=True)
         ]
         amount, constraint = max(amounts, key=lambda item: item[0], default=(0.0, None))
-        return Shortfall(frame, stretch, constraint=constraint, amount=amount)
+        return Shortfall(frame, segment_motion, constraint=constraint, amount=amount)
     return None
 
 

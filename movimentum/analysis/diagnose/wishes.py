@@ -39,10 +39,10 @@ MOST = 50
 
 @dataclass(frozen=True, slots=True)
 class _Life:
-    """Where a wish pulls free motion: stretches with the numbers of its errors in `Plan.wishes`."""
+    """Where a wish pulls free motion: segments with the numbers of its errors in `Plan.wishes`."""
 
     constraint: Constraint
-    stretches: list[tuple[SegmentMotion, list[int]]]
+    segments: list[tuple[SegmentMotion, list[int]]]
 
 
 def wish_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
@@ -60,15 +60,15 @@ def wish_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
 
 def _lives(motion: PathMotion) -> list[_Life]:
     lives: dict[int, _Life] = {}
-    for stretch in motion.stretches:
-        plan = stretch.plan
+    for segment_motion in motion.segments:
+        plan = segment_motion.plan
         for i, wish in enumerate(plan.system.wishes):
             if not any(i in wishes_drawing(block) for block in plan.blocks):
                 continue
-            constraint = next(c for c in stretch.segment.active if c.number == wish.constraint)
+            constraint = next(c for c in segment_motion.segment.active if c.number == wish.constraint)
             errors = [place for place, owner in enumerate(plan.wish_of) if owner == i]
             life = lives.setdefault(wish.constraint, _Life(constraint, []))
-            life.stretches.append((stretch, errors))
+            life.segments.append((segment_motion, errors))
     return list(lives.values())
 
 
@@ -90,15 +90,15 @@ class _Evaluated:
 def _told(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic | None:
     times: list[FloatArray] = []
     offs: list[FloatArray] = []
-    for stretch, errors in life.stretches:
-        for piece in stretch.pieces:
+    for segment_motion, errors in life.segments:
+        for piece in segment_motion.pieces:
             if isinstance(piece, Unsolved):
                 return None  # a time without a solution is reported itself
             tau = np.linspace(piece.begin, piece.end, SAMPLES if piece.end > piece.begin else 1)
             off, bad = _off(piece, errors, tau, evaluated)
             if bad.any():
                 return None
-            times.append(tau + float(stretch.segment.start))
+            times.append(tau + float(segment_motion.segment.start))
             offs.append(off)
     time, off = np.concatenate(times), np.concatenate(offs)
     last = float(off[-1])
@@ -135,9 +135,9 @@ def _off(
 
 def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnostic:
     """Why a wish has not reached its goal at the end: it is under way, blocked, or stuck."""
-    stretch, errors = life.stretches[-1]
-    plan = stretch.plan
-    piece = stretch.pieces[-1]
+    segment_motion, errors = life.segments[-1]
+    plan = segment_motion.plan
+    piece = segment_motion.pieces[-1]
     assert isinstance(piece, Piece)
     number_of_wish = plan.wish_of[errors[0]]
     wish = plan.system.wishes[number_of_wish]

@@ -77,23 +77,23 @@ class ConnectedPart:
     superfluous_constraints: tuple[int, ...]
 
 
-def generic_moment(stretch: SegmentMotion) -> tuple[Piece, float] | None:
-    """A moment of the stretch in general position: somewhere in the middle, not at a round fraction."""
-    for piece in stretch.pieces:
+def generic_moment(segment_motion: SegmentMotion) -> tuple[Piece, float] | None:
+    """A moment of the segment in general position: somewhere in the middle, not at a round fraction."""
+    for piece in segment_motion.pieces:
         if not isinstance(piece, Unsolved):
-            gap = min((t.begin for t in stretch.troubles if t.kind is FailureKind.GAP), default=piece.end)
+            gap = min((t.begin for t in segment_motion.troubles if t.kind is FailureKind.GAP), default=piece.end)
             end = min(piece.end, gap)
             return piece, piece.begin + 0.37931 * (end - piece.begin)
     return None
 
 
-def block_ranks(stretch: SegmentMotion) -> list[BlockRank]:
-    """Rank and freedom of each Newton block of a stretch; the closed-form kernels have full rank by construction.
+def block_ranks(segment_motion: SegmentMotion) -> list[BlockRank]:
+    """Rank and freedom of each Newton block of a segment; the closed-form kernels have full rank by construction.
 
     Counting equations would be wrong for every braced structure. The rank is the numerical rank of the Jacobian, with
     rows scaled to unit gradients, relative to its largest singular value.
     """
-    moment = generic_moment(stretch)
+    moment = generic_moment(segment_motion)
     if moment is None:
         return []
     piece, tau = moment
@@ -101,21 +101,21 @@ def block_ranks(stretch: SegmentMotion) -> list[BlockRank]:
     instants = piece.instants(np.array([tau]))
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(instants)
-        for block in filter(None, map(simultaneous, stretch.plan.blocks)):
+        for block in filter(None, map(simultaneous, segment_motion.plan.blocks)):
             x = values_of(block, state)
-            one = at_one(state, told_by(stretch.plan, block))
-            scale = scale_of(stretch.plan, block.core)
+            one = at_one(state, told_by(segment_motion.plan, block))
+            scale = scale_of(segment_motion.plan, block.core)
             rows, rank, free = rank_at(block, one, instants.clocks, x, scale)
             nearby: tuple[FreeMotion, ...] = ()
             if isinstance(block, Free) and rank < len(x):
                 # at a dead centre the rank drops, but nothing is free for that reason: examine a nearby pose too
-                y, there = beside(stretch.plan, block, one, instants.clocks, x, free)
+                y, there = beside(segment_motion.plan, block, one, instants.clocks, x, free)
                 more, higher, other = rank_at(block, there, instants.clocks, y, scale)
-                nearby = motions_of(stretch.plan, block, there, instants.clocks, y, other, scale)
+                nearby = motions_of(segment_motion.plan, block, there, instants.clocks, y, other, scale)
                 if higher > rank:
                     rows, rank, free, one, x = more, higher, other, there, y
             freedom = len(block.core) - rank if block.free else 0
-            motions = motions_of(stretch.plan, block, one, instants.clocks, x, free, scale) if block.free else ()
+            motions = motions_of(segment_motion.plan, block, one, instants.clocks, x, free, scale) if block.free else ()
             if not block.free:  # singular for another reason: checks tell what is left
                 rank = min(len(x), block.rows)
             dependent = _dependent(stress_of(block, rows, rank)) if rank < block.rows else ()
@@ -129,9 +129,9 @@ def _dependent(stress: FloatArray) -> tuple[int, ...]:
     return tuple(np.nonzero(stress > STRESSED * np.max(stress, initial=0.0))[0].tolist())
 
 
-def parts_of(stretch: SegmentMotion, ranks: Sequence[BlockRank]) -> list[ConnectedPart]:
-    """The connected parts of a stretch's scene, in order of definition; ``ranks`` as `block_ranks` finds them."""
-    plan = stretch.plan
+def parts_of(segment_motion: SegmentMotion, ranks: Sequence[BlockRank]) -> list[ConnectedPart]:
+    """The connected parts of a segment's scene, in order of definition; ``ranks`` as `block_ranks` finds them."""
+    plan = segment_motion.plan
     system = plan.system
     # a colour or an opacity is not a degree of freedom
     payloads = [unknown.payload for unknown in system.unknowns]
@@ -147,7 +147,7 @@ def parts_of(stretch: SegmentMotion, ranks: Sequence[BlockRank]) -> list[Connect
     owner = {n: block.number for block in plan.blocks for n in block.unknowns}
     of_block = {rank.block: rank for rank in ranks}
     rows_of = {rows.number: rows for rows in map(simultaneous, plan.blocks) if rows is not None}
-    twists = _twists(stretch, ranks)
+    twists = _twists(segment_motion, ranks)
     parts: list[ConnectedPart] = []
     for component in groups(len(system.unknowns), links):
         things = sorted({t for n in component if (t := of_thing[n]) is not None})
@@ -175,30 +175,30 @@ def parts_of(stretch: SegmentMotion, ranks: Sequence[BlockRank]) -> list[Connect
     return sorted(parts, key=lambda part: part.things)
 
 
-def _twists(stretch: SegmentMotion, ranks: Sequence[BlockRank]) -> dict[int, FloatArray]:
+def _twists(segment_motion: SegmentMotion, ranks: Sequence[BlockRank]) -> dict[int, FloatArray]:
     """How every thing moves in each free motion and, at two moments, in the motion of the script: (motions * 3,)."""
     motions = [motion for rank in ranks for motion in (*rank.motions, *rank.nearby)]
-    size = stretch.plan.size
+    size = segment_motion.plan.size
     columns: list[dict[int, tuple[float, float, float]]] = [dict(motion.twists) for motion in motions]
-    for piece in stretch.pieces:
+    for piece in segment_motion.pieces:
         if isinstance(piece, Unsolved) or piece.end <= piece.begin:
             continue
         length = piece.end - piece.begin
-        gap = min((t.begin for t in stretch.troubles if t.kind is FailureKind.GAP), default=piece.end)
+        gap = min((t.begin for t in segment_motion.troubles if t.kind is FailureKind.GAP), default=piece.end)
         for place in (0.37931, 0.71713):
             tau = piece.begin + place * (min(piece.end, gap) - piece.begin)
             with np.errstate(all="ignore"):
                 state, bad = piece.evaluate(piece.instants(np.array([tau - 1e-6 * length, tau + 1e-6 * length])))
             if bad.any():
                 continue
-            before, after = (snapshot(stretch.plan, state, stretch.base.now, k).things for k in (0, 1))
+            before, after = (snapshot(segment_motion.plan, state, segment_motion.base.now, k).things for k in (0, 1))
             found: dict[int, tuple[float, float, float]] = {}
             for t, (a, b) in enumerate(zip(before, after, strict=True)):
                 turn = a.c * b.s - a.s * b.c
                 found[t] = (turn, b.x - a.x + turn * a.y, b.y - a.y - turn * a.x)
             columns.append(_unit(found, size))
         break
-    mentioned = stretch.plan.system.mentioned()
+    mentioned = segment_motion.plan.system.mentioned()
     rest = (0.0, 0.0, 0.0)
     return {
         t: np.array([value for column in columns for value in _weighed(column.get(t, rest), size)]) for t in mentioned

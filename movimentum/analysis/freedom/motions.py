@@ -117,9 +117,9 @@ def free_directions(
 def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
     """The free motions at one moment of a motion; none if there is no solution."""
     timeline = motion.timeline
-    stretch = motion.stretches[timeline.segment_at(time)]
-    tau = float(time - stretch.segment.start)
-    piece = next((p for p in stretch.pieces if p.begin <= tau <= p.end), None)
+    segment_motion = motion.segments[timeline.segment_at(time)]
+    tau = float(time - segment_motion.segment.start)
+    piece = next((p for p in segment_motion.pieces if p.begin <= tau <= p.end), None)
     if piece is None or isinstance(piece, Unsolved):
         return []
     instants = piece.instants(np.array([tau]))
@@ -128,10 +128,10 @@ def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
         state, bad = piece.evaluate(instants)
         if bad.any():
             return []
-        for block in map(simultaneous, stretch.plan.blocks):
+        for block in map(simultaneous, segment_motion.plan.blocks):
             if isinstance(block, Free):
                 x = values_of(block, state)
-                found += [item for item, _ in free_directions(stretch.plan, block, state, instants.clocks, x)]
+                found += [item for item, _ in free_directions(segment_motion.plan, block, state, instants.clocks, x)]
     return in_order(found)
 
 

@@ -41,21 +41,21 @@ class Alternatives:
     complete: bool
 
 
-def alternatives(stretch: SegmentMotion, piece: Piece, tau: float) -> list[Alternatives]:
-    """Every solution at offset ``tau`` of a stretch that its inequalities allow, part by part."""
-    plan = stretch.plan
+def alternatives(segment_motion: SegmentMotion, piece: Piece, tau: float) -> list[Alternatives]:
+    """Every solution at offset ``tau`` of a segment that its inequalities allow, part by part."""
+    plan = segment_motion.plan
     scene = plan.system.scene
     with np.errstate(all="ignore"):
         now, _ = piece.evaluate(piece.instants(np.array([tau])))
         totals = {n: first_of(now[n]) for block in plan.blocks for n in block.unknowns if now[n] is not None}
-        found = select(plan, stretch.segment.start, tau, AHEAD, as_drawn(scene), totals)
+        found = select(plan, segment_motion.segment.start, tau, AHEAD, as_drawn(scene), totals)
     result: list[Alternatives] = []
     for part in found.parts:
         groups = solutions_of(plan, part)
         loose = loose_variables(plan, groups) if groups else []
         part = replace(part, candidates=tuple(group[0] for group in groups))
         states = [_with(now, part, index) for index in range(len(part.candidates))]
-        followed = [followed_at(plan, stretch, part, state).without(loose) for state in states]
+        followed = [followed_at(plan, segment_motion, part, state).without(loose) for state in states]
         texts = selecting_inequalities(plan, followed) if len(states) > 1 else [None] * len(states)
         words = described(plan, part.candidates, followed, loose) if followed else []
         unknowns = [n for number in part.blocks for n in plan.blocks[number].unknowns]
@@ -67,7 +67,7 @@ def alternatives(stretch: SegmentMotion, piece: Piece, tau: float) -> list[Alter
                 what,
                 text or (selecting_wish(plan, part, index, loose) if len(states) > 1 else None),
                 index == nearest and apart[index] < 1e-6,
-                snapshot(plan, state, stretch.base.now, 0),
+                snapshot(plan, state, segment_motion.base.now, 0),
             )
             for index, (what, text, state) in enumerate(zip(words, texts, states, strict=True))
         )

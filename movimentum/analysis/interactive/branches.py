@@ -23,7 +23,7 @@ CLOSE = 0.01
 
 @dataclass(frozen=True, slots=True)
 class BranchReport:
-    """A block of a stretch over its nodes.
+    """A block of a segment over its nodes.
 
     ``singular``: its smallest singular value relative to its largest (of a quadratic: the root of the relative
     discriminant, which vanishes with it), least at time ``singular_time``. ``rival``: how near the other solution comes
@@ -41,28 +41,28 @@ class BranchReport:
 
 def branches(motion: PathMotion) -> Iterator[BranchReport]:
     """All blocks that have more than one solution, step by step."""
-    for stretch in motion.stretches:
-        for piece in stretch.pieces:
+    for segment_motion in motion.segments:
+        for piece in segment_motion.pieces:
             if isinstance(piece, Unsolved):
                 continue
-            for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
+            for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
                 if isinstance(block, Winding | Integral) or not block.moving:
                     continue
                 with np.errstate(all="ignore"):
                     found = None
                     if isinstance(track, SignTrack) and isinstance(block, Quadratic):
-                        found = _quadratic(motion, stretch, piece, block)
+                        found = _quadratic(motion, segment_motion, piece, block)
                     elif isinstance(track, NodeTrack) and isinstance(block, Newton) and block.is_square:
-                        found = _newton(stretch, piece, block, track)
+                        found = _newton(segment_motion, piece, block, track)
                 if found is not None:
                     yield found
 
 
-def _names(stretch: SegmentMotion, block: Block) -> tuple[str, ...]:
-    return tuple(stretch.plan.system.unknowns[n].name for n in block.unknowns)
+def _names(segment_motion: SegmentMotion, block: Block) -> tuple[str, ...]:
+    return tuple(segment_motion.plan.system.unknowns[n].name for n in block.unknowns)
 
 
-def _quadratic(motion: PathMotion, stretch: SegmentMotion, piece: Piece, block: Quadratic) -> BranchReport:
+def _quadratic(motion: PathMotion, segment_motion: SegmentMotion, piece: Piece, block: Quadratic) -> BranchReport:
     instants = piece.instants(piece.nodes)
     state = piece.before(block.number, instants)
     quadratic = closed_form.quadratic(block, state, instants.clocks)
@@ -75,19 +75,19 @@ def _quadratic(motion: PathMotion, stretch: SegmentMotion, piece: Piece, block: 
         closed_form.fill_explicit(block, state, instants.clocks)
         both.append([np.broadcast_to(state[n], len(piece.nodes)) for n in block.unknowns])
     for n, a, b in zip(block.unknowns, both[0], both[1], strict=True):
-        unknown = stretch.plan.system.unknowns[n]
+        unknown = segment_motion.plan.system.unknowns[n]
         reach = 1.0
         if isinstance(unknown.payload, PoseCos | PoseSin) and unknown.thing is not None:
-            thing = stretch.plan.system.scene.things[unknown.thing]
-            frame = stretch.plan.system.frame(unknown.thing)
+            thing = segment_motion.plan.system.scene.things[unknown.thing]
+            frame = segment_motion.plan.system.frame(unknown.thing)
             reach = max((float(np.hypot(*frame.local(anchor.local))) for anchor in thing.anchors), default=1.0)
         apart = np.fmax(apart, np.abs(a - b) * reach)
-    begin = float(stretch.segment.start)
+    begin = float(segment_motion.segment.start)
     least, nearest = int(np.nanargmin(margin)), int(np.nanargmin(apart))
     rival = float(apart[nearest])
     return BranchReport(
         block.number,
-        _names(stretch, block),
+        _names(segment_motion, block),
         float(np.sqrt(max(margin[least], 0.0))),
         begin + float(piece.nodes[least]),
         rival,
@@ -96,11 +96,11 @@ def _quadratic(motion: PathMotion, stretch: SegmentMotion, piece: Piece, block: 
     )
 
 
-def _newton(stretch: SegmentMotion, piece: Piece, block: Newton, track: NodeTrack) -> BranchReport | None:
+def _newton(segment_motion: SegmentMotion, piece: Piece, block: Newton, track: NodeTrack) -> BranchReport | None:
     found = conditions(piece, block, track.tau, track.values)
     if len(found) == 0:
         return None
     worst = int(np.argmax(found))
-    time = float(stretch.segment.start) + float(track.tau[worst])
+    time = float(segment_motion.segment.start) + float(track.tau[worst])
     least = 1.0 / float(found[worst])
-    return BranchReport(block.number, _names(stretch, block), least, time, None, time, least < 1e-3)
+    return BranchReport(block.number, _names(segment_motion, block), least, time, None, time, least < 1e-3)

@@ -60,10 +60,10 @@ class Grip:
     compiled code, so a move compiles nothing. What is not connected to the expressions does not stir.
     """
 
-    def __init__(self, stretch: SegmentMotion, piece: Piece, tau: float, left: Sequence[Expr]) -> None:
+    def __init__(self, segment_motion: SegmentMotion, piece: Piece, tau: float, left: Sequence[Expr]) -> None:
         """Take hold of the expressions ``left`` at offset ``tau``; ValueError if nothing states what one of them is."""
-        self.stretch, self.piece, self.tau = stretch, piece, tau
-        plan = stretch.plan
+        self.segment_motion, self.piece, self.tau = segment_motion, piece, tau
+        plan = segment_motion.plan
         lowered = lowered_expressions(plan.system, left)
         values = tuple(in_what_moves(plan.system, frozenset(), plan.measured, expr) for expr in lowered)
         self._functions = [compiled([value], Clocks(plan.clocks)) for value in values]
@@ -128,7 +128,7 @@ class Grip:
 
     def _steps(self, target: Sequence[float], steps: int) -> Iterator[None]:
         self._target[:] = target
-        held, size = self._held, self.stretch.plan.size
+        held, size = self._held, self.segment_motion.plan.size
         if held is None:
             return
         off = held.off(self.x)
@@ -144,32 +144,34 @@ class Grip:
     def placements(self) -> FloatArray:
         """(N, 4): where each thing of the scene is now, as `Placing.of`."""
         if self._placing is None:
-            self._placing = Placing(self.stretch.plan, self.pose())
+            self._placing = Placing(self.segment_motion.plan, self.pose())
         assert self._held is not None
         return self._placing.of(self._held.placed(self.x)[0])
 
     def pose(self) -> Snapshot:
         """The pose of the scene as it is now."""
         assert self._held is not None
-        return snapshot(self.stretch.plan, self._held.placed(self.x)[0], self.stretch.base.now, 0)
+        return snapshot(self.segment_motion.plan, self._held.placed(self.x)[0], self.segment_motion.base.now, 0)
 
     def stuck(self) -> bool:
         """Whether no velocity leads nearer, although a push aside would."""
-        held, size = self._held, self.stretch.plan.size
+        held, size = self._held, self.segment_motion.plan.size
         if held is None:
             return False
         slow = held.approach(self.x) <= STILL * min(self.off(), size)
         return slow and held.stuck(np.array(self.x), ASIDE * size)
 
 
-def drag(stretch: SegmentMotion, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]) -> Drag:
+def drag(
+    segment_motion: SegmentMotion, piece: Piece, tau: float, left: Sequence[Expr], target: Sequence[float]
+) -> Drag:
     """Pull the expressions ``left`` of the scene to ``target`` at offset ``tau``, as far as they go (see `Grip`)."""
-    grip = Grip(stretch, piece, tau, left)
+    grip = Grip(segment_motion, piece, tau, left)
     if grip.fixed:
         grip.move(target)
         return Drag(DragResult.FIXED, grip.off(), [])
     moments = grip.path(target)
     off = grip.off()
-    if off <= 1e-6 * stretch.plan.size:
+    if off <= 1e-6 * segment_motion.plan.size:
         return Drag(DragResult.REACHED, off, moments)
     return Drag(DragResult.SINGULAR if grip.stuck() else DragResult.BLOCKED, off, moments)

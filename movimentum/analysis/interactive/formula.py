@@ -37,7 +37,7 @@ class Obstacle:
 UNREASONABLE = "no closed form of reasonable size"
 
 
-def short_formula(stretch: SegmentMotion, tau: float, expression: Expr, seconds: float) -> Any | Obstacle:
+def short_formula(segment_motion: SegmentMotion, tau: float, expression: Expr, seconds: float) -> Any | Obstacle:
     """`formula` for showing, found within about this many ``seconds``: simplified as far as there is time."""
     from movimentum.analysis.interactive.deadline import within
 
@@ -45,7 +45,7 @@ def short_formula(stretch: SegmentMotion, tau: float, expression: Expr, seconds:
 
     def both() -> None:
         for tidy in (False, True):
-            one = formula(stretch, tau, expression, tidy=tidy)
+            one = formula(segment_motion, tau, expression, tidy=tidy)
             found.append(one if isinstance(one, Obstacle) else readable(one))
 
     within(seconds, both)
@@ -65,18 +65,18 @@ def readable(expression: Any) -> Any:
     return expression.xreplace({one: sympy.Float(one, 15) for one in long}) if long else expression
 
 
-def formula(stretch: SegmentMotion, tau: float, expression: Expr, *, tidy: bool = True) -> Any | Obstacle:
+def formula(segment_motion: SegmentMotion, tau: float, expression: Expr, *, tidy: bool = True) -> Any | Obstacle:
     """A scalar expression of the scene as a SymPy expression of the time t since the segment's step, on the branch that
     is followed at offset ``tau``; simplified if it is not too long for that, unless not ``tidy``.
     """
-    plan = stretch.plan
+    plan = segment_motion.plan
     system = plan.system
-    piece = next((p for p in reversed(stretch.pieces) if p.begin <= tau), stretch.pieces[0])
+    piece = next((p for p in reversed(segment_motion.pieces) if p.begin <= tau), segment_motion.pieces[0])
     if isinstance(piece, Unsolved):
         return Obstacle(None, "there is no solution at this time")
     owner = {n: block for block in plan.blocks for n in block.unknowns}
     roots = {n: root for block in plan.blocks for n, root in block.formulas}
-    signs = branch_signs(stretch, piece, tau)
+    signs = branch_signs(segment_motion, piece, tau)
     import sympy
 
     done: dict[int, Any] = {}
@@ -89,9 +89,9 @@ def formula(stretch: SegmentMotion, tau: float, expression: Expr, *, tidy: bool 
             case "sign":
                 return sympy.Integer(int(signs.get(node.payload, 1.0)))
             case _:
-                return clock(stretch, node)
+                return clock(segment_motion, node)
 
-    lowered = _lowered(stretch, expression)
+    lowered = _lowered(segment_motion, expression)
     if isinstance(lowered, Obstacle):
         return lowered
     pending = [*symbol_numbers(lowered)]
@@ -106,7 +106,7 @@ def formula(stretch: SegmentMotion, tau: float, expression: Expr, *, tidy: bool 
             if block is not None and isinstance(block, Winding):
                 root = system.equations[block.equations[0]].residual.args[1].args[0]
             else:
-                return _obstacle(stretch, n, None if block is None else block.number)
+                return _obstacle(segment_motion, n, None if block is None else block.number)
         missing = [m for m in symbol_numbers(root) if m not in done]
         if missing:
             pending.extend(missing)
@@ -120,10 +120,10 @@ def formula(stretch: SegmentMotion, tau: float, expression: Expr, *, tidy: bool 
     return _tidy(to_sympy(lowered, leaf)) if tidy else to_sympy(lowered, leaf)
 
 
-def branch_signs(stretch: SegmentMotion, piece: Piece, tau: float) -> dict[object, float]:
+def branch_signs(segment_motion: SegmentMotion, piece: Piece, tau: float) -> dict[object, float]:
     """The sign that each block with two solutions has at offset ``tau``, by the block's number."""
     signs: dict[object, float] = {}
-    for block, track in zip(stretch.plan.blocks, piece.tracks, strict=True):
+    for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
         if isinstance(track, SignTrack):
             import numpy as np
 
@@ -131,33 +131,33 @@ def branch_signs(stretch: SegmentMotion, piece: Piece, tau: float) -> dict[objec
     return signs
 
 
-def clock(stretch: SegmentMotion, node: Expr) -> Any:
+def clock(segment_motion: SegmentMotion, node: Expr) -> Any:
     """The time since a statement's step, in SymPy's terms: t counts from the segment's step."""
     import sympy as library
 
     sympy: Any = library
-    return sympy.Symbol("t", real=True) + _rational(Fraction(stretch.plan.system.segment.start) - node.start)
+    return sympy.Symbol("t", real=True) + _rational(Fraction(segment_motion.plan.system.segment.start) - node.start)
 
 
-def _obstacle(stretch: SegmentMotion, unknown: int, block: int | None) -> Obstacle:
-    name = stretch.plan.system.unknowns[unknown].name
+def _obstacle(segment_motion: SegmentMotion, unknown: int, block: int | None) -> Obstacle:
+    name = segment_motion.plan.system.unknowns[unknown].name
     if block is None:
         return Obstacle(None, f"`{name}` is not solved for")
-    found = stretch.plan.blocks[block]
+    found = segment_motion.plan.blocks[block]
     what = "a free motion" if found.free else f"{len(found.core)} unknowns at once, which have no closed form"
     if isinstance(found, Integral | Ode):
         what = "an integral"
     return Obstacle(block, f"`{name}` comes from block {block}, {what}")
 
 
-def _lowered(stretch: SegmentMotion, expression: Expr) -> Expr | Obstacle:
+def _lowered(segment_motion: SegmentMotion, expression: Expr) -> Expr | Obstacle:
     """An expression of the scene over the plan's unknowns; parts that the plan does not know stay as they are."""
     from movimentum.expressions import add, const, mul, sub, substitute, symbol
     from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 
-    system = stretch.plan.system
+    system = segment_motion.plan.system
     get = system.number_of.get
-    base = stretch.base.now
+    base = segment_motion.base.now
     for payload in symbols(expression):
         if not isinstance(payload, AnchorCoordinate | ThingAngle) and get(payload) is None:
             return Obstacle(None, f"nothing is solved for `{payload}` in this step")

@@ -62,17 +62,17 @@ class PartMatrix(Matrix):
     scale: FloatArray
 
 
-def part_matrices(stretch: SegmentMotion, piece: Piece, tau: float) -> list[PartMatrix]:
-    """The matrix of every connected part at ``tau`` after the stretch's start, in order of its things; parts with
+def part_matrices(segment_motion: SegmentMotion, piece: Piece, tau: float) -> list[PartMatrix]:
+    """The matrix of every connected part at ``tau`` after the segment's start, in order of its things; parts with
     neither things nor freedom are left out. Integrals and rates count as known, because at one moment they are.
     """
-    system = stretch.plan.system
+    system = segment_motion.plan.system
     equations = _equations(system)
     rows = {equation.number: row for equation, row in zip(equations, _rows(system, equations), strict=True)}
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(piece.instants(np.array([tau])))
         one = at_one(state)
-        found = [_matrix(stretch, part, rows, one, tau) for part in _parts(system, equations) if part[0]]
+        found = [_matrix(segment_motion, part, rows, one, tau) for part in _parts(system, equations) if part[0]]
     kept = [part for part in found if part.things or part.null.shape[1]]
     return sorted(kept, key=lambda part: (not part.things, part.things))
 
@@ -118,20 +118,20 @@ def _place(system: System, unknown: int) -> tuple[float, int, int]:
 
 
 def _matrix(
-    stretch: SegmentMotion,
+    segment_motion: SegmentMotion,
     part: tuple[tuple[int, ...], tuple[int, ...]],
     rows: Mapping[int, RowName],
     one: State,
     tau: float,
 ) -> PartMatrix:
     unknowns, equations = part
-    system = stretch.plan.system
-    clocks = Clocks(stretch.plan.clocks)
+    system = segment_motion.plan.system
+    clocks = Clocks(segment_motion.plan.clocks)
     # free: for its rows, whatever their number; it is looked at, and not solved
     block = dense_block(system, Group(unknowns, equations), clocks)
     values = at_offsets(clocks.starts, system.segment.start, np.array([tau])).clocks
     x = np.array([0.0 if (value := one[n]) is None else first_of(value) for n in unknowns])
-    scale = scale_of(stretch.plan, unknowns)
+    scale = scale_of(segment_motion.plan, unknowns)
     jacobian, rank, null = rank_at(block, list(one), values, x, scale)
     singular = np.zeros(0)
     if equations:

@@ -34,13 +34,13 @@ def symbol_name(system: System, unknown: int) -> str:
     return f".d({symbol_name(system, found.payload.of)})" if isinstance(found.payload, Rate) else found.name
 
 
-def block_equations(stretch: SegmentMotion, piece: Piece, tau: float) -> Sequence[BlockEquations]:
+def block_equations(segment_motion: SegmentMotion, piece: Piece, tau: float) -> Sequence[BlockEquations]:
     """Every block of a segment in the order in which they are solved, on the branch of offset ``tau``."""
     import sympy as library
 
     sympy: Any = library
-    system = stretch.plan.system
-    signs = branch_signs(stretch, piece, tau)
+    system = segment_motion.plan.system
+    signs = branch_signs(segment_motion, piece, tau)
 
     def moved(unknown: int) -> Any:
         """The world point that a position is relative to."""
@@ -56,7 +56,7 @@ def block_equations(stretch: SegmentMotion, piece: Piece, tau: float) -> Sequenc
             case "sign":
                 return sympy.Integer(int(signs.get(node.payload, 1.0)))
             case _:
-                return clock(stretch, node)
+                return clock(segment_motion, node)
 
     def short(expression: Expr, unknown: int | None = None) -> Any:
         if sum(1 for _ in walk(expression)) > 4 * REASONABLE:
@@ -65,7 +65,7 @@ def block_equations(stretch: SegmentMotion, piece: Piece, tau: float) -> Sequenc
         return readable(found) if operations(found) <= REASONABLE else None
 
     made: list[BlockEquations] = []
-    for block in stretch.plan.blocks:
+    for block in segment_motion.plan.blocks:
         equations: list[tuple[int, Any]] = []
         for number in block.equations:
             equation = system.equations[number]

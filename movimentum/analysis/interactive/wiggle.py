@@ -27,13 +27,13 @@ AMPLITUDE = 0.12
 SUBSTEPS = 4
 
 
-def wiggles(stretch: SegmentMotion, piece: Piece, tau: float) -> Iterator[tuple[FreeMotion, list[Snapshot]]]:
+def wiggles(segment_motion: SegmentMotion, piece: Piece, tau: float) -> Iterator[tuple[FreeMotion, list[Snapshot]]]:
     """For each free motion at offset ``tau``: the moments of one swing to both sides, beginning and ending where it is.
 
     After every step along the motion the constraints are restored by Newton's method, as near as possible (in the
     metric that weighs all anchors alike). If it cannot continue, it stays.
     """
-    plan = stretch.plan
+    plan = segment_motion.plan
     instants = piece.instants(np.array([tau]))
     with np.errstate(all="ignore"):
         start, _ = piece.evaluate(instants)
@@ -44,12 +44,12 @@ def wiggles(stretch: SegmentMotion, piece: Piece, tau: float) -> Iterator[tuple[
             for motion, velocity in free_directions(plan, block, start, instants.clocks, x0):
                 largest = float(np.max(np.abs(velocity) / scale_of(plan, block.core)))
                 swing = AMPLITUDE / largest * np.sin(np.linspace(0.0, 2.0 * np.pi, FRAMES))
-                moments = list(_swung(stretch, piece, block, start, tau, x0, velocity, swing[:-1]))
-                yield motion, [*moments, snapshot(plan, start, stretch.base.now, 0)]
+                moments = list(_swung(segment_motion, piece, block, start, tau, x0, velocity, swing[:-1]))
+                yield motion, [*moments, snapshot(plan, start, segment_motion.base.now, 0)]
 
 
 def _swung(
-    stretch: SegmentMotion,
+    segment_motion: SegmentMotion,
     piece: Piece,
     block: Free,
     start: State,
@@ -58,7 +58,7 @@ def _swung(
     velocity: FloatArray,
     swing: FloatArray,
 ) -> Iterator[Snapshot]:
-    plan = stretch.plan
+    plan = segment_motion.plan
     instants = piece.instants(np.array([tau]))
 
     problem = BlockProblem.of(block, start, instants.clocks, scale_of(plan, block.core))
@@ -80,4 +80,4 @@ def _swung(
             if other.number != block.number and other.inputs & touched:
                 evaluate(piece, other, track, state, instants)
                 touched |= set(other.unknowns)
-        yield snapshot(plan, state, stretch.base.now, 0)
+        yield snapshot(plan, state, segment_motion.base.now, 0)

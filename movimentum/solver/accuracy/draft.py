@@ -146,18 +146,18 @@ class DraftMotion:
 def drafted(motion: PathMotion) -> DraftMotion:
     """``motion`` with its poses interpolated."""
     worst = 0.0
-    stretches: list[SegmentMotion] = []
-    for stretch in motion.stretches:
+    segment_motions: list[SegmentMotion] = []
+    for segment_motion in motion.segments:
         pieces: list[Piece | Unsolved] = []
-        for piece in stretch.pieces:
+        for piece in segment_motion.pieces:
             if isinstance(piece, Unsolved):
                 pieces.append(piece)
                 continue
-            drawn, error = _drafted(piece, stretch.base.now)
+            drawn, error = _drafted(piece, segment_motion.base.now)
             pieces.append(drawn)
             worst = max(worst, error)
-        stretches.append(replace(stretch, pieces=pieces))
-    return DraftMotion(motion, replace(motion, stretches=tuple(stretches)), MARGIN * worst)
+        segment_motions.append(replace(segment_motion, pieces=pieces))
+    return DraftMotion(motion, replace(motion, segments=tuple(segment_motions)), MARGIN * worst)
 
 
 def _drafted(piece: Piece, base: Snapshot) -> tuple[Piece, float]:

@@ -116,12 +116,12 @@ class RefinedMotion:
         for name, values in poses.variables.items():
             for axis in (0, 1) if values.ndim == 2 else (None,):
                 scalars[name, axis] = floats(values if axis is None else values[:, axis])
-        for number, stretch in enumerate(self.base.stretches):
+        for number, segment_motion in enumerate(self.base.segments):
             inside = np.array([self.timeline.segment_at(time) == number for time in times])
-            begins = np.array([piece.begin for piece in stretch.pieces[1:]])
-            tau = np.array([float(time - stretch.segment.start) for time in times])
+            begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
+            tau = np.array([float(time - segment_motion.segment.start) for time in times])
             of_piece = np.searchsorted(begins, tau, side="right")
-            for index, piece in enumerate(stretch.pieces):
+            for index, piece in enumerate(segment_motion.pieces):
                 places = np.nonzero(inside & (of_piece == index) & poses.solved)[0]
                 if isinstance(piece, Unsolved) or len(places) == 0:
                     continue
@@ -163,10 +163,10 @@ class RefinedMotion:
                 target = poses.variables[name] if axis is None else poses.variables[name][:, axis]
                 target[places] = rounded(value)
 
-    # one stretch at some instants
+    # one segment at some instants
 
     def moment_of(self, number: int, piece: Piece, times: list[Fraction]) -> _Moment:
-        """Every thing's pose and every other unknown at ``times``, which lie in ``piece`` of stretch ``number``."""
+        """Every thing's pose and every other unknown at ``times``, which lie in ``piece`` of segment ``number``."""
         state = self.state(number, piece, times)[0]
         before = self._before(number)
         number_of = piece.plan.system.number_of
@@ -205,7 +205,7 @@ class RefinedMotion:
         return _Moment(things, others)
 
     def _before(self, number: int) -> _Moment:
-        """The moment at which stretch ``number`` begins: what its plan does not know stays as there."""
+        """The moment at which segment ``number`` begins: what its plan does not know stays as there."""
         decimal = self._evaluator.decimal
         if not self._moments:
             zero, one = decimal(0.0), decimal(1.0)
@@ -214,21 +214,21 @@ class RefinedMotion:
             )
         while len(self._moments) <= number:
             index = len(self._moments) - 1
-            stretch, following = self.base.stretches[index], self.base.stretches[index + 1]
-            last = stretch.pieces[-1]
-            if isinstance(last, Unsolved) or stretch.troubles:
+            segment_motion, following = self.base.segments[index], self.base.segments[index + 1]
+            last = segment_motion.pieces[-1]
+            if isinstance(last, Unsolved) or segment_motion.troubles:
                 now = following.base.now
                 floats = self.arithmetic.floats
                 poses = [WidePose(*(floats(np.array([v])) for v in (p.x, p.y, p.c, p.s, p.angle))) for p in now.things]
                 self._moments.append(_Moment(poses, {k: floats(np.array([v])) for k, v in now.others.items()}))
             else:
-                self._moments.append(self.moment_of(index, last, [stretch.segment.end]))
+                self._moments.append(self.moment_of(index, last, [segment_motion.segment.end]))
         return self._moments[number]
 
     def state(self, number: int, piece: Piece, times: list[Fraction]) -> tuple[list[Number], FloatArray]:
         """All unknowns by number (None where nothing needs it) at ``times``, and (F,) the digits that are right."""
-        plan, stretch = piece.plan, self.base.stretches[number]
-        instants = at_times(plan.clocks, stretch.segment.start, times)
+        plan, segment_motion = piece.plan, self.base.segments[number]
+        instants = at_times(plan.clocks, segment_motion.segment.start, times)
         with np.errstate(all="ignore"):
             floats, _ = evaluated(piece, instants)
         clocks: dict[Fraction, Number] = {}
@@ -302,7 +302,7 @@ class RefinedMotion:
         context.floats[unknown] = self.arithmetic.rounded(context.wide[unknown])
 
     def _formulas_of(self, number: int, piece: Piece) -> UnknownFormulas:
-        """What is known of stretch ``number`` as formulas of time."""
+        """What is known of segment ``number`` as formulas of time."""
         if number not in self._formulas:
             unknowns = piece.plan.system.unknowns
 
@@ -310,7 +310,7 @@ class RefinedMotion:
                 value = self._before(number).others.get(unknowns[n].payload)
                 return ZERO if value is None else self._evaluator.given(value)
 
-            start = self.base.stretches[number].segment.start
+            start = self.base.segments[number].segment.start
             self._formulas[number] = UnknownFormulas(piece.plan, start, begun)
         return self._formulas[number]
 
@@ -325,7 +325,7 @@ class RefinedMotion:
         assert equation.integrand is not None
         payload = piece.plan.system.unknowns[unknown].payload
         integrand = self._formulas_of(number, piece).of_time(equation.integrand)
-        start = self.base.stretches[number].segment.start
+        start = self.base.segments[number].segment.start
         total = self._before(number).others.get(payload)
         if total is None:
             total = self._evaluator.rational(Fraction(0))

@@ -21,7 +21,7 @@ Probe = Callable[[FloatArray], BlockProblem]
 ITERATIONS = 8
 """Newton steps onto a path from a prediction; one that needs more is too far from it."""
 SMALLEST_STEP = 1e-10
-"""Of the stretch to be followed: where even that fails, the path ends."""
+"""Of the interval to be followed: where even that fails, the path ends."""
 
 
 SINGULAR = 1e-9
@@ -32,7 +32,7 @@ SINGULAR = 1e-9
 class Local:
     """A block at one instant: Jacobian-related quantities from finite time differences of its inputs.
 
-    ``delta`` is half the time between the instants compared; ``low`` and ``high`` bound the stretch of the path.
+    ``delta`` is half the time between the instants compared; ``low`` and ``high`` bound the interval of the path.
     ``sizes`` are the natural sizes of the block's unknowns, where anyone asks.
     """
 

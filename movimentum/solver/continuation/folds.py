@@ -18,7 +18,7 @@ from movimentum.solver.block.scaling import scaled
 CLOSED = 1e-12
 """Relative residual at which a pose still counts as one at the very end of a path."""
 BEYOND = 1e-5
-"""Of the stretch: how far from the last step of a path its end may be."""
+"""Of the interval: how far from the last step of a path its end may be."""
 NEAR = 0.05
 """Of the unknowns' scale: how far a pose at the very end may be from the last one before."""
 DIFFERENCE = 1e-5
@@ -28,7 +28,7 @@ ROUNDS = 20
 
 def path_end(local: Local, tau: float, x: FloatArray, scale: FloatArray, total: float) -> float:
     """When the path that was stepped as far as ``tau``, to core values ``x`` (n,), comes to its end; ``total`` is the
-    length of the stretch.
+    length of the interval.
     """
     fold = fold_near(local, tau, x, scale, total)
     return _last(local, tau, x, scale, total) if fold is None else max(fold, tau)

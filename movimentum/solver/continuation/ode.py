@@ -26,13 +26,13 @@ TOLERANCE, TIGHTEST = 1e-12, 0.1
 SMALL = 1e-3
 """Of the largest state: a state that is smaller (a spring that the motion has not reached) counts as this large."""
 SMALLEST = 1e-12
-"""Of the stretch: where a step as short as this fails, its slope at the beginning is taken for all of it."""
+"""Of the interval: where a step as short as this fails, its slope at the beginning is taken for all of it."""
 SWITCHES, AT_ONCE = 12, 1e-6
-"""So many such steps within this part of the stretch: something switches to and fro, and there is no solution."""
+"""So many such steps within this part of the interval: something switches to and fro, and there is no solution."""
 MOST_STEPS, MANY = 20_000, 32
 """Steps that are tried, and from how many states on they are fewer (by the square)."""
 FIRST, LONGEST, LONGEST_NODES = 0.01, 0.125, 32
-"""Of the stretch: the first step, and the longest; and how many of the path's nodes it may pass."""
+"""Of the interval: the first step, and the longest; and how many of the path's nodes it may pass."""
 ARRIVED = 1e-15
 NEWTON_STEPS, SIMPLIFIED_STEPS, PLAIN_STEPS = 12, 50, 30
 SETTLED = 1e-14
@@ -46,7 +46,7 @@ branch."""
 TINY = 1e-6
 """Of the largest state: the error of smaller ones is told relative to this."""
 CLOSE, GROWN = 1e-3, 100.0
-"""Of the stretch, and times what it was before: a state that grows so much in so short a time runs away."""
+"""Of the interval, and times what it was before: a state that grows so much in so short a time runs away."""
 HUGE = 1e100
 """What is larger is as good as at infinity."""
 TWIN = 0.7

@@ -1,6 +1,6 @@
 """Following one Newton block without freedom along its path.
 
-`trace` takes the nodes of a smooth stretch together (`strides`), and goes by single steps (`steps`) elsewhere. Either
+`trace` takes the nodes of a smooth interval together (`strides`), and goes by single steps (`steps`) elsewhere. Either
 way the Jacobian's determinant keeps its sign. Steps shrink where one does not count, and try to reach across a singular
 point (a change point) with the velocity they came with.
 """
@@ -30,7 +30,7 @@ SHORTEST_REST = 4
 """Nodes to which a path goes by single steps where it was not smooth, before it strides again; twice as many each time.
 """
 NEAREST_JUMP, FARTHEST_JUMP = 1e-5, 0.02
-"""Of the stretch: how far from a singular pose that a path begins at the next point is looked for."""
+"""Of the interval: how far from a singular pose that a path begins at the next point is looked for."""
 
 
 def trace(

@@ -38,7 +38,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A stretch [``begin``, ``end``] in which block ``block`` has no solution; at the time ``pole`` in it something
+    """An interval [``begin``, ``end``] in which block ``block`` has no solution; at the time ``pole`` in it something
     is at infinity.
     """
 

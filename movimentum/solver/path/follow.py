@@ -23,7 +23,7 @@ def follow(
 ) -> tuple[Piece, list[Gap]]:
     """Follow every block from ``begin`` (where ``choices`` hold) to ``end`` (offsets from the segment's start).
 
-    Always returns a piece over the whole stretch; the gaps tell where it holds no solution.
+    Always returns a piece over the whole interval; the gaps tell where it holds no solution.
     """
     piece = Piece(plan, segment_start, begin, end)
     gaps: list[Gap] = []

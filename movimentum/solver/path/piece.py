@@ -1,6 +1,6 @@
 """The path a block is on, and evaluating all blocks on their paths at any instants.
 
-A *piece* is a stretch of one segment over which the motion is continuous. For each block it has a track:
+A *piece* is an interval of one segment over which the motion is continuous. For each block it has a track:
 what identifies the block's branch, so that any set of instants can be solved at once and on the same path.
 """
 
@@ -26,7 +26,7 @@ from movimentum.solver.kinds import dispatch
 
 @dataclass(slots=True, eq=False)
 class Piece:
-    """A continuous stretch [``begin``, ``end``] (offsets from the segment's start), with a track for each block.
+    """A continuous interval [``begin``, ``end``] (offsets from the segment's start), with a track for each block.
 
     ``tracks`` fills up in block order while the path is being followed. ``nodes`` are the path's own grid;
     ``resolved``: they are close enough for nothing to be missed between them.

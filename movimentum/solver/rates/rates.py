@@ -79,26 +79,26 @@ def rates_at(motion: PathMotion, expressions: Sequence[Expr], order: int, instan
         segment, earlier = timeline.segments[number], timeline.segments[max(number - 1, 0)]
         if number > 0 and segment.start == segment.end and segment.active == earlier.active:
             number, ahead = number - 1, False  # the end of it all: the motion that led there
-        stretch = motion.stretches[number]
-        some = at_times(stretch.plan.clocks, stretch.segment.start, instants[place:end])
-        result[:, place:end] = _in_stretch(stretch, some, expressions, order, ahead)
+        segment_motion = motion.segments[number]
+        some = at_times(segment_motion.plan.clocks, segment_motion.segment.start, instants[place:end])
+        result[:, place:end] = _in_segment(segment_motion, some, expressions, order, ahead)
         place = end
     return result
 
 
-def _in_stretch(
-    stretch: SegmentMotion, instants: Instants, expressions: Sequence[Expr], order: int, ahead: bool
+def _in_segment(
+    segment_motion: SegmentMotion, instants: Instants, expressions: Sequence[Expr], order: int, ahead: bool
 ) -> FloatArray:
     result = np.full((len(expressions), len(instants)), np.nan)
-    begins = np.array([piece.begin for piece in stretch.pieces[1:]])
+    begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
     of_piece = np.searchsorted(begins, instants.tau, side="right")
     for number in np.unique(of_piece):
-        piece = stretch.pieces[int(number)]
+        piece = segment_motion.pieces[int(number)]
         if isinstance(piece, Unsolved):
             continue
         chosen = np.nonzero(of_piece == number)[0]
         part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
-        course = _Course(piece, stretch.base.now, tuple(expressions), order, ahead)
+        course = _Course(piece, segment_motion.base.now, tuple(expressions), order, ahead)
         with np.errstate(all="ignore"):
             result[:, chosen] = course.rates(part)
     return result

@@ -33,7 +33,7 @@ from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.leading import led
 
 BEFORE, AFTER = 1e-6, 1e-9
-"""Of the stretch: how long before its end a path's pose tells which branch it is on, and how long after its beginning
+"""Of the interval: how long before its end a path's pose tells which branch it is on, and how long after its beginning
 that can be told where the two meet."""
 CLEAR, BARELY = 1e-5, 1e-7
 """Of the largest singular value: a pose with a smaller one is as good as at a fold; from one with less a path cannot
@@ -41,7 +41,7 @@ be followed."""
 WIDE = 0.3
 """Of the unknowns' scale: a step that moves something by more may lead to another branch."""
 NEAREST = 1e-10
-"""Of the stretch: the first time after a path's end that is tried; each next one is twice as far, then node by node."""
+"""Of the interval: the first time after a path's end that is tried, then twice as far, then node by node."""
 ASIDE = np.geomspace(1e5, 1.0, 11)
 """Of the time in which something is as good as at infinity: how far from it branches may be told apart;"""
 AFAR = 1e3
