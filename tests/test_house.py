@@ -109,3 +109,48 @@ def test_one_name_stands_for_one_class() -> None:
             if isinstance(node, ast.ClassDef):
                 homes[node.name].append(name)
     assert {name: places for name, places in homes.items() if len(places) > 1} == {}
+
+
+UNSORTED = {
+    "analysis",
+    "drawing",
+    "encoding",
+    "fitting",
+    "golden",
+    "interop",
+    "planning",
+    "rendering",
+    "repl",
+    "scene",
+    "solver",
+    "studio",
+    "text.py",
+    "timeline",
+    "tradeoff",
+    "variants",
+    "vector",
+}
+"""Stages whose tolerances still stand in their modules."""
+
+
+def small_numbers(tree: ast.Module) -> list[int]:
+    """The lines with a number that can only be a tolerance: not zero, and at most a thousandth."""
+    return [
+        node.lineno
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, float) and 0 < abs(node.value) <= 1e-3
+    ]
+
+
+def test_tolerances_stand_in_one_module() -> None:
+    found = {
+        f"{path}:{line}"
+        for path, tree in modules("movimentum").values()
+        for line in small_numbers(tree)
+        if path.name != "tolerances.py" and path.relative_to(ROOT / "movimentum").parts[0] not in UNSORTED
+    }
+    assert not found
+
+
+def test_a_small_number_is_found() -> None:
+    assert small_numbers(ast.parse("MET = 1e-9\ndef f(x): return x < 0.001 or x == 0.0 or x > 0.1")) == [1, 2]

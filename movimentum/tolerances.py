@@ -1,0 +1,29 @@
+"""Every tolerance of the package, named by the quantity it bounds.
+
+Each says what it protects, what it is relative to, and how it was found. Nothing else holds one: where two places need
+the same bound they share the name, and where two bounds only happen to be equal they have two.
+"""
+
+# --- equations: when one holds, when a matrix loses rank ------------------------------------------
+
+# --- paths: nodes, branches, folds, ends ----------------------------------------------------------
+
+# --- beginnings: which pose a path starts from ----------------------------------------------------
+
+# --- integrals and differential equations ---------------------------------------------------------
+
+# --- more digits: polishing, refinement, what a tier may be off -----------------------------------
+
+# --- planning: formulas, structure ----------------------------------------------------------------
+
+# --- the scene and its timeline -------------------------------------------------------------------
+
+# --- analysis: what is free, what is wrong, what is told ------------------------------------------
+
+# --- variants and fits ----------------------------------------------------------------------------
+
+# --- pictures and files ---------------------------------------------------------------------------
+
+# --- linkage files and formulas from elsewhere ----------------------------------------------------
+
+# --- front ends -----------------------------------------------------------------------------------
