@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from movimentum.arrays import FloatArray
+from movimentum.records import dataclass
 
 if TYPE_CHECKING:
     from movimentum.solver.poses import Poses

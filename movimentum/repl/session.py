@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError
 from movimentum.output.files import refuse_overwriting
+from movimentum.records import dataclass, field, replace
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine, Revision
