@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import TypeAlias
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.scene.appearance import Color
+from movimentum.things.kind import Color
 
 Point: TypeAlias = tuple[float, float]
 
