@@ -32,3 +32,6 @@ module (1e-16), far below any difference that is meant.
 # --- linkage files and formulas from elsewhere ----------------------------------------------------
 
 # --- front ends -----------------------------------------------------------------------------------
+
+CONDITION_MET = 1e-9
+"""Of the scene's size: how near two sides must be for an equality in `run until`, as in a claim without `.within`."""

@@ -11,9 +11,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.analysis.evaluate import reader
 from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
+from movimentum.query import reader
 from movimentum.scene.model import AnchorCoordinate, Scene, Thing
 from movimentum.scene.shown import ARROW, Shown, text_number
 from movimentum.solver.motion import AnyMotion
