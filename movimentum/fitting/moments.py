@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from movimentum.fitting.sides import SideFormulas
 from movimentum.fitting.slopes import BodyDual, SegmentSlopes, read_duals
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks
+from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.newton import newton_across

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
@@ -16,6 +15,7 @@ from movimentum.interop.formulas import FPS, Formula, Formulas, evaluate
 from movimentum.interop.joints import Joint, scene_joints
 from movimentum.planning.blocks.kinds import Block, Quadratic
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses

@@ -8,13 +8,13 @@ relative to the largest singular value.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.codegen.generate import Compiled
+from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import chord_newton
 from movimentum.solver.block.problem import BlockProblem

@@ -7,7 +7,6 @@ So what a block computes broadcasts to (V, T), and an ordinary script is one var
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of

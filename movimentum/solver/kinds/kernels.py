@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from movimentum.planning.blocks.kinds import (
     Velocity,
     Winding,
 )
+from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.continuation.grid import Grid, ended

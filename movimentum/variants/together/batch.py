@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from movimentum.analysis.diagnose.meshing import PLAY, meshings
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, Shape, ThingAngle, VariableComponent
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import SELECTOR_TOLERANCE

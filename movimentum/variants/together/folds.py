@@ -9,12 +9,12 @@ much or comes near to something else that may bind is left to be solved by itsel
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Newton
+from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.kinds.across import Across
 from movimentum.solver.kinds.kernels import across

@@ -7,7 +7,6 @@ number that got lost on its way through the stages (a time, a count, a choice th
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Newton, Quadratic
 from movimentum.planning.lowering.unknowns import Accumulated, Unknown
+from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.block.closed_form import State

@@ -9,13 +9,13 @@ and Science*, ch. 7). See `solver.solutions.homotopy`, which does the same for o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.solutions.homotopy import REAL, ComplexArray, followed
 from movimentum.variants.together.pattern import BlockFormulas, NotTogether, PolynomialRows
