@@ -116,23 +116,21 @@ def compile_structure(structure: Structure, size: float, kept: KeptBlocks | None
         if node.op == "clock":  # also those that no block reads, for whoever looks at the equations as they were stated
             clocks.number(node.start)
     turning = {item.number for item in system.segment.active if item.paired}
-    code = compiled if kept is None else kept.code.of
     return Plan(
         system=system,
         blocks=tuple(blocks),
         checks=decomposition.checks,
         check_values=tuple(
-            code([system.equations[n].residual, _size_of_terms(system, n, size, turning)], clocks)
+            compiled([system.equations[n].residual, _size_of_terms(system, n, size, turning)], clocks)
             for n in decomposition.checks
         ),
-        selectors=tuple(code([selector.value], clocks) for selector in system.selectors),
-        wishes=tuple(code([error], clocks) for error in errors),
+        selectors=tuple(compiled([selector.value], clocks) for selector in system.selectors),
+        wishes=tuple(compiled([error], clocks) for error in errors),
         wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
         measured=hanging,
         clocks=tuple(clocks.starts),
         bodies=system.bodies(),
         size=size,
-        code=None if kept is None else kept.code,
     )
 
 

@@ -17,7 +17,7 @@ from movimentum.analysis.freedom.degrees import block_ranks, generic_moment
 from movimentum.analysis.freedom.sparse_rank import SparseRank
 from movimentum.interop.linkages import linkage_script
 from movimentum.planning.blocks.kinds import Free
-from movimentum.planning.codegen.generate import structures_compiled
+from movimentum.planning.codegen.writing import structures_compiled
 from movimentum.planning.structure.graph import maximum_matching
 from movimentum.solver import beginning
 from movimentum.solver.block import change_points

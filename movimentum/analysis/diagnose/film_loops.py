@@ -49,9 +49,9 @@ def film_loops(motion: PathMotion) -> Iterator[Diagnostic]:
         if worst is not None and worst.amount(motion.size) > 1.0:
             yield _seam(worst, motion)
         return
-    moved = [_farthest(poses, 0, k, things, motion.size) for k in range(1, LOOKED_AT)]
     if worst is None or worst.amount(motion.size) > 1.0:
         return
+    moved = (_farthest(poses, 0, k, things, motion.size) for k in range(1, LOOKED_AT))
     if not any(each is not None and each.amount(motion.size) > 1.0 for each in moved):
         return  # a still picture
     last = scene.steps[-1].span

@@ -10,7 +10,8 @@ import numpy as np
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.blocks.wishes import with_wishes
-from movimentum.planning.codegen.generate import Clocks, Compiled
+from movimentum.planning.codegen.generate import Clocks
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State, fill_explicit

@@ -14,7 +14,8 @@ from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.planning.blocks.wishes import in_what_moves
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.lowering.system import lowered_expressions
 from movimentum.planning.lowering.unknowns import symbol_numbers

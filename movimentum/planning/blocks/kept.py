@@ -12,7 +12,6 @@ from movimentum.kept import Kept
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.blocks.wishes import with_wishes
 from movimentum.planning.codegen.generate import Clocks
-from movimentum.planning.codegen.kept_code import KeptCode
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import Equation, Form, System, Wish
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, symbol_numbers
@@ -20,20 +19,11 @@ from movimentum.planning.structure.decompose import Group
 
 
 class KeptBlocks(Kept[Block]):
-    """Blocks by everything that `blocks.build.make_block` reads, but for the numbers of their equations.
-
-    ``code`` is what plans compile besides.
-    """
+    """Blocks by everything that `blocks.build.make_block` reads, but for the numbers of their equations."""
 
     def __init__(self, generations: int) -> None:
         super().__init__(generations)
-        self.code = KeptCode(generations)
         self._identities = count(1)
-
-    def begin(self) -> None:
-        """Another generation begins."""
-        super().begin()
-        self.code.begin()
 
     def block(self, key: Hashable, equations: tuple[int, ...], make: Callable[[], Block]) -> Block:
         """The block under ``key`` with these numbers of its ``equations``, made where it is not kept."""

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.expressions import ZERO, Expr, add, const, mul, substitute, symbol
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.polynomial import Polynomial
