@@ -9,7 +9,6 @@ import re
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import cache, wraps
 from reprlib import repr as short
 from threading import Lock
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar, Union, cast,
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import MovimentumError, UsageError, usage_error
+from movimentum.records import replace
 
 if TYPE_CHECKING:
     from collections.abc import Generator

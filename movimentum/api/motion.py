@@ -165,7 +165,7 @@ class Motion:
         nan where a variable has no value, as no statement in force mentions it. `UnknownNameError` (a KeyError) for a
         name that there is not, `ScriptError` for what is no expression.
         """
-        return values_of(self.names.reading(name), self._chunks)
+        return values_of(self.names.query(name), self._chunks)
 
     @called
     def velocity(self, name: str) -> FloatArray:
@@ -202,7 +202,7 @@ class Motion:
     def _rates(self, name: str, order: int) -> FloatArray:
         frames, _, solved = self._moments
         exactly = [self.timeline.frame_time(int(frame)) for frame in frames]
-        return rates_of(self.solution.motion, self.names.reading(name), order, exactly, solved)
+        return rates_of(self.solution.motion, self.names.query(name), order, exactly, solved)
 
     @called
     def at(self, time: Number | Iterable[Number]) -> Moments:

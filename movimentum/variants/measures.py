@@ -129,9 +129,9 @@ def retold(text: str, item: Diagnostic) -> UsageError:
 
 def _split(text: str, parts: dict[ReducedPart, int]) -> str:
     """``text`` with a name in place of each reduction; these are added to ``parts``."""
+    from movimentum.query import parsed_statement
     from movimentum.scene.reductions import is_reduction
     from movimentum.syntax.expression_tree import Call, postorder
-    from movimentum.workflow.typed import parsed_statement
 
     def placed(part: ReducedPart) -> str:
         return f"{PLACE}{parts.setdefault(part, len(parts))}"

@@ -82,7 +82,7 @@ class Variants:
     def _measured(self, motion: PathMotion, values: Mapping[str, float]) -> FloatArray:
         if not self.measures.measures:
             return np.zeros(0)
-        from movimentum.analysis.evaluate import reader
+        from movimentum.query import reader
 
         timeline = motion.timeline
         lowered = self.lowered_for(timeline, values)

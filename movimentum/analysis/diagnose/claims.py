@@ -8,9 +8,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.analysis.evaluate import Reader, reader
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity
+from movimentum.query import Reader, reader
 from movimentum.records import dataclass
 from movimentum.scene.model import Claim, Relation
 from movimentum.scene.text_edits import tolerated
