@@ -27,6 +27,7 @@ from movimentum.planning.structure.turns import without_repetitions
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import Anonymous, Bearing, Scene
 from movimentum.timeline.model import Segment
+from movimentum.tolerances import ROUNDED_FAR
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,12 +179,6 @@ def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
     )
 
 
-ROUNDED = 5e-8
-"""Of how far a scene lies from the origin: what its numbers are rounded by, as large as if it were a term (of which a
-redundant equation may be off by 1e-8).
-"""
-
-
 def _size_of_terms(system: System, number: int, size: float, turning: Set[int]) -> Expr:
     """The sum of the sizes of an equation's terms: what its residual is small or large against.
 
@@ -192,7 +187,7 @@ def _size_of_terms(system: System, number: int, size: float, turning: Set[int]) 
     equation = system.equations[number]
     if equation.polynomial is None:
         return const(size)
-    total = const(360.0 if equation.constraint in turning else ROUNDED * max(map(abs, system.shift)))
+    total = const(360.0 if equation.constraint in turning else ROUNDED_FAR * max(map(abs, system.shift)))
     for monomial, coefficient in equation.polynomial.items():
         term = coefficient
         for n in monomial:

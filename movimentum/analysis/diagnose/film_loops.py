@@ -13,9 +13,8 @@ from movimentum.scene.model import Shape, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import number
+from movimentum.tolerances import LOOKS_SAME
 
-SAME = 1e-6
-"""Of the scene's size (angles: of a radian, colours: of the full range): poses that look the same."""
 LOOKED_AT = 16
 """Instants between beginning and end, to see whether anything moves at all."""
 
@@ -31,7 +30,7 @@ class _Difference:
 
     def amount(self, size: float) -> float:
         """In units of what still looks the same."""
-        return max(self.distance / size, np.radians(abs(self.turn)), self.looks) / SAME
+        return max(self.distance / size, np.radians(abs(self.turn)), self.looks) / LOOKS_SAME
 
 
 def film_loops(motion: PathMotion) -> Iterator[Diagnostic]:
@@ -66,11 +65,11 @@ def film_loops(motion: PathMotion) -> Iterator[Diagnostic]:
 def _seam(worst: _Difference, motion: PathMotion) -> Diagnostic:
     name = worst.thing.name
     parts: list[str] = []
-    if worst.distance > SAME * motion.size:
+    if worst.distance > LOOKS_SAME * motion.size:
         parts.append(f"{number(worst.distance)} pixels away")
-    if np.radians(abs(worst.turn)) > SAME:
+    if np.radians(abs(worst.turn)) > LOOKS_SAME:
         parts.append(f"turned by {number(worst.turn)} degrees")
-    if worst.looks > SAME:
+    if worst.looks > LOOKS_SAME:
         parts.append("of another colour or opacity, or not there")
     return Diagnostic(
         code="loop/seam",

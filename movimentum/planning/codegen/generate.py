@@ -17,6 +17,7 @@ from fractions import Fraction
 from movimentum.expressions import Expr, walk
 from movimentum.planning.codegen.writing import TWO, CodeShape, Compiled, Place, Product, written
 from movimentum.planning.lowering.unknowns import unknown_number
+from movimentum.tolerances import MODERATE
 
 
 class Clocks:
@@ -85,7 +86,7 @@ class Flattening:
         self, results: Iterable[int], stored: Iterable[tuple[int, int]] = (), *, whole: bool = True
     ) -> Compiled:
         """The function of what has been taken apart so far; see `CodeShape`."""
-        moderate = all(1e-75 < size < 1e75 or size == 0.0 for size in self.magnitudes)
+        moderate = all(MODERATE < size < 1.0 / MODERATE or size == 0.0 for size in self.magnitudes)
         shape = CodeShape(tuple(self._instructions), moderate, tuple(results), tuple(stored), whole)
         make, parameters = written(shape)
         return make(*[self._parameter(each) for each in parameters])
