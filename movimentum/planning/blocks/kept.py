@@ -17,19 +17,17 @@ from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, Po
 from movimentum.planning.structure.decompose import Group
 from movimentum.records import replace
 
+_IDENTITIES = count(1)
+
 
 class KeptBlocks(Kept[Block]):
     """Blocks by everything that `blocks.build.make_block` reads, but for the numbers of their equations."""
-
-    def __init__(self, generations: int) -> None:
-        super().__init__(generations)
-        self._identities = count(1)
 
     def block(self, key: Hashable, equations: tuple[int, ...], make: Callable[[], Block]) -> Block:
         """The block under ``key`` with these numbers of its ``equations``, made where it is not kept."""
         block = self.get(key)
         if block is None:
-            block = replace(make(), identity=next(self._identities))
+            block = replace(make(), identity=next(_IDENTITIES))
             self.keep(key, block)
         if block.equations == equations:
             return block
