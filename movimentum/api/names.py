@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterator
-from dataclasses import dataclass, field, replace
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UnknownNameError
 from movimentum.expressions import Expr, symbol
 from movimentum.query import Query, make_query
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.source import SourceText, Span
 from movimentum.syntax.suggest import nearest

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
 import numpy as np
@@ -17,6 +16,7 @@ from movimentum.drawing.figures import support
 from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.texts import written
+from movimentum.records import dataclass, replace
 from movimentum.scene.shown import ARROW
 from movimentum.solver.poses import Poses
 from movimentum.things.kind import Own

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorRef, Config, Thing
 from movimentum.syntax.tree import Definition, Option
 from movimentum.things.colors import INK

@@ -8,12 +8,12 @@ local coordinates for world coordinates. Angles are in degrees, counter-clockwis
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr, const
+from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.scene.shown import Piece

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from movimentum.records import dataclass
 from movimentum.things.colors import INK, PALE
 from movimentum.things.options import OptionRule
 

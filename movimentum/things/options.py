@@ -6,8 +6,9 @@ each form is read is in `movimentum.scene.options`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum, auto
+
+from movimentum.records import dataclass
 
 
 class OptionForm(Enum):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from movimentum.analysis.diagnose.equal_solutions import ONE, loose_variables, s
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.diagnostics import Diagnostic, Fix, Severity
+from movimentum.records import replace
 from movimentum.scene.model import VariableComponent
 from movimentum.scene.text_edits import added
 from movimentum.solver.assembly import snapshot

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton, Quadratic
+from movimentum.records import dataclass
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled

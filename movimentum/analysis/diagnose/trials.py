@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from movimentum.errors import MovimentumError
 from movimentum.planning.structure.rates import RateError
+from movimentum.records import replace
 from movimentum.scene.amended import Amender
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.continuation.tracks import NodeTrack

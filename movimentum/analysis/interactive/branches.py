@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from movimentum.analysis.diagnose.conditioning import conditions
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block, Newton, Quadratic
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.records import dataclass
 from movimentum.solver.block import closed_form
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion

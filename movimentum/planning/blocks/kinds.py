@@ -6,13 +6,13 @@ evaluated in a block of each kind is in `solver.kinds`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 from movimentum.expressions import Expr, add, mul
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
 from movimentum.planning.structure.metric import Metric
+from movimentum.records import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block, BlockBase
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State

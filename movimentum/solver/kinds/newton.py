@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -12,6 +11,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.codegen.elimination import newton_steps, pivot_order
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import remembered
 from movimentum.solver.basis.sorting import distinct

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
@@ -11,6 +9,7 @@ from movimentum.expressions import Expr, symbols
 from movimentum.planning.blocks.kinds import Free, Ode
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import with_respect_to
+from movimentum.records import dataclass, replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import Tangent

@@ -7,7 +7,6 @@ what identifies the block's branch, so that any set of instants can be solved at
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
@@ -17,6 +16,7 @@ from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
 from movimentum.solver.block.closed_form import State

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from movimentum.planning.blocks.kinds import (
 )
 from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State

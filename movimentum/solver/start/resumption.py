@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Newton, Quadratic, Winding
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.effort import GivenUp, is_limited, limited
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form

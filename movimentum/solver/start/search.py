@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Iterable, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import takewhile
 from typing import TYPE_CHECKING
@@ -21,6 +20,7 @@ import numpy as np
 from movimentum.arrays import first_of
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
+from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.continuation.tracks import Choice

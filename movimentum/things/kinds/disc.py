@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind
 from movimentum.things.options import AREA, JOINTS, OptionForm, OptionRule
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from movimentum.records import dataclass
 from movimentum.things.colors import NOTED
 from movimentum.things.kind import Own, ThingKind
 from movimentum.things.options import CAP, DASH, LINED, WRITTEN, OptionForm, OptionRule
