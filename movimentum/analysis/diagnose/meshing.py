@@ -28,7 +28,7 @@ MOST = 400
 
 
 @dataclass(frozen=True, slots=True)
-class _Meshing:
+class Meshing:
     """Two things whose teeth a constraint keeps in step; a rack comes first, and a ring before what runs in it."""
 
     constraint: Constraint
@@ -76,7 +76,7 @@ class _Meshing:
 def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
     """An error for each ``.mesh`` whose centres do not have the right distance, with when that is first so."""
     scene = motion.timeline.scene
-    rest = {item.constraint.number: item for item in _meshings(scene)}
+    rest = {item.constraint.number: item for item in meshings(scene)}
     for segment_motion in motion.segments:
         active = {item.number for item in segment_motion.segment.active}
         here = [item for number, item in rest.items() if number in active]
@@ -99,7 +99,7 @@ def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
 def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each ``.mesh`` that turns a thing at its beginning, so that its teeth are in gaps: by which angle."""
     scene = motion.timeline.scene
-    rest = {item.constraint.number: item for item in _meshings(scene)}
+    rest = {item.constraint.number: item for item in meshings(scene)}
     for segment_motion in motion.segments:
         here = [rest.pop(item.number) for item in segment_motion.segment.active if item.number in rest]
         if not here:
@@ -121,7 +121,8 @@ def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
                 )
 
 
-def _meshings(scene: Scene) -> Iterator[_Meshing]:
+def meshings(scene: Scene) -> Iterator[Meshing]:
+    """All that ``.mesh`` states."""
     for item in scene.constraints():
         if item.relation is not Relation.EQUAL:
             continue
@@ -130,10 +131,10 @@ def _meshings(scene: Scene) -> Iterator[_Meshing]:
                 first, second = scene.things[payload.first], scene.things[payload.second]
                 if second.toothed.inner or second.kind is RACK:
                     first, second = second, first
-                yield _Meshing(item, first, second)
+                yield Meshing(item, first, second)
 
 
-def _told(item: _Meshing, distance: float, poses: Poses, i: int) -> Diagnostic:
+def _told(item: Meshing, distance: float, poses: Poses, i: int) -> Diagnostic:
     first, second, fits = item.first, item.second, item.fitting
     when = time_text(float(poses.times[i]))
     if first.kind is RACK:
@@ -156,7 +157,7 @@ def _told(item: _Meshing, distance: float, poses: Poses, i: int) -> Diagnostic:
     )
 
 
-def _place(item: _Meshing, poses: Poses, i: int) -> str:
+def _place(item: Meshing, poses: Poses, i: int) -> str:
     """Where that would be, in the direction in which it is."""
     here, there = (poses.world(each.number, each.anchors[0].local)[i] for each in (item.first, item.second))
     apart = there - here
