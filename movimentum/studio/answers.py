@@ -46,7 +46,7 @@ class FilmShown:
 
 
 @dataclass(frozen=True, slots=True)
-class PictureKept:
+class PictureSame:
     """The picture of text ``rev`` is that of the text before; only places in the text are others (``scene``, which
     comes a moment later than the news).
     """
@@ -144,7 +144,7 @@ class FilesListed:
 
 
 @dataclass(frozen=True, slots=True)
-class ClaimsJudged:
+class ClaimsChecked:
     """Each claim of text ``rev``: ``span`` (null: in another file), ``words``, ``things`` it is about, whether it
     ``holds``, and for one that does not ``time`` and ``frame`` from which on it fails, ``worst`` (how far it is off at
     most), ``at`` (the time of that), and ``failing`` (first and last frame of each run of frames in which it fails).
@@ -155,7 +155,7 @@ class ClaimsJudged:
 
 
 @dataclass(frozen=True, slots=True)
-class RatesTold:
+class RatesSent:
     """Velocities in ``count`` frames from ``first`` on: base64 of little-endian 32-bit floats, frame after frame x and
     y (pixels per time unit, y up) of every anchor in the order of things; nan where there is none.
     """
@@ -221,7 +221,7 @@ class RenderAdvanced:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class Notice:
     """Words for the user."""
 
     words: str
@@ -232,7 +232,7 @@ OUTGOING = {
     "welcome": Welcome,
     "stage": StageDone,
     "film": FilmShown,
-    "same": PictureKept,
+    "same": PictureSame,
     "free": MotionsFree,
     "grabbed": Grabbed,
     "moved": PlacesMoved,
@@ -241,13 +241,13 @@ OUTGOING = {
     "plotted": Plotted,
     "thumbnail": ThumbnailMade,
     "listed": FilesListed,
-    "claims": ClaimsJudged,
-    "speeds": RatesTold,
+    "claims": ClaimsChecked,
+    "speeds": RatesSent,
     "svg": StillMade,
     "disk": DiskChanged,
     "saved": SaveDone,
     "opened": TextOpened,
     "progress": RenderAdvanced,
-    "told": Told,
+    "told": Notice,
 }
 """What a page is sent."""

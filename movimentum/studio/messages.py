@@ -1,6 +1,6 @@
 """What a page says to the server: JSON objects, each with its ``kind``; `movimentum.studio.answers` has the others.
 
-A class for each kind; `movimentum.studio.wire` reads and writes them, `movimentum.studio.schema` describes them.
+A class for each kind; `movimentum.studio.protocol` reads and writes them, `movimentum.studio.protocol` describes them.
 Offsets in texts count characters (code points) from 0, coordinates are the world's (pixels, y up).
 """
 
@@ -62,7 +62,7 @@ class HandMoved:
 
 
 @dataclass(frozen=True, slots=True)
-class PoseLeft:
+class PoseReset:
     """What was dragged is to be as the script says again."""
 
     rev: int
@@ -70,7 +70,7 @@ class PoseLeft:
 
 @dataclass(frozen=True, slots=True)
 class ToolUsed:
-    """A drawing tool was used: what it has hit, and where (see `movimentum.studio.gestures`).
+    """A drawing tool was used: what it has hit, and where (see `movimentum.studio.tools`).
 
     ``names`` are things or anchors (``Rod.B``), an empty one where nothing was hit; ``points`` are world points.
     """
@@ -213,7 +213,7 @@ INCOMING = {
     "look": TimeLooked,
     "grab": PartGrabbed,
     "move": HandMoved,
-    "leave": PoseLeft,
+    "leave": PoseReset,
     "tool": ToolUsed,
     "ask": NameAsked,
     "plot": PlotAsked,

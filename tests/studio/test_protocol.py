@@ -12,11 +12,10 @@ import pytest
 from movimentum.studio import answers
 from movimentum.studio.answers import OUTGOING
 from movimentum.studio.messages import INCOMING, TextTyped, ToolUsed
-from movimentum.studio.schema import TARGET, schema, schema_text
+from movimentum.studio.protocol import TARGET, BadMessage, received, schema, schema_text, sent
 from movimentum.studio.security import Gate, OutsideFolder, inside, lasting_token, outside_files, policy
 from movimentum.studio.tokens import TARGET as TOKENS
 from movimentum.studio.tokens import tokens_script
-from movimentum.studio.wire import BadMessage, received, sent
 
 TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool, "null": type(None), "object": dict}
 
@@ -40,7 +39,7 @@ def agrees(value: Any, rule: dict[str, Any]) -> bool:
 
 
 def test_the_schema_is_that_of_the_classes() -> None:
-    assert TARGET.read_text(encoding="utf-8") == schema_text(), "python -m movimentum.studio.schema"
+    assert TARGET.read_text(encoding="utf-8") == schema_text(), "python -m movimentum.studio.protocol"
     assert schema()["$defs"].keys() == {*INCOMING, *OUTGOING, "page", "server"}
 
 
@@ -97,7 +96,7 @@ def test_what_is_sent_is_as_the_schema_says() -> None:
         answers.Welcome("x.mov", "", "", "/", (), ("a",)),
         answers.StageDone(1, "read", [{"code": "x"}], final=False, understood=True),
         answers.FilmShown(1, True, 0.0, {}, {"marks": []}),
-        answers.PictureKept(1, None),
+        answers.PictureSame(1, None),
         answers.PlacesMoved(1, 2, 0.5, [1.0]),
         answers.Plotted(1, "x", [[None, 1.0]]),
     ]
