@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -19,6 +18,7 @@ from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, substitute, symbol, symbols
 from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorCoordinate, Claim, Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.poses import Poses

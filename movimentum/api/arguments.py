@@ -12,7 +12,6 @@ import re
 import types
 from collections.abc import Callable, Collection, Generator, Iterable, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
 from functools import cache, wraps
@@ -22,6 +21,7 @@ from typing import Any, Literal, ParamSpec, SupportsIndex, TypeGuard, TypeVar, U
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import MovimentumError, UsageError, usage_error
+from movimentum.records import dataclass, replace
 from movimentum.syntax.suggest import nearest
 from movimentum.text import frame_range
 from movimentum.workflow.choices import FrameChoice, frames_in

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Protocol
@@ -16,6 +15,7 @@ from movimentum.api.understood import Names
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import usage_error
 from movimentum.query import Query
+from movimentum.records import dataclass
 from movimentum.solver.motion import AnyMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import counted

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -34,6 +33,7 @@ from movimentum.api.understood import Names, UnderstoodScript, accepted
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import told_in, usage_error
+from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, Advice, FailurePolicy, FailureWord
 from movimentum.solver.poses import Poses
 from movimentum.text import counted, time_text

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
@@ -17,6 +16,7 @@ from movimentum.api.arguments import called, in_python, spoken
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UnknownNameError, usage_error
+from movimentum.records import dataclass, fields
 from movimentum.syntax.suggest import nearest
 
 if TYPE_CHECKING:

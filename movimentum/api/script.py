@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -25,6 +24,7 @@ from movimentum.api.motion import Motion
 from movimentum.api.understood import UnderstoodScript, accepted, choices_of, solution_of
 from movimentum.diagnostics import Diagnostic, limited
 from movimentum.errors import MovimentumError, told_in, usage_error
+from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, FailurePolicy, FailureWord
 from movimentum.source import SourceText
 from movimentum.syntax.printer import float_text

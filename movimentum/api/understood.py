@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterator
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError, ScriptError, UnknownNameError, told_in
 from movimentum.expressions import Expr, symbol
 from movimentum.query import Query, make_query
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText, Span

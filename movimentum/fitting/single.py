@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
@@ -14,6 +13,7 @@ from movimentum.fitting.dual import Dual
 from movimentum.fitting.moments import times_of
 from movimentum.fitting.sides import Evaluation, SideFormulas
 from movimentum.query import reader
+from movimentum.records import dataclass, field, replace
 from movimentum.solver.motion import PathMotion
 from movimentum.timeline.model import Timeline
 from movimentum.variants.outcomes import VariantOutcome, outcome_of

@@ -6,12 +6,12 @@ import difflib
 import os
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import NoReturn
 
 from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.output.files import whole_file
+from movimentum.records import replace
 from movimentum.repl.command import Answer, Command, plain
 from movimentum.repl.session import Session, refused, typed
 from movimentum.scene.model import Constraint

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
 from movimentum.output.files import whole_file
+from movimentum.records import replace
 from movimentum.repl.command import Answer, Command, plain, split_output, table
 from movimentum.repl.expressions import at_the_prompt, query
 from movimentum.repl.session import Session, refused

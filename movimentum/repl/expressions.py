@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ from movimentum import tolerances
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import ScriptError
 from movimentum.query import NOT_A_READING, Query, parsed_statement
+from movimentum.records import replace
 from movimentum.repl.session import Session, refused, typed
 from movimentum.syntax.expression_tree import Comparison
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError, NoSolutionError, UsageError
 from movimentum.output.files import refuse_overwriting
+from movimentum.records import dataclass, replace
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine

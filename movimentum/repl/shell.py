@@ -6,12 +6,12 @@ import io
 import re
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from movimentum.console import is_terminal, wants_color
 from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.errors import MovimentumError, UsageError
+from movimentum.records import replace
 from movimentum.repl import edit, explain, inspect, navigate
 from movimentum.repl.command import Answer, Command, table
 from movimentum.repl.session import Session, refused, typed

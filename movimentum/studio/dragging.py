@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from movimentum.analysis.interactive.drag import Grip
 from movimentum.analysis.live import texts_of, with_numbers
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import Expr, add, const, mul, symbol
+from movimentum.records import replace
 from movimentum.scene.model import AnchorCoordinate, VariableComponent
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.studio.answers import Grabbed, MotionsFree, PlacesMoved

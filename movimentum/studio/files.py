@@ -7,13 +7,13 @@ import json
 import os
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.output.files import whole_file
+from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.studio.answers import Notice, SaveDone, TextOpened
 from movimentum.studio.messages import FileOpened, LinkageWanted, RenameFollowed, SaveWanted

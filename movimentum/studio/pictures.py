@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ import numpy as np
 
 from movimentum.drawing.model import SymbolMark, TextMark
 from movimentum.drawing.options import PictureOptions
+from movimentum.records import replace
 from movimentum.rendering.prepare import PreparedMark, prepare_drawing
 from movimentum.rendering.stream import concatenate
 from movimentum.scene.model import Scene

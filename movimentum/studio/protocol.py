@@ -7,11 +7,11 @@ from __future__ import annotations
 import json
 import math
 import types
-from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from movimentum.studio.answers import OUTGOING, FilmShown
+from movimentum.records import fields
+from movimentum.studio.answers import OUTGOING
 from movimentum.studio.messages import INCOMING
 
 
@@ -24,10 +24,7 @@ _KINDS = {cls: kind for kind, cls in OUTGOING.items()}
 
 def sent(message: Any) -> str:
     """A message for a page, as JSON."""
-    if isinstance(message, FilmShown):  # large, and nothing in it to convert
-        found = {"kind": "film", **{item.name: getattr(message, item.name) for item in fields(message)}}
-    else:
-        found = {"kind": _KINDS[type(message)], **asdict(message)}
+    found = {"kind": _KINDS[type(message)], **{item.name: getattr(message, item.name) for item in fields(message)}}
     return json.dumps(found, separators=(",", ":"), allow_nan=False)
 
 

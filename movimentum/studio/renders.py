@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from threading import Event, Thread
@@ -16,6 +15,7 @@ from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Severity
 from movimentum.drawing.options import PictureOptions
 from movimentum.errors import MovimentumError, usage_error
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 from movimentum.arrays import FloatArray
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorRef, Constraint, Ending, Relation, Scene, Thing
 from movimentum.scene.text_edits import stated, statement_end
 from movimentum.source import SourceText, Span, UnfoldedText

@@ -10,10 +10,10 @@ import difflib
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 from movimentum.errors import MovimentumError
+from movimentum.records import replace
 from movimentum.scene.expansion.placement import HERE
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Shape, Thing
 from movimentum.scene.text_edits import removed, without

@@ -12,7 +12,6 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from threading import Condition, Thread
@@ -21,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
+from movimentum.records import dataclass, field
 from movimentum.source import SourceText
 from movimentum.studio.answers import ClaimsChecked, FilmShown, Notice, PictureSame, StageDone
 from movimentum.studio.messages import TextTyped, WorkStopped

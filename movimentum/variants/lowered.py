@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.expressions import Expr, symbols
 from movimentum.query import parsed_statement, understood
+from movimentum.records import dataclass
 from movimentum.scene.model import Relation
 from movimentum.source import SourceText
 from movimentum.syntax.expression_tree import Constant, Expression, Name, children, rebuilt

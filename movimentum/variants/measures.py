@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UsageError, usage_error
+from movimentum.records import dataclass, replace
 from movimentum.source import Span
 from movimentum.text import rational
 from movimentum.variants.axes import OWN_COLUMNS

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError, UsageError
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import Scene
 from movimentum.solver.motion import PathMotion
 from movimentum.source import SourceText

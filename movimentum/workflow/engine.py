@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from functools import cached_property
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING
 from movimentum.cancellation import cancellable
 from movimentum.diagnostics import Diagnostic, limited
 from movimentum.errors import MovimentumError, ScriptError, script_error
+from movimentum.records import dataclass
 from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices

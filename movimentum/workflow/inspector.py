@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ import numpy as np
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError
+from movimentum.records import dataclass, replace
 from movimentum.workflow.engine import Revision
 
 if TYPE_CHECKING:

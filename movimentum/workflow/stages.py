@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import NoSolutionError, ScriptError
+from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, Advice, FailurePolicy
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.limits import MAX_PIXELS
