@@ -100,6 +100,12 @@ class Console:
 
             self.write("".join(traceback.format_exception(error)))
 
+    def fail(self, error: MovimentumError) -> int:
+        """Show an error that a user can cause; its exit code."""
+        self.trace(error)
+        self.show(error.diagnostics, error.source)
+        return error.exit_code
+
     def show_bug(self, error: BaseException) -> None:
         """A bug in Movimentum, and how to report it."""
         self.trace(error)
@@ -295,9 +301,7 @@ def _exit_code(work: Callable[[], int], console: Console, interruption: Interrup
         _drop_stdout()
         return DONE
     except MovimentumError as error:
-        console.trace(error)
-        console.show(error.diagnostics, None)
-        return error.exit_code
+        return console.fail(error)
     except Exception as error:
         if interruption.pressed and isinstance(error, (ImportError, SystemError, RuntimeError)):
             raise KeyboardInterrupt from error

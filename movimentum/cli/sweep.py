@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 from movimentum.budget import keep_freed_memory
-from movimentum.cli.options import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
-from movimentum.cli.parameters import files
-from movimentum.cli.work import output_file
+from movimentum.cli.common import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, files, output_file, with_choices
 from movimentum.console import Console
-from movimentum.errors import MovimentumError, UsageError
+from movimentum.errors import UsageError, told_in
 from movimentum.records import dataclass
 from movimentum.text import counted
 from movimentum.workflow.choices import Choices
@@ -121,16 +119,9 @@ def sweep(
     if target is None and resume:
         raise click.UsageError("--resume needs a file: -o table.csv.")
     asked = _Asked(script, target, vary, sample, measure, resume, sheet, plot, max_variants, dask)
-    source: SourceText | None = None
-    try:
-        source = read(script)
-        with console.working("sweeping"):
-            done = _swept(console, source, choices, asked)
-    except MovimentumError as error:
-        console.trace(error)
-        console.show(error.diagnostics, error.source or source)
-        return error.exit_code
-    return done.exit_code
+    source = read(script)
+    with told_in(source), console.working("sweeping"):
+        return _swept(console, source, choices, asked).exit_code
 
 
 @dataclass(frozen=True, slots=True)
