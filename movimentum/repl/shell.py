@@ -13,7 +13,7 @@ from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.records import replace
 from movimentum.repl import edit, explain, inspect, navigate
-from movimentum.repl.command import Answer, Command, table
+from movimentum.repl.command import Answer, table
 from movimentum.repl.session import Session, refused, typed
 from movimentum.signals import answered
 from movimentum.source import SourceText
@@ -22,9 +22,7 @@ from movimentum.terminal import visible_lines
 if TYPE_CHECKING:
     from prompt_toolkit import PromptSession
 
-COMMANDS: dict[str, Command] = {
-    command.name: command for module in (navigate, inspect, explain, edit) for command in module.COMMANDS
-}
+COMMANDS = {**navigate.COMMANDS, **inspect.COMMANDS, **explain.COMMANDS, **edit.COMMANDS}
 QUIT = ("quit", "exit")
 INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")
 _RELATION = re.compile(r"\s*[=<>~]|\.")

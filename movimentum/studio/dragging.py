@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from movimentum import tolerances
 from movimentum.analysis.freedom.motions import free_motions_at
 from movimentum.analysis.interactive.drag import Grip
 from movimentum.analysis.live import texts_of, with_numbers
@@ -128,7 +129,8 @@ class Dragging:
     def _stirred(self, after: FloatArray) -> BoolArray:
         """Which things are not where the film has them."""
         assert self._grip is not None
-        return np.abs(after - self._before).max(axis=1) > 1e-9 * max(1.0, self._grip.segment_motion.plan.size)
+        size = max(1.0, self._grip.segment_motion.plan.size)
+        return np.abs(after - self._before).max(axis=1) > tolerances.DRAGGED_ALONG * size
 
     def leave(self, _: PoseReset) -> None:
         """Forget what was dragged."""

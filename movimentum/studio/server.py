@@ -19,6 +19,7 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from movimentum import tolerances
 from movimentum.studio.files import state_file
 from movimentum.studio.messages import MAX_MESSAGE_BYTES
 from movimentum.studio.page import Page
@@ -116,7 +117,7 @@ def serve(script: str | None, port: int, choices: Choices, ready: Callable[[str]
     listening.listen(64)
     port = listening.getsockname()[1]
     gate = Gate(port, lasting_token(port, state_file("studio-secret")))
-    sys.setswitchinterval(0.001)  # messages do not wait for the solver
+    sys.setswitchinterval(tolerances.THREAD_SWITCH_S)
     config = uvicorn.Config(
         studio_app(gate, script, folder, choices),
         log_level="error",

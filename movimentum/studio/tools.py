@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from movimentum import tolerances
 from movimentum.errors import MovimentumError
 from movimentum.records import replace
 from movimentum.scene.expansion.placement import HERE
@@ -129,7 +130,7 @@ def _rod(sketch: Sketch, names: Names, points: Spots) -> Sketch:
         inside = thing.name if vertex and "." not in thing.name and "[" not in thing.name else name.rpartition(".")[2]
         letters += [inside] if vertex else []
         ends.append((inside, name, sketch.where(ref)))
-    if math.dist(ends[0][2], ends[1][2]) < 1e-6:
+    if math.dist(ends[0][2], ends[1][2]) < tolerances.SHORTEST_ROD:
         raise NothingToDo("a rod has a length")
     taken = {ends[0][0], ends[1][0]}
     first, second = (end[0] or next(n for n in ("A", "B", "C") if n not in taken) for end in ends)
@@ -155,7 +156,7 @@ def _angle(sketch: Sketch, names: Names, _: Spots) -> Sketch:
         left, right, more = right, left, -more
     if sketch.stated_under(left, Relation.EQUAL):
         raise NothingToDo(f"the angles of `{first.name}` and `{second.name}` are stated already")
-    beyond = "" if abs(more) < 1e-6 else f" {'+' if more > 0 else '-'} {number_text(abs(more))}"
+    beyond = "" if abs(more) < tolerances.ANGLE_WRITTEN else f" {'+' if more > 0 else '-'} {number_text(abs(more))}"
     return sketch.state(f"{left} = {right}{beyond};")
 
 
@@ -243,7 +244,7 @@ def _turn(sketch: Sketch, names: Sequence[str], _: Sequence[tuple[float, float]]
     if sketch.stated_under(key, Relation.EQUAL):
         raise NothingToDo(f"the angle of `{thing.name}` is stated already")
     now = sketch.turn(thing)
-    begin = "" if abs(now) < 1e-6 else f"{number_text(now)} + "
+    begin = "" if abs(now) < tolerances.ANGLE_WRITTEN else f"{number_text(now)} + "
     whole = _driven(sketch, f"{key} = {begin}{360 // TURN_S}*.t;")
     if len(sketch.scene.steps) > 1 or len(sketch.scene.things) > MOST_THINGS or _solved(whole) >= 1.0:
         return whole
