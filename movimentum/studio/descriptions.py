@@ -132,7 +132,7 @@ def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[di
 
 
 def claims_data(motion: PathMotion) -> list[dict[str, Any]]:
-    """The claims of a motion as `movimentum.studio.answers.ClaimsChecked` has them."""
+    """The claims of a motion as `movimentum.studio.messages.ClaimsChecked` has them."""
     timeline = motion.timeline
     broken = {found.claim.number: found for found in broken_claims(motion)}
     claims = {held.claim.number: held.claim for held in timeline.claims}

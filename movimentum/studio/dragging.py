@@ -18,9 +18,8 @@ from movimentum.expressions import Expr, add, const, mul, symbol
 from movimentum.records import replace
 from movimentum.scene.model import AnchorCoordinate, VariableComponent
 from movimentum.solver.segment_motion import Unsolved
-from movimentum.studio.answers import Grabbed, MotionsFree, PlacesMoved
 from movimentum.studio.descriptions import why
-from movimentum.studio.messages import HandMoved, PartGrabbed, PoseReset, TimeLooked
+from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseReset, TimeLooked
 from movimentum.studio.pictures import moved_marks
 from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.workflow.inspector import Inspector
@@ -179,7 +178,7 @@ def _coordinate(thing: int, anchor: int, axis: int) -> Expr:
 
 
 def placed_poses(poses: Poses, places: FloatArray, others: dict[Hashable, float] | None = None) -> Poses:
-    """``poses`` (F = 1) with all things at ``places`` (N, 4; see `movimentum.studio.answers.PlacesMoved`), and with the
+    """``poses`` (F = 1) with all things at ``places`` (N, 4; see `PlacesMoved`), and with the
     variables of ``others``.
     """
     c, s = poses.direction[:, 0, 0], poses.direction[:, 0, 1]

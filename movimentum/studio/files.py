@@ -15,8 +15,15 @@ from movimentum.errors import MovimentumError, UsageError
 from movimentum.output.files import whole_file
 from movimentum.records import dataclass
 from movimentum.source import SourceText
-from movimentum.studio.answers import Notice, SaveDone, TextOpened
-from movimentum.studio.messages import FileOpened, LinkageWanted, RenameFollowed, SaveWanted
+from movimentum.studio.messages import (
+    FileOpened,
+    LinkageWanted,
+    Notice,
+    RenameFollowed,
+    SaveDone,
+    SaveWanted,
+    TextOpened,
+)
 from movimentum.studio.security import OutsideFolder, inside, outside_files
 from movimentum.terminal import visible
 from movimentum.workflow.choices import Choices

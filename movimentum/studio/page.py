@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from movimentum.source import SourceText
-from movimentum.studio import answers as a
 from movimentum.studio import messages as m
 from movimentum.studio.dragging import Dragging
 from movimentum.studio.files import ScriptFile, openable, renamed, stamp
 from movimentum.studio.protocol import BadMessage
 from movimentum.studio.questions import answer, plot, rates, still
-from movimentum.studio.renders import Recorder, Rendering, Work, film_work, recording_work
+from movimentum.studio.renders import FORMATS, Recorder, Rendering, Work, film_work, recording_work
 from movimentum.studio.thumbnails import Thumbnails
 from movimentum.studio.tools import use
 from movimentum.studio.worker import Worker
@@ -37,6 +37,20 @@ class Page:
         self._recorder = Recorder(self._worker, self._dragging)
         self._text = self._files.known.text
         self._renderings: dict[int, Rendering] = {}
+        worker, dragging, recorder = self._worker, self._dragging, self._recorder
+        self._answers: dict[type, Callable[[Any], None]] = {
+            m.HandMoved: dragging.move,
+            m.PartGrabbed: dragging.grab,
+            m.TimeLooked: dragging.look,
+            m.PoseReset: dragging.leave,
+            m.ToolUsed: partial(use, worker, dragging),
+            m.NameAsked: partial(answer, worker),
+            m.PlotAsked: partial(plot, worker),
+            m.RatesAsked: partial(rates, worker),
+            m.StillAsked: partial(still, worker, dragging),
+            m.RecordingBegun: recorder.begin,
+            m.ShotTaken: recorder.shoot,
+        }
         self._welcome()
         lists = {"gallery": self._files.gallery, "recent": self._files.recent} if script is None else {}
         self._thumbnails = Thumbnails(lists, send)
@@ -44,13 +58,14 @@ class Page:
     def _welcome(self) -> None:
         files = self._files
         self._send(
-            a.Welcome(
+            m.Welcome(
                 name="" if files.file is None else files.file.name,
                 text=files.known.text,
                 version=files.known.version,
                 folder=str(files.folder),
                 gallery=tuple(path.stem for path in files.gallery),
                 recent=tuple(str(path) for path in files.recent),
+                formats=FORMATS,
                 trouble=files.known.trouble,
             )
         )
@@ -62,39 +77,20 @@ class Page:
         for rendering in self._renderings.values():
             rendering.cancel()
 
-    def take(self, message: Any) -> None:
+    def take(self, message: m.FromPage) -> None:
         """Answer a message; what takes time is done elsewhere."""
-        worker, dragging = self._worker, self._dragging
+        answered = self._answers.get(type(message))
+        if answered is not None:
+            self._worker.soon(partial(answered, message))
+            return
         match message:
             case m.TextTyped():
                 self._text = message.text
                 if message.text.strip():
                     self._thumbnails.stop()
-                worker.typed(message)
+                self._worker.typed(message)
             case m.WorkStopped():
-                worker.stop(message)
-            case m.HandMoved():
-                worker.soon(lambda: dragging.move(message))
-            case m.PartGrabbed():
-                worker.soon(lambda: dragging.grab(message))
-            case m.TimeLooked():
-                worker.soon(lambda: dragging.look(message))
-            case m.PoseReset():
-                worker.soon(lambda: dragging.leave(message))
-            case m.ToolUsed():
-                worker.soon(lambda: use(worker, dragging, message))
-            case m.NameAsked():
-                worker.soon(lambda: answer(worker, message))
-            case m.PlotAsked():
-                worker.soon(lambda: plot(worker, message))
-            case m.RatesAsked():
-                worker.soon(lambda: rates(worker, message))
-            case m.StillAsked():
-                worker.soon(lambda: still(worker, dragging, message))
-            case m.RecordingBegun():
-                worker.soon(self._recorder.begin)
-            case m.ShotTaken():
-                worker.soon(lambda: self._recorder.shoot(message))
+                self._worker.stop(message)
             case _:
                 self._take_file(message)
 
@@ -120,7 +116,7 @@ class Page:
                     lambda: self._render(message.job, message.name, recording_work(message, self._recorder.end()))
                 )
             case m.FilesAsked():
-                self._send(a.FilesListed(openable(files.folder)))
+                self._send(m.FilesListed(openable(files.folder)))
             case m.RenderCancelled():
                 if message.job in self._renderings:
                     self._renderings[message.job].cancel()
@@ -144,7 +140,7 @@ class Page:
                 found = self._files.changed()
                 if found is not None and file is not None:
                     other = renamed(file, last[1]) if last[0] == file else ""
-                    self._send(a.DiskChanged(found.text, found.version, found.trouble, other))
+                    self._send(m.DiskChanged(found.text, found.version, found.trouble, other))
                 last = now
             mentioned = mentioned_files(SourceText(self._files.path, self._text))[:MOST_WATCHED]
             stamps = {path: stamp(path) for path in mentioned}

@@ -11,20 +11,19 @@ from pathlib import Path
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from movimentum.records import fields
-from movimentum.studio.answers import OUTGOING
-from movimentum.studio.messages import INCOMING
+from movimentum.studio.messages import FromPage, ToPage
+
+MAX_MESSAGE_BYTES = 4 * 2**20
+"""A larger message ends the connection: a script has 2 MiB at most."""
 
 
 class BadMessage(ValueError):
     """A message that is none of ours."""
 
 
-_KINDS = {cls: kind for kind, cls in OUTGOING.items()}
-
-
 def sent(message: Any) -> str:
     """A message for a page, as JSON."""
-    found = {"kind": _KINDS[type(message)], **{item.name: getattr(message, item.name) for item in fields(message)}}
+    found = {"kind": message.kind, **{item.name: getattr(message, item.name) for item in fields(message)}}
     return json.dumps(found, separators=(",", ":"), allow_nan=False)
 
 
@@ -38,13 +37,19 @@ def received(data: str) -> Any:
         raise BadMessage("a message is an object")
     found: dict[str, Any] = {str(key): item for key, item in value.items()}  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     kind = found.pop("kind", None)
-    cls = INCOMING.get(kind) if isinstance(kind, str) else None
+    cls = FromPage.kinds.get(kind) if isinstance(kind, str) else None
     if cls is None:
         raise BadMessage("there is no such kind of message")
-    hints = get_type_hints(cls)
+    hints = _hints(cls)
     if found.keys() != hints.keys():
         raise BadMessage("a message has all its fields and no others")
     return cls(**{name: _checked(hint, found[name]) for name, hint in hints.items()})
+
+
+def _hints(cls: type) -> dict[str, Any]:
+    """The types of a message's fields."""
+    known = get_type_hints(cls)
+    return {item.name: known[item.name] for item in fields(cls)}
 
 
 def _checked(hint: Any, value: Any) -> Any:
@@ -72,16 +77,16 @@ TARGET = Path(__file__).resolve().parent / "messages.json"
 
 def schema() -> dict[str, Any]:
     """The JSON schema of all messages: ``$defs`` has one entry for each kind; ``page`` and ``server`` list them."""
-    defs = {kind: _schema_of(kind, cls) for kind, cls in {**INCOMING, **OUTGOING}.items()}
+    defs = {kind: _schema_of(kind, cls) for kind, cls in {**FromPage.kinds, **ToPage.kinds}.items()}
     refs = {
         side: {"oneOf": [{"$ref": f"#/$defs/{kind}"} for kind in kinds]}
-        for side, kinds in (("page", INCOMING), ("server", OUTGOING))
+        for side, kinds in (("page", FromPage.kinds), ("server", ToPage.kinds))
     }
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": {**defs, **refs}}
 
 
 def _schema_of(kind: str, cls: type) -> dict[str, Any]:
-    properties = {name: _type_schema(hint) for name, hint in get_type_hints(cls).items()}
+    properties = {name: _type_schema(hint) for name, hint in _hints(cls).items()}
     return {
         "type": "object",
         "description": " ".join((cls.__doc__ or "").split()),

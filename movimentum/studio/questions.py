@@ -14,10 +14,18 @@ import numpy as np
 from movimentum.errors import MovimentumError
 from movimentum.expressions import symbol
 from movimentum.scene.model import AnchorCoordinate
-from movimentum.studio.answers import Answered, Plotted, RatesSent, StillMade
 from movimentum.studio.descriptions import why
 from movimentum.studio.dragging import Dragging
-from movimentum.studio.messages import NameAsked, PlotAsked, RatesAsked, StillAsked
+from movimentum.studio.messages import (
+    Answered,
+    NameAsked,
+    PlotAsked,
+    Plotted,
+    RatesAsked,
+    RatesSent,
+    StillAsked,
+    StillMade,
+)
 from movimentum.studio.pictures import frames_shown, some_pictures
 from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.workflow.inspector import Inspector

@@ -14,19 +14,21 @@ import numpy as np
 from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Severity
 from movimentum.drawing.options import PictureOptions
+from movimentum.encoding import write
 from movimentum.errors import MovimentumError, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
-from movimentum.studio.answers import FORMATS, RenderAdvanced
 from movimentum.studio.dragging import Dragging
-from movimentum.studio.messages import RecordingWanted, RenderWanted, ShotTaken
+from movimentum.studio.messages import RecordingBegun, RecordingWanted, RenderAdvanced, RenderWanted, ShotTaken
 from movimentum.studio.security import OutsideFolder, inside, outside_files
 from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.workflow.choices import Choices, Picture, Progress
 from movimentum.workflow.read import mentioned_files
 
+FORMATS = tuple(suffix for suffix in write.FORMATS if suffix != ".jpeg")
+"""What a film or a still can be written as."""
 OFTEN_S = 0.1
 """How often progress is told."""
 
@@ -135,7 +137,7 @@ class Recorder:
         self._shots: list[Shot] = []
         self._on = False
 
-    def begin(self) -> None:
+    def begin(self, _: RecordingBegun) -> None:
         """Forget what was recorded, and record."""
         self._shots, self._on = [], True
 
@@ -167,13 +169,12 @@ def write_recording(
     """Write a recording that ends at ``until`` milliseconds; returns the number of frames. `UsageError` if nothing was
     recorded, else as `run`.
     """
-    from movimentum.encoding.write import check_output, format_of
     from movimentum.rendering.stream import concatenate
     from movimentum.workflow.ways import way_to
 
     if not shots:
         raise usage_error("output/no-frames", "nothing was recorded", "drag something, or play, while it records")
-    check_output(target)
+    write.check_output(target)
     job = shots[-1].job
     timeline = job.motion.timeline
     scene, fps = timeline.scene, timeline.fps
@@ -182,8 +183,8 @@ def write_recording(
     poses = concatenate([made[number] for number in numbers])
     frames = np.arange(len(numbers), dtype=np.int64)
     poses = replace(poses, frames=frames, times=frames / float(fps))
-    write = way_to(format_of(target), scene, (poses,), PictureOptions(scale=picture.scale))
-    return write((poses,), target, fps, picture, progress).frames
+    draw = way_to(write.format_of(target), scene, (poses,), PictureOptions(scale=picture.scale))
+    return draw((poses,), target, fps, picture, progress).frames
 
 
 def shown_when(begins: Sequence[float], until: float, fps: Fraction) -> list[int]:

@@ -21,9 +21,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from movimentum import tolerances
 from movimentum.studio.files import state_file
-from movimentum.studio.messages import MAX_MESSAGE_BYTES
 from movimentum.studio.page import Page
-from movimentum.studio.protocol import BadMessage, received, sent
+from movimentum.studio.protocol import MAX_MESSAGE_BYTES, BadMessage, received, sent
 from movimentum.studio.security import HEADERS, LOOPBACK, Gate, lasting_token, policy
 from movimentum.workflow.choices import Choices
 

@@ -25,7 +25,7 @@ class NothingToDo(Exception):
 @dataclass(frozen=True, slots=True)
 class Sketch:
     """A script that is drawn on: its text, its scene, the step that statements go to, and where everything is on show
-    ((N, 4), see `movimentum.studio.answers.PlacesMoved`; None: as drawn). ``words``: what is to be said about it.
+    ((N, 4), see `movimentum.studio.messages.PlacesMoved`; None: as drawn). ``words``: what is to be said about it.
     """
 
     scene: Scene

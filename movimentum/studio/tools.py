@@ -19,10 +19,9 @@ from movimentum.scene.expansion.placement import HERE
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Shape, Thing
 from movimentum.scene.text_edits import removed, without
 from movimentum.source import Edit, SourceText, Span, edited
-from movimentum.studio.answers import TextEdited
 from movimentum.studio.descriptions import about
 from movimentum.studio.dragging import Dragging
-from movimentum.studio.messages import ToolUsed
+from movimentum.studio.messages import TextEdited, ToolUsed
 from movimentum.studio.sketch import NothingToDo, Sketch, number_text, own, point_text
 from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.workflow.choices import Choices

@@ -22,8 +22,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.records import dataclass, field
 from movimentum.source import SourceText
-from movimentum.studio.answers import ClaimsChecked, FilmShown, Notice, PictureSame, StageDone
-from movimentum.studio.messages import TextTyped, WorkStopped
+from movimentum.studio.messages import ClaimsChecked, FilmShown, Notice, PictureSame, StageDone, TextTyped, WorkStopped
 from movimentum.studio.security import outside_files
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine, Revision

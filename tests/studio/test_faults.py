@@ -13,8 +13,7 @@ import pytest
 
 from benchmarks.penrose import transformable
 from movimentum.interop.linkages import linkage_script
-from movimentum.studio.answers import FilmShown, StageDone
-from movimentum.studio.messages import TextTyped
+from movimentum.studio.messages import FilmShown, StageDone, TextTyped
 from movimentum.studio.page import Page
 from movimentum.studio.worker import Worker
 from movimentum.workflow.choices import Choices

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from movimentum.source import SourceText
-from movimentum.studio.answers import ClaimsChecked, RatesSent, StillMade
 from movimentum.studio.descriptions import claims_data
-from movimentum.studio.messages import RatesAsked, StillAsked
+from movimentum.studio.messages import ClaimsChecked, RatesAsked, RatesSent, StillAsked, StillMade
 from movimentum.studio.questions import rates, still
 from movimentum.workflow.engine import Engine
 from tests.command import movimentum

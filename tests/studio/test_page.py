@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.studio.answers import SaveDone, TextOpened
 from movimentum.studio.files import ScriptFile, gallery, version_of
-from movimentum.studio.messages import FileOpened, LinkageWanted, SaveWanted
+from movimentum.studio.messages import FileOpened, LinkageWanted, SaveDone, SaveWanted, TextOpened
 from movimentum.workflow.choices import Choices
 from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for

@@ -13,7 +13,7 @@ from PIL import Image
 
 from movimentum.errors import UsageError
 from movimentum.source import SourceText
-from movimentum.studio.messages import HandMoved, PartGrabbed, ShotTaken
+from movimentum.studio.messages import HandMoved, PartGrabbed, RecordingBegun, ShotTaken
 from movimentum.studio.pictures import whole_film
 from movimentum.studio.renders import Recorder, shown_when, write_recording
 from movimentum.studio.worker import TextWork
@@ -50,7 +50,7 @@ def test_each_frame_shows_the_newest_picture_and_pauses_are_cut() -> None:
 def test_a_drag_becomes_a_film_with_the_arm_where_the_hand_was(bench: Callable[[str], Bench], tmp_path: Path) -> None:
     at = bench(ARM)
     recorder = Recorder(at.worker, at.dragging)
-    recorder.begin()
+    recorder.begin(RecordingBegun(1))
     recorder.shoot(ShotTaken(1, 0.0, 0.0, held=False))
     at.dragging.grab(PartGrabbed(1, 1, at.number("Arm"), "B", (160.0, 80.0), 0.0))
     turns = [math.radians(6.0 * k) for k in range(1, 16)]
@@ -77,7 +77,7 @@ def test_a_drag_becomes_a_film_with_the_arm_where_the_hand_was(bench: Callable[[
 def test_parts_appear_when_they_are_drawn(bench: Callable[[str], Bench], tmp_path: Path) -> None:
     at = bench(ARM)
     recorder = Recorder(at.worker, at.dragging)
-    recorder.begin()
+    recorder.begin(RecordingBegun(1))
     recorder.shoot(ShotTaken(1, 0.0, 0.0, held=False))
     more = ARM.replace("@0", "More : .bar C = [20, 150]  D = [80, 150]  .color('blue') .width(8);\n@0")
     job = TextWork(2, Engine().revise(SourceText("x.mov", more)), Fraction(0), moved=True)
