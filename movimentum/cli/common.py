@@ -55,18 +55,23 @@ def together(*decorators: Callable[[Any], Any]) -> Callable[[F], F]:
     return decorate
 
 
-def with_choices(command: Callable[..., int]) -> Callable[..., int]:
-    """Gather the options that `Choices` has fields for; ``command`` gets them as ``choices``."""
-    names = {field.name for field in fields(Choices)}
-    kinds = {"accuracy": Accuracy, "on_failure": FailurePolicy}
+def gathered(**kinds: Callable[..., Any]) -> Callable[[Callable[..., int]], Callable[..., int]]:
+    """A decorator of commands: ``command`` gets those options as ``name=kind(…)`` that ``kind`` has fields for."""
 
-    @wraps(command)
-    def gathering(*arguments: Any, **options: Any) -> int:
-        chosen = {name: options.pop(name) for name in names & options.keys()}
-        chosen |= {name: kind(chosen[name]) for name, kind in kinds.items() if name in chosen}
-        return command(*arguments, choices=Choices(**chosen), **options)
+    def decorate(command: Callable[..., int]) -> Callable[..., int]:
+        @wraps(command)
+        def gathering(*arguments: Any, **options: Any) -> int:
+            for name, kind in kinds.items():
+                own = {field.name for field in fields(kind)} & options.keys()  # pyright: ignore[reportArgumentType]
+                options[name] = kind(**{each: options.pop(each) for each in own})
+            return command(*arguments, **options)
 
-    return gathering
+        return gathering
+
+    return decorate
+
+
+with_choices = gathered(choices=Choices)
 
 
 # --- the text forms of options ----------------------------------------------------------------------------
@@ -144,6 +149,14 @@ def _settings(_context: click.Context, _parameter: click.Parameter, texts: tuple
 # --- options ----------------------------------------------------------------------------------------------
 
 
+def _accuracy(_context: click.Context, _parameter: click.Parameter, word: str) -> Accuracy:
+    return Accuracy(word)
+
+
+def _failure_policy(_context: click.Context, _parameter: click.Parameter, word: str) -> FailurePolicy:
+    return FailurePolicy(word)
+
+
 def _keep_memory(context: click.Context, _: click.Parameter, megabytes: int) -> int:
     if isinstance(context.obj, Console) and context.get_parameter_source("max_memory") is not ParameterSource.DEFAULT:
         context.obj.megabytes = megabytes
@@ -186,6 +199,7 @@ ACCURACY = click.option(
     "--accuracy",
     type=click.Choice([tier.value for tier in Accuracy]),
     default=Accuracy.STANDARD.value,
+    callback=_accuracy,
     show_default=True,
     help="How exactly the equations are solved: interpolated (with a reported error), to the precision of a float, to "
     "its last bits, or to any number of digits.",
@@ -194,6 +208,7 @@ ON_FAILURE = click.option(
     "--on-failure",
     type=click.Choice([policy.value for policy in FailurePolicy]),
     default=FailurePolicy.STOP.value,
+    callback=_failure_policy,
     show_default=True,
     help="If the scene has no solution at some time: write nothing, hold the last good pose, or leave those frames out "
     "(the exit code is 3 in each case).",

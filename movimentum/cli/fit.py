@@ -18,8 +18,8 @@ from movimentum.cli.common import (
     SCRIPT,
     SPEECH,
     files,
+    gathered,
     output_file,
-    with_choices,
 )
 from movimentum.console import Console, answer, answer_json
 from movimentum.diagnostics import to_json
@@ -27,12 +27,26 @@ from movimentum.errors import told_in
 from movimentum.records import dataclass
 from movimentum.text import counted, number, time_text
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read
 
 if TYPE_CHECKING:
     from movimentum.fitting.fit import Fitted
     from movimentum.fitting.summary import AimOutcome
     from movimentum.scene.model import Purpose
     from movimentum.source import SourceText
+
+
+@dataclass(frozen=True, slots=True)
+class _FitOptions:
+    """What the options say."""
+
+    vary: tuple[str, ...]
+    seed: int
+    effort: int
+    every: bool
+    sheet: str | None
+    form: str
+    dask: str | None
 
 
 @click.command(
@@ -80,51 +94,22 @@ Examples:
 @LIMITS
 @SPEECH
 @click.pass_obj
-@with_choices
-def fit(
-    console: Console,
-    *,
-    choices: Choices,
-    script: str,
-    output: str | None,
-    vary: tuple[str, ...],
-    seed: int,
-    effort: int,
-    every: bool,
-    sheet: str | None,
-    form: str,
-    dask: str | None,
-) -> int:
+@gathered(choices=Choices, asked=_FitOptions)
+def fit(console: Console, *, choices: Choices, asked: _FitOptions, script: str, output: str | None) -> int:
     """Fit the constants of SCRIPT to its goals while its requirements hold.
 
     The script states goals and requirements: `.goal Rod.P = [100, 150];`, `.require Rod.P.y > 20;`. The constants are
     those that have a `.range`. The result can be assembled, moves all the way, and is verified.
     """
-    from movimentum.workflow.read import read
-
     target = None if output in (None, "-") else output_file(script, output, ".mov")
-    asked = _FitOptions(target, output == "-", vary, seed, effort, every, sheet, form, dask)
     source = read(script)
     with told_in(source), console.working("fitting"):
-        return _fitted(console, source, choices, asked)
+        return _fitted(console, source, choices, asked, target, to_stdout=output == "-")
 
 
-@dataclass(frozen=True, slots=True)
-class _FitOptions:
-    """What the options say."""
-
-    target: Path | None
-    to_stdout: bool
-    vary: tuple[str, ...]
-    seed: int
-    effort: int
-    every: bool
-    sheet: str | None
-    form: str
-    dask: str | None
-
-
-def _fitted(console: Console, source: SourceText, choices: Choices, asked: _FitOptions) -> int:
+def _fitted(
+    console: Console, source: SourceText, choices: Choices, asked: _FitOptions, target: Path | None, *, to_stdout: bool
+) -> int:
     from movimentum.fitting.fit import done_here, make_job, make_problem, read_intervals
     from movimentum.fitting.fit import fit as fit_problem
     from movimentum.fitting.pictures import write_before_and_after
@@ -137,13 +122,13 @@ def _fitted(console: Console, source: SourceText, choices: Choices, asked: _FitO
 
     scene = understand(source, choices)
     job = make_job(source, choices, read_intervals(asked.vary, scene.constants), asked.seed)
-    for path in (asked.target, None if asked.sheet is None else Path(asked.sheet)):
+    for path in (target, None if asked.sheet is None else Path(asked.sheet)):
         if path is not None:
             refuse_overwriting(path, reads(source, scene))
             refuse_unwritable(path)
     if asked.sheet is not None:
         check_sheet(Path(asked.sheet))
-    if asked.target is not None or asked.to_stdout:
+    if target is not None or to_stdout:
         with_constants(scene, dict.fromkeys(job.names, 0.0))  # now, and not after the work
     problem = make_problem(job)
     with ExitStack() as stack:
@@ -159,12 +144,12 @@ def _fitted(console: Console, source: SourceText, choices: Choices, asked: _FitO
     console.note(notes(found), scene.source)
     if asked.form == "json":
         answer_json(_as_json(found))
-    elif not asked.to_stdout:
+    elif not to_stdout:
         answer(_as_text(found))
     if found.met:
-        if asked.target is not None:
-            _write(asked.target, with_constants(scene, found.constants, asked.target.parent))
-        elif asked.to_stdout and asked.form != "json":
+        if target is not None:
+            _write(target, with_constants(scene, found.constants, target.parent))
+        elif to_stdout and asked.form != "json":
             answer(with_constants(scene, found.constants))
     if asked.sheet is not None:
         write_before_and_after(found, Path(asked.sheet))

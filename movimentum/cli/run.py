@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,15 +24,15 @@ from movimentum.cli.common import (
     carried_out,
     far_frames,
     files,
+    gathered,
     number,
     output_file,
-    with_choices,
     words_of,
 )
 from movimentum.console import DONE, INTERRUPTED, NO_SOLUTION, Console
 from movimentum.errors import MovimentumError
 from movimentum.text import counted
-from movimentum.workflow.choices import Choices, FrameChoice, Outcome, Picture
+from movimentum.workflow.choices import Choices, Outcome, Picture
 from movimentum.workflow.limits import MAX_PIXELS
 
 if TYPE_CHECKING:
@@ -143,47 +142,22 @@ Examples:
 )
 @SPEECH
 @click.pass_obj
-@with_choices
+@gathered(choices=Choices, picture=Picture)
 def run(
     console: Console,
     *,
     choices: Choices,
+    picture: Picture,
     script: str,
     output: str | None,
-    frames: FrameChoice | None,
-    at: Fraction | None,
-    scale: Fraction,
-    traces: tuple[str, ...],
-    show: frozenset[str],
-    background: str | None,
-    quality: str,
-    loop: int,
-    transparent: bool,
-    lossy: int,
-    workers: int | None,
     dask: str | None,
     watch: bool,
     open_it: bool,
-    max_pixels: int,
 ) -> int:
     """Render SCRIPT as an animation or as pictures."""
-    if at is not None and frames is not None:
+    if picture.at is not None and picture.frames is not None:
         raise click.UsageError("--at is one picture and --frames is a range: give only one of the two.")
-    target = output_file(script, output, ".gif" if at is None else ".png")
-    picture = Picture(
-        frames=frames,
-        at=at,
-        scale=float(scale),
-        traces=traces,
-        show=show,
-        background=background,
-        quality=quality,
-        loop=loop,
-        transparent=transparent,
-        lossy=lossy,
-        workers=workers,
-        max_pixels=max_pixels,
-    )
+    target = output_file(script, output, ".gif" if picture.at is None else ".png")
 
     def once(known: Known | None = None) -> int:
         def work(source: SourceText) -> Outcome:
