@@ -21,7 +21,7 @@ from click.shell_completion import CompletionItem
 
 from movimentum import budget
 from movimentum.console import Console
-from movimentum.errors import MovimentumError, told_in
+from movimentum.errors import MovimentumError, errors_in
 from movimentum.output.files import refuse_overwriting
 from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.text import frame_range, rational
@@ -302,7 +302,7 @@ def carried_out(console: Console, script: str, work: Callable[[SourceText], Outc
     from movimentum.workflow.read import read
 
     source = read(script)
-    with told_in(source), console.working("working"):
+    with errors_in(source), console.working("working"):
         outcome = work(source)
     console.show(outcome.diagnostics, source)
     console.note([item for item in outcome.notes if not console.verbose or item not in outcome.diagnostics], source)

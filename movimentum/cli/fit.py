@@ -23,7 +23,7 @@ from movimentum.cli.common import (
 )
 from movimentum.console import Console, answer, answer_json
 from movimentum.diagnostics import to_json
-from movimentum.errors import told_in
+from movimentum.errors import errors_in
 from movimentum.records import dataclass
 from movimentum.text import counted, number, time_text
 from movimentum.workflow.choices import Choices
@@ -103,7 +103,7 @@ def fit(console: Console, *, choices: Choices, asked: _FitOptions, script: str, 
     """
     target = None if output in (None, "-") else output_file(script, output, ".mov")
     source = read(script)
-    with told_in(source), console.working("fitting"):
+    with errors_in(source), console.working("fitting"):
         return _fitted(console, source, choices, asked, target, to_stdout=output == "-")
 
 

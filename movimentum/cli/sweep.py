@@ -11,7 +11,7 @@ import click
 from movimentum.budget import keep_freed_memory
 from movimentum.cli.common import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, files, gathered, output_file
 from movimentum.console import Console
-from movimentum.errors import UsageError, told_in
+from movimentum.errors import UsageError, errors_in
 from movimentum.records import dataclass
 from movimentum.text import counted
 from movimentum.workflow.choices import Choices
@@ -119,7 +119,7 @@ def sweep(console: Console, *, choices: Choices, asked: _SweepOptions, output: s
     if target is None and asked.resume:
         raise click.UsageError("--resume needs a file: -o table.csv.")
     source = read(asked.script)
-    with told_in(source), console.working("sweeping"):
+    with errors_in(source), console.working("sweeping"):
         return _swept(console, source, choices, asked, target).exit_code
 
 
