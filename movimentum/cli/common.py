@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import fields
 from fractions import Fraction
 from functools import wraps
 from pathlib import Path
@@ -23,6 +22,7 @@ from movimentum import budget
 from movimentum.console import Console
 from movimentum.errors import MovimentumError, errors_in
 from movimentum.output.files import refuse_overwriting
+from movimentum.records import fields
 from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.text import frame_range, rational
 from movimentum.workflow.choices import Choices, FrameChoice, Outcome, frames_in

@@ -16,7 +16,7 @@ from movimentum import tolerances
 from movimentum.errors import MovimentumError
 from movimentum.records import replace
 from movimentum.scene.expansion.placement import HERE
-from movimentum.scene.model import Claim, Constraint, Ending, Relation, Shape, Thing
+from movimentum.scene.model import Claim, Constraint, Ending, Relation, Thing
 from movimentum.scene.text_edits import removed, without
 from movimentum.source import Edit, SourceText, Span, edited
 from movimentum.studio.descriptions import about
@@ -24,6 +24,7 @@ from movimentum.studio.dragging import Dragging
 from movimentum.studio.messages import TextEdited, ToolUsed
 from movimentum.studio.sketch import NothingToDo, Sketch, number_text, own, point_text
 from movimentum.studio.worker import TextWork, Worker, exact_time
+from movimentum.things.kinds.disc import DISC
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.stages import understand
@@ -106,7 +107,7 @@ def _anchor(sketch: Sketch, names: Names, points: Spots) -> Sketch:
 def _anchor_of(sketch: Sketch, thing: Thing, at: tuple[float, float]) -> Sketch:
     """One more anchor of a part."""
     own(sketch, thing.span)
-    if not thing.anchors or thing.scale != 1.0 or thing.placement != HERE:
+    if not thing.anchors or (thing.picture is not None and thing.picture.scale != 1.0) or thing.placement != HERE:
         raise NothingToDo(f"`{thing.name}` takes no more points here")
     names = {anchor.name for anchor in thing.anchors}
     name = next(name for name in ("P", "Q", "R", "S", *(f"P{n}" for n in range(1, 10_000))) if name not in names)
@@ -125,7 +126,7 @@ def _rod(sketch: Sketch, names: Names, points: Spots) -> Sketch:
             ends.append(("", "", (float(round(at[0])), float(round(at[1])))))
             continue
         thing, ref = sketch.anchor(name)
-        vertex = thing.shape is Shape.DISC and len(thing.anchors) == 1
+        vertex = thing.kind is DISC and len(thing.anchors) == 1
         inside = thing.name if vertex and "." not in thing.name and "[" not in thing.name else name.rpartition(".")[2]
         letters += [inside] if vertex else []
         ends.append((inside, name, sketch.where(ref)))
@@ -204,7 +205,7 @@ def _shape(sketch: Sketch, names: Names, points: Spots) -> Sketch:
     thing, ref = sketch.anchor(names[0])
     anchor = thing.anchors[ref.anchor]
     own(sketch, anchor.span)
-    if thing.scale != 1.0 or thing.placement != HERE:
+    if (thing.picture is not None and thing.picture.scale != 1.0) or thing.placement != HERE:
         raise NothingToDo(f"`{thing.name}` is scaled or placed: change its part's definition")
     x, y = (float(round(value)) for value in sketch.local(thing, points[0]))
     relative = _RELATIVE.match(sketch.scene.source.slice(anchor.span))
