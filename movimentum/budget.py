@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Protocol
 
-from movimentum.signals import raise_unanswered
+from movimentum.signals import raise_pending
 
 DEFAULT_MEGABYTES = 1000
 PERIOD_S = 0.03
@@ -76,7 +76,7 @@ def watched(budget: Budget) -> Generator[None, None, None]:
         nonlocal looks, elsewhere
         if os.getpid() != owner:
             return
-        raise_unanswered()
+        raise_pending()
         looks += 1
         if looks % WORKERS_EVERY == 0:
             elsewhere = held_by_workers()

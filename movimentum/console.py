@@ -20,7 +20,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.output.files import FULL, unwritable
 from movimentum.output.parts import discard, has_parts
-from movimentum.signals import Interruption, Terminated, deaf, heeded
+from movimentum.signals import Interruption, Terminated, handled_signals, ignored_signals
 from movimentum.source import SourceText
 from movimentum.terminal import visible_json, visible_lines
 
@@ -64,7 +64,7 @@ class Console:
         self._stream = stream
         self._busy: tuple[str, float] | None = None
         self._bar: _Bar | None = None
-        self._told = 0
+        self._shown_s = 0
         self.left = "nothing was written"
         """What is left where Ctrl-C ends the command."""
 
@@ -100,6 +100,12 @@ class Console:
 
             self.write("".join(traceback.format_exception(error)))
 
+    def fail(self, error: MovimentumError) -> int:
+        """Show an error that a user can cause; its exit code."""
+        self.trace(error)
+        self.show(error.diagnostics, error.source)
+        return error.exit_code
+
     def show_bug(self, error: BaseException) -> None:
         """A bug in Movimentum, and how to report it."""
         self.trace(error)
@@ -132,20 +138,20 @@ class Console:
         seconds = int(time.monotonic() - began)
         with suppress(OSError, ValueError):
             if is_terminal(stream):
-                if seconds >= _PATIENCE_S and seconds != self._told:
-                    self._told = seconds
+                if seconds >= _PATIENCE_S and seconds != self._shown_s:
+                    self._shown_s = seconds
                     os.write(stream.fileno(), f"\r{what}: {seconds} s\x1b[K".encode())
-            elif seconds >= _WORDS_S[0] and seconds in _WORDS_S and seconds != self._told:
-                self._told = seconds
+            elif seconds >= _WORDS_S[0] and seconds in _WORDS_S and seconds != self._shown_s:
+                self._shown_s = seconds
                 os.write(stream.fileno(), f"still {what} after {seconds} s; Ctrl-C ends it\n".encode())
 
     def _wipe(self) -> None:
         """Remove what `tick` left on the terminal."""
         stream = self.stream
-        if self._told and stream is not None and is_terminal(stream):
+        if self._shown_s and stream is not None and is_terminal(stream):
             with suppress(OSError, ValueError):
                 os.write(stream.fileno(), b"\r\x1b[K")
-        self._told = 0
+        self._shown_s = 0
 
     def _put(self, text: str) -> None:
         """Write what is safe to show, even if nobody reads it any more."""
@@ -218,15 +224,15 @@ def answer(text: str) -> None:
     """Write the requested text on standard output, safe for a terminal (see `terminal`). It is no error if nobody reads
     it: the exit code is the answer then.
     """
-    _told(lambda stream: _encoded(stream, text))
+    _to_stdout(lambda stream: _encoded(stream, text))
 
 
 def answer_json(text: str) -> None:
     """Write JSON and a line end on standard output; its meaning does not depend on the encoding of the stream."""
-    _told(lambda stream: stream.write(visible_json(text, stream.encoding) + "\n"))
+    _to_stdout(lambda stream: stream.write(visible_json(text, stream.encoding) + "\n"))
 
 
-def _told(write: Callable[[TextIO], object]) -> None:
+def _to_stdout(write: Callable[[TextIO], object]) -> None:
     """Call ``write`` with standard output, which may be missing, or closed by its reader (``| head``)."""
     try:
         if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
@@ -272,7 +278,7 @@ def guarded(work: Callable[[], int], console: Console) -> int:
 
     An exception never becomes a traceback, except with ``--debug``.
     """
-    with heeded() as interruption:
+    with handled_signals() as interruption:
         try:
             return _exit_code(work, console, interruption)
         except KeyboardInterrupt:
@@ -282,22 +288,20 @@ def guarded(work: Callable[[], int], console: Console) -> int:
             return ending.code
         finally:
             if has_parts():  # memory was short, or one signal followed the other
-                with deaf():
+                with ignored_signals():
                     discard()
 
 
 def _exit_code(work: Callable[[], int], console: Console, interruption: Interruption) -> int:
     try:
         code = work()
-        _told(lambda stream: stream.flush())
+        _to_stdout(lambda stream: stream.flush())
         return code
     except (BrokenPipeError, ReaderGone):  # a stream that nobody reads to its end is no error
         _drop_stdout()
         return DONE
     except MovimentumError as error:
-        console.trace(error)
-        console.show(error.diagnostics, None)
-        return error.exit_code
+        return console.fail(error)
     except Exception as error:
         if interruption.pressed and isinstance(error, (ImportError, SystemError, RuntimeError)):
             raise KeyboardInterrupt from error

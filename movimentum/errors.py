@@ -109,7 +109,7 @@ def script_error(code: str, message: str, *helps: str) -> ScriptError:
 
 
 @contextmanager
-def told_in(source: SourceText) -> Generator[None, None, None]:
+def errors_in(source: SourceText) -> Generator[None, None, None]:
     """Errors inside show the lines of ``source`` that they are about."""
     try:
         yield

@@ -34,7 +34,7 @@ AGAIN_S = 0.5
 """Seconds after which the exception of a signal is raised again if it has come to nothing."""
 
 
-class _Unanswered:
+class _Pending:
     """The last signal's exception, until somebody has caught it.
 
     Python drops an exception that is raised in a finalizer or around a fork, and so do some imports of compiled
@@ -45,24 +45,24 @@ class _Unanswered:
     since = 0.0
 
 
-def answered() -> None:
+def signal_handled() -> None:
     """The exception of a signal has been caught: it is not raised again."""
-    _Unanswered.exception = None
+    _Pending.exception = None
 
 
-def raise_unanswered() -> None:
+def raise_pending() -> None:
     """Raise the exception of a signal again which nobody has caught for `AGAIN_S`. Called by a timer."""
-    if _Unanswered.exception is not None and time.monotonic() > _Unanswered.since + AGAIN_S:
-        _raise(_Unanswered.exception)
+    if _Pending.exception is not None and time.monotonic() > _Pending.since + AGAIN_S:
+        _raise(_Pending.exception)
 
 
 def _raise(exception: KeyboardInterrupt | Terminated) -> NoReturn:
-    _Unanswered.exception, _Unanswered.since = exception, time.monotonic()
+    _Pending.exception, _Pending.since = exception, time.monotonic()
     raise exception.with_traceback(None)
 
 
 @contextmanager
-def dropped_unseen(*kinds: type[BaseException]) -> Generator[None, None, None]:
+def dropped_silently(*kinds: type[BaseException]) -> Generator[None, None, None]:
     """Python says nothing about exceptions of these ``kinds`` that it drops; they are raised again."""
     before = sys.unraisablehook
 
@@ -78,7 +78,7 @@ def dropped_unseen(*kinds: type[BaseException]) -> Generator[None, None, None]:
 
 
 @contextmanager
-def heeded() -> Generator[Interruption, None, None]:
+def handled_signals() -> Generator[Interruption, None, None]:
     """Signals become exceptions, which unwind the stack: `KeyboardInterrupt` and `Terminated`.
 
     Handlers that other code has set stay, an ignored signal (``nohup``) stays ignored, and the previous handlers are
@@ -106,17 +106,17 @@ def heeded() -> Generator[Interruption, None, None]:
                 before[number] = signal.SIG_DFL
                 signal.signal(number, terminate)
     try:
-        with dropped_unseen(KeyboardInterrupt, Terminated) if before else nullcontext():
+        with dropped_silently(KeyboardInterrupt, Terminated) if before else nullcontext():
             yield found
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)  # pyright: ignore[reportArgumentType]
         if before:
-            answered()
+            signal_handled()
 
 
 @contextmanager
-def deaf() -> Generator[None, None, None]:
+def ignored_signals() -> Generator[None, None, None]:
     """Nothing interrupts the work inside: the removal of a few files."""
     before: dict[int, object] = {}
     with suppress(ValueError):

@@ -6,6 +6,8 @@ import re
 from collections.abc import Sequence
 from fractions import Fraction
 
+from movimentum import tolerances
+
 # Short exponents: Fraction("1e999999999") would fill the memory before anybody could say that it is too large.
 _RATIONAL = re.compile(r"([+-]?)(\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})([eE][+-]?\d{1,2})?(?:/(\d{1,30}))?", re.ASCII)
 
@@ -13,7 +15,7 @@ _RATIONAL = re.compile(r"([+-]?)(\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})([eE][+-]?\d
 def number(value: float, digits: int = 4) -> str:
     """A value for people: up to ``digits`` significant digits, no trailing zeros, never ``-0``."""
     text = f"{value:.{digits}g}"
-    if "e" in text and 1e-4 <= abs(value) < 1e7:
+    if "e" in text and tolerances.SHORTEST_DECIMAL <= abs(value) < 1e7:
         text = f"{value:.0f}"
     return "0" if text in ("-0", "0") else text
 

@@ -89,7 +89,7 @@ SAME_LENGTH = 1e-9
 """Of a length: a change to it that is smaller is none."""
 LOOKS_SAME = 1e-6
 """Of the scene's size (angles: of a radian, colours: of the full range): poses that look the same."""
-TOUCHING = 1e-6
+AT_ONE_PLACE = 1e-6
 """Of the scene's size: anchors at one place."""
 MOVED_AWAY = 1e-3
 """Of the scene's size: how far it has moved."""
@@ -211,3 +211,28 @@ triangles of good poses is 1e-12.
 
 CONDITION_MET = 1e-9
 """Of the scene's size: how near two sides must be for an equality in `run until`, as in a claim without `.within`."""
+
+DISPLACED = 1e-6
+"""Of the scene's size: a thing that a drag moved less than this is not listed. The drag stops within a billionth."""
+
+DRAGGED_ALONG = 1e-9
+"""Of the scene's size: what a drag has moved less than this stays where the film has it, so that parts that are not
+connected never stir; rounding of a solved pose is a thousandth of it.
+"""
+
+SHOWN_ZERO = 1e-12
+"""Relative to the largest entry of a row, whose length is 1: smaller entries of a matrix, and singular values, are
+rounding and shown as 0.
+"""
+
+SHORTEST_ROD = 1e-6
+"""Pixels: a rod that is drawn from a point to the same point has no length; places are written with three decimals."""
+
+ANGLE_WRITTEN = 1e-6
+"""Degrees: a smaller angle is left out of a statement, where it would be written as 0 with three decimals."""
+
+SHORTEST_DECIMAL = 1e-4
+"""Smaller numbers have an exponent in messages, as Python writes them."""
+
+THREAD_SWITCH_S = 0.001
+"""Seconds: how often Python lets the studio's messages go before the solver; its own 5 ms are felt while dragging."""

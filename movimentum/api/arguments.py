@@ -101,7 +101,7 @@ def called(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def calling(*args: P.args, **kwargs: P.kwargs) -> R:
-        with spoken(), _SPARING:
+        with errors_in_python(), _SPARING:
             positions, keywords, kinds = _parameters(function)
             given = dict(zip(positions, args, strict=False)) | {name: kwargs[name] for name in keywords & kwargs.keys()}
             for name, value in given.items():
@@ -146,10 +146,10 @@ _SPARING = _RareCollections()
 def _of_another_kind(function: Callable[..., Any], name: str, hint: Any, value: object) -> UsageError:
     owner = function.__qualname__.split(".")[0].lower()
     if function.__name__ == "__getitem__":
-        message = f"`{owner}[…]` takes {_told_kind(hint)}, not {short(value)}"
+        message = f"`{owner}[…]` takes {_kind_text(hint)}, not {short(value)}"
         helps = (f'`{owner}["…"][{value}]`: first the name, then the row',) if isinstance(value, int) else ()
         return usage_error("usage/argument", message, *helps)
-    return usage_error("usage/argument", f"`{function.__name__}`: `{name}` is {_told_kind(hint)}, not {short(value)}")
+    return usage_error("usage/argument", f"`{function.__name__}`: `{name}` is {_kind_text(hint)}, not {short(value)}")
 
 
 @cache
@@ -186,7 +186,7 @@ def _is_of(value: object, hint: Any) -> bool:
     return hint in (object, Any) or (value is None if hint is None else isinstance(value, hint))
 
 
-def _told_kind(hint: Any) -> str:
+def _kind_text(hint: Any) -> str:
     """``a text, a whole number or None``."""
     return _either(_kinds(hint))
 
@@ -270,7 +270,7 @@ def in_python(items: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 
 @contextmanager
-def spoken() -> Generator[None, None, None]:
+def errors_in_python() -> Generator[None, None, None]:
     """Errors inside speak as Python does."""
     try:
         yield

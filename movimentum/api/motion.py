@@ -32,7 +32,7 @@ from movimentum.api.results import Written, data_frame, silent
 from movimentum.api.understood import Names, UnderstoodScript, accepted
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
-from movimentum.errors import told_in, usage_error
+from movimentum.errors import errors_in, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, Advice, FailurePolicy, FailureWord
 from movimentum.solver.poses import Poses
@@ -283,7 +283,7 @@ class Motion:
         if target.suffix.lower() not in SUFFIXES:
             raise usage_error("usage/format", f"{target}: a table ends in one of {', '.join(SUFFIXES)}")
         source = self.script.source
-        with told_in(source):
+        with errors_in(source):
             outcome = tabulate(source, target, self.choices, frame_choice(frames), silent, self.solution)
         return Written(target, outcome.frames, in_python(outcome.diagnostics))
 
@@ -355,7 +355,7 @@ class Motion:
         from movimentum.workflow.animate import animate
 
         source = self.script.source
-        with told_in(source):
+        with errors_in(source):
             outcome = animate(source, target, self.choices, picture, silent, self.solution)
         if show_it:
             import click

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.api.arguments import called, in_python, spoken
+from movimentum.api.arguments import called, errors_in_python, in_python
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UnknownNameError, usage_error
@@ -273,7 +273,7 @@ class Fit:
         """
         from movimentum.fitting.written import with_constants
 
-        with spoken():
+        with errors_in_python():
             return with_constants(self._scene, self.constants)
 
     @called

@@ -23,7 +23,7 @@ from movimentum.api.arguments import (
 from movimentum.api.motion import Motion
 from movimentum.api.understood import UnderstoodScript, accepted, choices_of, solution_of
 from movimentum.diagnostics import Diagnostic, limited
-from movimentum.errors import MovimentumError, told_in, usage_error
+from movimentum.errors import MovimentumError, errors_in, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, FailurePolicy, FailureWord
 from movimentum.source import SourceText
@@ -82,7 +82,7 @@ def loads(text: str, limits: Limits | None = None, /, name: str = "<string>", **
 def _script(source: SourceText, limits: Limits | None, constants: Mapping[str, object]) -> Script:
     limits = limits or Limits()
     settings = tuple((name, _constant(name, value)) for name, value in constants.items())
-    with told_in(source):
+    with errors_in(source):
         return _understood(source, settings, limits, ScriptFiles())
 
 
@@ -228,7 +228,7 @@ class Script(UnderstoodScript):
             if isinstance(measure, Mapping)
             else measure
         )
-        with told_in(self.source):
+        with errors_in(self.source):
             grid = grid_of(given)
             if sample is not None:
                 grid = VariantGrid((*grid.axes, *read_grid((), sample, self._without(given)).axes))
@@ -267,7 +267,7 @@ class Script(UnderstoodScript):
         """
         from movimentum.api.results import fitted
 
-        with told_in(self.source):
+        with errors_in(self.source):
             given = {**(vary or {}), **intervals}
             cluster_client(client)
             seed, effort = whole(seed, "`seed`", 0), whole(effort, "`effort`", 1)
@@ -286,7 +286,7 @@ class Script(UnderstoodScript):
         """
         own = {name: _constant(name, value) for name, value in constants.items()}
         settings = tuple({**dict(self.scene.settings), **own}.items())
-        with told_in(self.source):
+        with errors_in(self.source):
             return _understood(self.source, settings, self.limits, ScriptFiles())
 
     @property

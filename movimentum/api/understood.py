@@ -8,9 +8,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from movimentum.api.arguments import Limits, spoken
+from movimentum.api.arguments import Limits, errors_in_python
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.errors import NoSolutionError, ScriptError, UnknownNameError, told_in
+from movimentum.errors import NoSolutionError, ScriptError, UnknownNameError, errors_in
 from movimentum.expressions import Expr, symbol
 from movimentum.query import Query, make_query
 from movimentum.records import dataclass, field, replace
@@ -68,7 +68,7 @@ class UnderstoodScript:
     @cached_property
     def timeline(self) -> Timeline:
         """The scene in time: segments, and exact frame times. `ScriptError` for more frames than the limit."""
-        with spoken(), told_in(self.source):
+        with errors_in_python(), errors_in(self.source):
             return arranged(self.scene, choices_of(self.limits))
 
     @property
@@ -114,7 +114,7 @@ def accepted(script: UnderstoodScript, choices: Choices) -> Solution:
     """The same; `ScriptError` where the script contradicts itself, `NoSolutionError` where ``choices.on_failure`` is to
     stop.
     """
-    with told_in(script.source):
+    with errors_in(script.source):
         solution = solution_of(script, replace(choices, on_failure=FailurePolicy.STOP))
         if solution.fault == 1:
             raise ScriptError(solution.diagnostics)

@@ -20,7 +20,7 @@ from typing import Any, NoReturn, cast
 import click
 
 from movimentum import __version__, budget
-from movimentum.cli.options import EXIT_CODES, SPEECH
+from movimentum.cli.common import EXIT_CODES, SPEECH
 from movimentum.console import INTERRUPTED, USAGE, Console, ReaderGone, guarded
 from movimentum.signals import ignore_interrupts
 

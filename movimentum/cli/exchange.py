@@ -6,9 +6,20 @@ from fractions import Fraction
 
 import click
 
-from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, STRICT, with_choices
-from movimentum.cli.parameters import PairType, RationalType, files
-from movimentum.cli.work import carried_out, output_or_stdout
+from movimentum.cli.common import (
+    EXIT_CODES,
+    FPS,
+    LIMITS,
+    SCRIPT,
+    SPEECH,
+    STRICT,
+    carried_out,
+    files,
+    number,
+    output_or_stdout,
+    pair,
+    with_choices,
+)
 from movimentum.console import Console
 from movimentum.terminal import typed
 from movimentum.workflow.choices import Choices
@@ -49,7 +60,7 @@ Examples:
 @click.option(
     "--drive",
     "drives",
-    type=PairType(),
+    type=pair,
     multiple=True,
     metavar="BASE,DRIVEN",
     help="Turn joint DRIVEN about joint BASE (mechanism expressions; repeatable).",
@@ -78,10 +89,10 @@ def import_(
         raise click.UsageError("--snap-angle needs --snap.")
     target = output_or_stdout(file, output, ".mov")
     how = Import(snap, 36.0 if snap_angle is None else snap_angle, drives)
-    code, outcome = carried_out(console, file, lambda source: imported(source, target, how, strict))
-    if outcome is not None and target is not None:
+    outcome = carried_out(console, file, lambda source: imported(source, target, how, strict))
+    if target is not None:
         console.say(f"{target}: written; look at it with `movimentum check {typed(target)}`")
-    return code
+    return outcome.exit_code
 
 
 @click.command(
@@ -110,7 +121,7 @@ Examples:
     show_default=True,
     help="A linkage of rods at one moment, or formulas that give every joint by triangles.",
 )
-@click.option("--at", type=RationalType(), metavar="T", help="The moment (linkages) [default: the beginning].")
+@click.option("--at", type=number, metavar="T", help="The moment (linkages) [default: the beginning].")
 @FPS
 @STRICT
 @LIMITS
@@ -132,7 +143,7 @@ def export(
     if at is not None and form != "linkages":
         raise click.UsageError("--at is for linkages: formulas have a value for every frame.")
     target = output_or_stdout(script, output, ".txt")
-    code, outcome = carried_out(console, script, lambda source: exported(source, target, form, at, choices))
-    if outcome is not None and target is not None:
+    outcome = carried_out(console, script, lambda source: exported(source, target, form, at, choices))
+    if target is not None:
         console.say(f"{target}: written")
-    return code
+    return outcome.exit_code

@@ -2,22 +2,51 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from movimentum.cli.options import DASK, EXIT_CODES, FORMAT, FPS, LIMITS, SCRIPT, SPEECH, with_choices
-from movimentum.cli.parameters import files
-from movimentum.cli.work import output_file
+from movimentum.cli.common import (
+    DASK,
+    EXIT_CODES,
+    FORMAT,
+    FPS,
+    LIMITS,
+    SCRIPT,
+    SPEECH,
+    files,
+    gathered,
+    output_file,
+)
 from movimentum.console import Console, answer, answer_json
-from movimentum.errors import MovimentumError
+from movimentum.diagnostics import to_json
+from movimentum.errors import errors_in
 from movimentum.records import dataclass
+from movimentum.text import counted, number, time_text
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read
 
 if TYPE_CHECKING:
+    from movimentum.fitting.fit import Fitted
+    from movimentum.fitting.summary import AimOutcome
+    from movimentum.scene.model import Purpose
     from movimentum.source import SourceText
+
+
+@dataclass(frozen=True, slots=True)
+class _FitOptions:
+    """What the options say."""
+
+    vary: tuple[str, ...]
+    seed: int
+    effort: int
+    every: bool
+    sheet: str | None
+    form: str
+    dask: str | None
 
 
 @click.command(
@@ -65,58 +94,22 @@ Examples:
 @LIMITS
 @SPEECH
 @click.pass_obj
-@with_choices
-def fit(
-    console: Console,
-    *,
-    choices: Choices,
-    script: str,
-    output: str | None,
-    vary: tuple[str, ...],
-    seed: int,
-    effort: int,
-    every: bool,
-    sheet: str | None,
-    form: str,
-    dask: str | None,
-) -> int:
+@gathered(choices=Choices, asked=_FitOptions)
+def fit(console: Console, *, choices: Choices, asked: _FitOptions, script: str, output: str | None) -> int:
     """Fit the constants of SCRIPT to its goals while its requirements hold.
 
     The script states goals and requirements: `.goal Rod.P = [100, 150];`, `.require Rod.P.y > 20;`. The constants are
     those that have a `.range`. The result can be assembled, moves all the way, and is verified.
     """
-    from movimentum.workflow.read import read
-
     target = None if output in (None, "-") else output_file(script, output, ".mov")
-    asked = _FitOptions(target, output == "-", vary, seed, effort, every, sheet, form, dask)
-    source: SourceText | None = None
-    try:
-        source = read(script)
-        with console.working("fitting"):
-            return _fitted(console, source, choices, asked)
-    except MovimentumError as error:
-        console.trace(error)
-        console.show(error.diagnostics, error.source or source)
-        return error.exit_code
+    source = read(script)
+    with errors_in(source), console.working("fitting"):
+        return _fitted(console, source, choices, asked, target, to_stdout=output == "-")
 
 
-@dataclass(frozen=True, slots=True)
-class _FitOptions:
-    """What the options say."""
-
-    target: Path | None
-    to_stdout: bool
-    vary: tuple[str, ...]
-    seed: int
-    effort: int
-    every: bool
-    sheet: str | None
-    form: str
-    dask: str | None
-
-
-def _fitted(console: Console, source: SourceText, choices: Choices, asked: _FitOptions) -> int:
-    from movimentum.cli.fit_report import as_json, as_text
+def _fitted(
+    console: Console, source: SourceText, choices: Choices, asked: _FitOptions, target: Path | None, *, to_stdout: bool
+) -> int:
     from movimentum.fitting.fit import done_here, make_job, make_problem, read_intervals
     from movimentum.fitting.fit import fit as fit_problem
     from movimentum.fitting.pictures import write_before_and_after
@@ -129,13 +122,13 @@ def _fitted(console: Console, source: SourceText, choices: Choices, asked: _FitO
 
     scene = understand(source, choices)
     job = make_job(source, choices, read_intervals(asked.vary, scene.constants), asked.seed)
-    for path in (asked.target, None if asked.sheet is None else Path(asked.sheet)):
+    for path in (target, None if asked.sheet is None else Path(asked.sheet)):
         if path is not None:
             refuse_overwriting(path, reads(source, scene))
             refuse_unwritable(path)
     if asked.sheet is not None:
         check_sheet(Path(asked.sheet))
-    if asked.target is not None or asked.to_stdout:
+    if target is not None or to_stdout:
         with_constants(scene, dict.fromkeys(job.names, 0.0))  # now, and not after the work
     problem = make_problem(job)
     with ExitStack() as stack:
@@ -150,13 +143,13 @@ def _fitted(console: Console, source: SourceText, choices: Choices, asked: _FitO
     console.show(unmet(found), scene.source)
     console.note(notes(found), scene.source)
     if asked.form == "json":
-        answer_json(as_json(found))
-    elif not asked.to_stdout:
-        answer(as_text(found))
+        answer_json(_as_json(found))
+    elif not to_stdout:
+        answer(_as_text(found))
     if found.met:
-        if asked.target is not None:
-            _write(asked.target, with_constants(scene, found.constants, asked.target.parent))
-        elif asked.to_stdout and asked.form != "json":
+        if target is not None:
+            _write(target, with_constants(scene, found.constants, target.parent))
+        elif to_stdout and asked.form != "json":
             answer(with_constants(scene, found.constants))
     if asked.sheet is not None:
         write_before_and_after(found, Path(asked.sheet))
@@ -168,3 +161,97 @@ def _write(target: Path, text: str) -> None:
 
     with whole_file(target) as part, part.open("w", encoding="utf-8", newline="") as stream:
         stream.write(text)
+
+
+# --- what it prints: the same result for people and for programs
+
+
+def _as_text(found: Fitted) -> str:
+    """What is printed: constants before and after, what each goal misses by, each requirement."""
+    from movimentum.fitting.summary import aim_outcomes
+    from movimentum.scene.model import Purpose
+
+    job = found.problem.job
+    lines: list[str] = []
+    if found.problem.reason is not None:
+        lines.append(f"(variants were solved one by one: {found.problem.reason})")
+    width = max(map(len, job.names))
+    for name, before, after in zip(job.names, found.before.tolist(), found.after.tolist(), strict=True):
+        lines.append(f"{name:<{width}} = {number(after, 10)}   (was {number(before, 10)})")
+    before, after = (aim_outcomes(found, motion) for motion in (found.first, found.last))
+    for purpose, title in ((Purpose.GOAL, "goals"), (Purpose.REQUIREMENT, "requirements")):
+        own = [(a, b) for a, b in zip(before, after, strict=True) if a.claim.purpose is purpose]
+        if own:
+            lines.append(f"{title}:")
+        for was, now in own:
+            told = _off(now, purpose is Purpose.GOAL)
+            moved = was.rms is not None or was.value is not None
+            earlier = f"   (before: {_off(was, purpose is Purpose.GOAL)})" if moved else ""
+            lines.append(f"  line {now.line}: {now.told}: {told}{earlier}")
+    if len(found.others):
+        lines.append(f"{counted(len(found.others), 'other solution')}, equally good:")
+        rows = ([f"{n} = {number(v, 8)}" for n, v in zip(job.names, r, strict=True)] for r in found.others.tolist())
+        lines += ["  " + ", ".join(row) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _off(outcome: AimOutcome, goal: bool) -> str:
+
+    if outcome.value is not None:
+        return number(outcome.value)
+    if outcome.worst is None or outcome.rms is None:
+        return "it does not move"
+    when = "" if outcome.time is None else f" at t = {time_text(outcome.time)}"
+    if goal:
+        if outcome.time is None:
+            return f"off by {number(max(outcome.rms, 0.0))}"
+        return (
+            f"off by {number(outcome.rms)} (root of the mean square), {number(max(outcome.worst, 0.0))} at most{when}"
+        )
+    if outcome.worst <= 0.0:
+        return f"holds, with {number(-outcome.worst)} to spare{when}"
+    return f"off by {number(outcome.worst)}{when}"
+
+
+def _as_json(found: Fitted) -> str:
+    """One JSON object: ``constants``, ``goals``, ``requirements``, ``cost``, ``met``, ``others``."""
+    from movimentum.fitting.summary import aim_outcomes, cost_of, notes, unmet
+    from movimentum.scene.model import Purpose
+
+    job = found.problem.job
+    scene = found.problem.lowered.timeline.scene
+    pairs = list(zip(aim_outcomes(found, found.first), aim_outcomes(found, found.last), strict=True))
+
+    def told(purpose: Purpose) -> list[dict[str, Any]]:
+        return [
+            {
+                "text": now.told,
+                "line": now.line,
+                "rms": now.rms,
+                "worst": now.worst,
+                "time": now.time,
+                "rms_before": was.rms,
+                "worst_before": was.worst,
+                "value": now.value,
+                "value_before": was.value,
+            }
+            for was, now in pairs
+            if now.claim.purpose is purpose
+        ]
+
+    rows = zip(job.names, found.before.tolist(), found.after.tolist(), job.intervals.tolist(), strict=True)
+    told_all = {
+        "met": found.met,
+        "constants": [
+            {"name": name, "before": before, "after": after, "least": low, "most": high}
+            for name, before, after, (low, high) in rows
+        ],
+        "cost": cost_of(found, found.last),
+        "cost_before": cost_of(found, found.first),
+        "goals": told(Purpose.GOAL),
+        "requirements": told(Purpose.REQUIREMENT),
+        "others": [dict(zip(job.names, row, strict=True)) for row in found.others.tolist()],
+        "seed": job.seed,
+        "diagnostics": to_json([*unmet(found), *notes(found)], scene.source),
+    }
+    return json.dumps(told_all, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

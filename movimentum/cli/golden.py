@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from movimentum.cli.options import EXIT_CODES, LIMITS, SPEECH, with_choices
-from movimentum.cli.parameters import files
-from movimentum.cli.work import carried_out
+from movimentum.cli.common import EXIT_CODES, LIMITS, SPEECH, carried_out, files, with_choices
 from movimentum.console import DONE, Console
+from movimentum.errors import MovimentumError
 from movimentum.workflow.choices import Choices, Outcome
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ def record(console: Console, *, choices: Choices, scripts: tuple[str, ...], to: 
             console.say(f"{place.folder}: {len(made.rows)} rows, {len(made.pictures)} frames")
             return Outcome(len(made.pictures), made.solution.fault, made.solution.diagnostics)
 
-        worst = max(worst, carried_out(console, script, work)[0])
+        worst = max(worst, _code(console, script, work))
     return worst
 
 
@@ -109,8 +108,16 @@ def golden_check(console: Console, *, choices: Choices, scripts: tuple[str, ...]
             console.say(f"{script}: differs; see {page}")
             return Outcome(0, 1, ())
 
-        worst = max(worst, carried_out(console, script, work)[0])
+        worst = max(worst, _code(console, script, work))
     return worst
+
+
+def _code(console: Console, script: str, work: Callable[[SourceText], Outcome]) -> int:
+    """The exit code of ``work`` on a script; an error does not end the work on the others."""
+    try:
+        return carried_out(console, script, work).exit_code
+    except MovimentumError as error:
+        return console.fail(error)
 
 
 def _named(scripts: Iterable[str]) -> None:

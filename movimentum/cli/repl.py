@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
+from movimentum.cli.common import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
 from movimentum.console import Console
 from movimentum.workflow.choices import Choices
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from movimentum.cli.options import (
+from movimentum.cli.common import (
     ACCURACY,
     DASK,
     EXIT_CODES,
@@ -20,10 +20,15 @@ from movimentum.cli.options import (
     SCRIPT,
     SPEECH,
     STRICT,
-    with_choices,
+    anchor,
+    carried_out,
+    far_frames,
+    files,
+    gathered,
+    number,
+    output_file,
+    words_of,
 )
-from movimentum.cli.parameters import FrameRange, RationalType, TraceType, WordsType, files
-from movimentum.cli.work import carried_out, far_frames, output_file
 from movimentum.console import DONE, INTERRUPTED, NO_SOLUTION, Console
 from movimentum.errors import MovimentumError
 from movimentum.text import counted
@@ -62,7 +67,7 @@ Examples:
 )
 @FPS
 @FRAMES
-@click.option("--at", type=RationalType(), metavar="T", help="A still at time T, which may lie between frames.")
+@click.option("--at", type=number, metavar="T", help="A still at time T, which may lie between frames.")
 @click.option(
     "--scale",
     type=click.FloatRange(min=0, min_open=True),
@@ -73,15 +78,16 @@ Examples:
 @click.option(
     "--trace",
     "traces",
-    type=TraceType(),
+    type=anchor,
     multiple=True,
     metavar="THING.ANCHOR",
     help="Draw the path of an anchor, from the beginning to the moment of the frame (repeatable).",
 )
 @click.option(
     "--show",
-    type=WordsType("names", "free", "anchors"),
-    default=frozenset[str](),
+    type=words_of("names", "free", "anchors"),
+    default="",
+    metavar="names,free,anchors",
     help="Draw over the picture: the names of things, what can still move, anchors.",
 )
 @click.option("--background", metavar="COLOR", help="A colour by name or as #rrggbb, instead of the script's.")
@@ -136,47 +142,22 @@ Examples:
 )
 @SPEECH
 @click.pass_obj
-@with_choices
+@gathered(choices=Choices, picture=Picture)
 def run(
     console: Console,
     *,
     choices: Choices,
+    picture: Picture,
     script: str,
     output: str | None,
-    frames: FrameRange | None,
-    at: Fraction | None,
-    scale: Fraction,
-    traces: tuple[str, ...],
-    show: frozenset[str],
-    background: str | None,
-    quality: str,
-    loop: int,
-    transparent: bool,
-    lossy: int,
-    workers: int | None,
     dask: str | None,
     watch: bool,
     open_it: bool,
-    max_pixels: int,
 ) -> int:
     """Render SCRIPT as an animation or as pictures."""
-    if at is not None and frames is not None:
+    if picture.at is not None and picture.frames is not None:
         raise click.UsageError("--at is one picture and --frames is a range: give only one of the two.")
-    target = output_file(script, output, ".gif" if at is None else ".png")
-    picture = Picture(
-        frames=None if frames is None else frames.of,
-        at=at,
-        scale=float(scale),
-        traces=traces,
-        show=show,
-        background=background,
-        quality=quality,
-        loop=loop,
-        transparent=transparent,
-        lossy=lossy,
-        workers=workers,
-        max_pixels=max_pixels,
-    )
+    target = output_file(script, output, ".gif" if picture.at is None else ".png")
 
     def once(known: Known | None = None) -> int:
         def work(source: SourceText) -> Outcome:
@@ -185,10 +166,9 @@ def run(
             with far_frames(dask, console) as far, console.progress("rendering") as progress:
                 return animate(source, target, choices, picture, progress, known=known, elsewhere=far)
 
-        code, outcome = carried_out(console, script, work)
-        if outcome is not None:
-            console.say(f"{target}: {counted(outcome.frames, 'frame')}{_weight(target)}")
-        return code
+        outcome = carried_out(console, script, work)
+        console.say(f"{target}: {counted(outcome.frames, 'frame')}{_weight(target)}")
+        return outcome.exit_code
 
     if not watch:
         if (code := once()) in (DONE, NO_SOLUTION) and open_it and target.exists():
@@ -207,7 +187,6 @@ def _watch(console: Console, script: str, once: Callable[[Known], int], target: 
     """Call ``once``, which writes ``target``, whenever the script or its pictures change, until Ctrl-C; returns that
     exit code. It is given what it has solved before. ``open_it``: the file is opened when it first exists.
     """
-    from movimentum.cli.watch import watch
     from movimentum.solver.reuse import Known
     from movimentum.workflow.read import mentioned_files, read
 
@@ -222,6 +201,8 @@ def _watch(console: Console, script: str, once: Callable[[Known], int], target: 
             if waiting and code == DONE:
                 click.launch(str(target))
                 waiting = False
+        except MovimentumError as error:
+            console.fail(error)
         except Exception as error:  # a bug in Movimentum must not end the watching either
             console.show_bug(error)
         console.say(f"watching {script}; Ctrl-C ends it")
@@ -237,3 +218,34 @@ def _watch(console: Console, script: str, once: Callable[[Known], int], target: 
             raise  # nothing was written, and a message says so
         console.say(f"\nno longer watching {script}; {target} is as it was last written")
     return INTERRUPTED
+
+
+PERIOD_S = 0.25
+
+
+def watch(
+    files: Iterable[Path], action: Callable[[], Iterable[Path]], *, sleep: Callable[[float], None] = time.sleep
+) -> None:
+    """Call ``action``, then again after every change of ``files`` or of the files that it returned; never returns.
+
+    Files are checked four times a second by modification time and size. This works on every file system (including
+    network drives) and costs nothing for the few files of a script. A file that disappears counts as a change, because
+    editors save by replacing. ``action`` handles its own errors.
+    """
+    watched = set(files)
+    while True:
+        # The state before the work: an edit made while it was going on starts it again.
+        states = {path: _state(path) for path in watched}
+        watched.update(action())
+        states.update({path: _state(path) for path in watched - states.keys()})
+        while all(_state(path) == state for path, state in states.items()):
+            sleep(PERIOD_S)
+
+
+def _state(path: Path) -> tuple[int, int] | None:
+    """Modification time (ns) and size, None for a file that is not there."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from movimentum.cli.options import (
+from movimentum.cli.common import (
     ACCURACY,
     EXIT_CODES,
     FPS,
@@ -17,14 +17,15 @@ from movimentum.cli.options import (
     SCRIPT,
     SPEECH,
     STRICT,
+    carried_out,
+    files,
+    output_or_stdout,
     with_choices,
 )
-from movimentum.cli.parameters import FrameRange, files
-from movimentum.cli.work import carried_out, output_or_stdout
 from movimentum.console import Console
 from movimentum.settings import Accuracy
 from movimentum.text import counted
-from movimentum.workflow.choices import Choices, Outcome
+from movimentum.workflow.choices import Choices, FrameChoice, Outcome
 from movimentum.workflow.limits import MAX_DIGITS
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def solve(
     choices: Choices,
     script: str,
     output: str,
-    frames: FrameRange | None,
+    frames: FrameChoice | None,
 ) -> int:
     """Write where everything is: a table with one row for each frame.
 
@@ -98,9 +99,9 @@ def solve(
 
     def work(source: SourceText) -> Outcome:
         with console.progress("solving") as progress:
-            return tabulate(source, target, choices, None if frames is None else frames.of, progress)
+            return tabulate(source, target, choices, frames, progress)
 
-    code, outcome = carried_out(console, script, work)
-    if outcome is not None and target is not None:
+    outcome = carried_out(console, script, work)
+    if target is not None:
         console.say(f"{target}: {counted(outcome.frames, 'row')}")
-    return code
+    return outcome.exit_code

@@ -7,10 +7,9 @@ from importlib.util import find_spec
 
 import click
 
-from movimentum.cli.options import EXIT_CODES, FPS, LIMITS, SPEECH, with_choices
-from movimentum.cli.parameters import files
+from movimentum.cli.common import EXIT_CODES, FPS, LIMITS, SPEECH, files, with_choices
 from movimentum.console import Console
-from movimentum.errors import MovimentumError, usage_error
+from movimentum.errors import usage_error
 from movimentum.workflow.choices import Choices
 
 NEEDED = ("starlette", "uvicorn", "websockets")
@@ -47,19 +46,14 @@ def studio(console: Console, *, choices: Choices, script: str | None, port: int,
     What you type moves at once, and what you draw becomes text. Without SCRIPT, the page begins with a list
     of examples. The first line on standard output is the page's address with its token. Ctrl-C ends it.
     """
-    try:
-        _refuse_missing()
-        if script == "-":
-            raise click.UsageError("the studio saves to a file, so it cannot use a script from standard input.")
-        if script is not None:
-            from movimentum.workflow.read import read
+    _refuse_missing()
+    if script == "-":
+        raise click.UsageError("the studio saves to a file, so it cannot use a script from standard input.")
+    if script is not None:
+        from movimentum.workflow.read import read
 
-            read(script)
-        return _served(console, script, port, choices, browser=not no_open)
-    except MovimentumError as error:
-        console.trace(error)
-        console.show(error.diagnostics, None)
-        return error.exit_code
+        read(script)
+    return _served(console, script, port, choices, browser=not no_open)
 
 
 def _refuse_missing() -> None:

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 import click
 
 from movimentum.budget import keep_freed_memory
-from movimentum.cli.options import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, with_choices
-from movimentum.cli.parameters import files
-from movimentum.cli.work import output_file
+from movimentum.cli.common import DASK, EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, files, gathered, output_file
 from movimentum.console import Console
-from movimentum.errors import MovimentumError, UsageError
+from movimentum.errors import UsageError, errors_in
 from movimentum.records import dataclass
 from movimentum.text import counted
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import read
 
 if TYPE_CHECKING:
     from movimentum.scene.model import Scene
@@ -24,6 +23,21 @@ if TYPE_CHECKING:
     from movimentum.variants.sweep import SweepJob, Swept
 
 MAX_VARIANTS = 10_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class _SweepOptions:
+    """What the options say."""
+
+    script: str
+    vary: tuple[str, ...]
+    sample: str | None
+    measure: tuple[str, ...]
+    resume: bool
+    sheet: str | None
+    plot: tuple[str, ...]
+    max_variants: int
+    dask: str | None
 
 
 @click.command(
@@ -94,62 +108,22 @@ Examples:
 @LIMITS
 @SPEECH
 @click.pass_obj
-@with_choices
-def sweep(
-    console: Console,
-    *,
-    choices: Choices,
-    script: str,
-    vary: tuple[str, ...],
-    sample: str | None,
-    measure: tuple[str, ...],
-    output: str,
-    resume: bool,
-    sheet: str | None,
-    plot: tuple[str, ...],
-    max_variants: int,
-    dask: str | None,
-) -> int:
+@gathered(choices=Choices, asked=_SweepOptions)
+def sweep(console: Console, *, choices: Choices, asked: _SweepOptions, output: str) -> int:
     """Solve many variants of a script, and write a table with one row for each.
 
     The columns are the constants that vary, the measures, the outcome (ok, binds, cannot be assembled, jumps) and the
     time at which it binds or jumps. A variant that fails is a row and does not end the sweep.
     """
-    from movimentum.workflow.read import read
-
-    target = None if output == "-" else output_file(script, output, ".csv")
-    if target is None and resume:
+    target = None if output == "-" else output_file(asked.script, output, ".csv")
+    if target is None and asked.resume:
         raise click.UsageError("--resume needs a file: -o table.csv.")
-    asked = _Asked(script, target, vary, sample, measure, resume, sheet, plot, max_variants, dask)
-    source: SourceText | None = None
-    try:
-        source = read(script)
-        with console.working("sweeping"):
-            done = _swept(console, source, choices, asked)
-    except MovimentumError as error:
-        console.trace(error)
-        console.show(error.diagnostics, error.source or source)
-        return error.exit_code
-    return done.exit_code
+    source = read(asked.script)
+    with errors_in(source), console.working("sweeping"):
+        return _swept(console, source, choices, asked, target).exit_code
 
 
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """What the options say."""
-
-    script: str
-    target: Path | None
-    vary: tuple[str, ...]
-    sample: str | None
-    measure: tuple[str, ...]
-    resume: bool
-    sheet: str | None
-    plot: tuple[str, ...]
-    most: int
-    dask: str | None
-
-
-def _swept(console: Console, source: SourceText, choices: Choices, asked: _Asked) -> Swept:
+def _swept(console: Console, source: SourceText, choices: Choices, asked: _SweepOptions, target: Path | None) -> Swept:
     from movimentum.variants.axes import read_grid
     from movimentum.variants.measures import read_measures
     from movimentum.variants.plots import read_plots, write_plots
@@ -157,13 +131,13 @@ def _swept(console: Console, source: SourceText, choices: Choices, asked: _Asked
     from movimentum.variants.sweep import prepared, told_counts
     from movimentum.workflow.stages import understand
 
-    grid = read_grid(asked.vary, asked.sample, understand(source, choices).constants, asked.most)
+    grid = read_grid(asked.vary, asked.sample, understand(source, choices).constants, asked.max_variants)
     job, scene = prepared(source, choices, grid, read_measures(asked.measure, grid.names))
-    beside = asked.target or Path("sweep.csv" if asked.script == "-" else asked.script)
+    beside = target or Path("sweep.csv" if asked.script == "-" else asked.script)
     plots = read_plots(asked.plot, grid, job.measures, beside)
     if asked.sheet is not None:
         check_sheet(Path(asked.sheet))
-    done = _solved(console, job, scene, asked)
+    done = _solved(console, job, scene, asked, target)
     if plots and done.measures is not None:
         write_plots(plots, grid, job.measures, done.measures)
         for plot in plots:
@@ -172,17 +146,17 @@ def _swept(console: Console, source: SourceText, choices: Choices, asked: _Asked
         with console.progress("drawing") as progress:
             count = write_sheet(job, Path(asked.sheet), progress)
         console.say(f"{asked.sheet}: {counted(count, 'picture')}")
-    shown = "" if asked.target is None else f"{asked.target}: "
+    shown = "" if target is None else f"{target}: "
     console.say(f"{shown}{counted(len(grid), 'variant')}: {told_counts(done.counts)}")
     return done
 
 
-def _solved(console: Console, job: SweepJob, scene: Scene, asked: _Asked) -> Swept:
+def _solved(console: Console, job: SweepJob, scene: Scene, asked: _SweepOptions, target: Path | None) -> Swept:
     from movimentum.variants.spool import spool_path
     from movimentum.variants.sweep import sweep_to_file, sweep_to_stream
 
     keep_freed_memory()
-    keep, target, resume = bool(asked.plot), asked.target, asked.resume
+    keep, resume = bool(asked.plot), asked.resume
     if target is not None and not resume and spool_path(target).exists():
         console.write(f"discarding {spool_path(target)} of an interrupted sweep (--resume would continue it)\n")
     with ExitStack() as stack:

@@ -7,9 +7,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from movimentum.cli.options import EXIT_CODES, FORMAT, FPS, LIMITS, SCRIPT, SPEECH, STRICT, with_choices
-from movimentum.cli.parameters import files
-from movimentum.cli.work import carried_out, output_file
+from movimentum.cli.common import (
+    EXIT_CODES,
+    FORMAT,
+    FPS,
+    LIMITS,
+    SCRIPT,
+    SPEECH,
+    STRICT,
+    carried_out,
+    files,
+    output_file,
+    with_choices,
+)
 from movimentum.console import Console, answer, answer_json
 from movimentum.workflow.choices import Choices, Outcome
 
@@ -73,14 +83,14 @@ def trade(
         reports.append(report)
         return outcome
 
-    code, outcome = carried_out(console, script, work)
-    for report in reports:
-        from movimentum.tradeoff.report import trade_json, trade_text
+    outcome = carried_out(console, script, work)
+    from movimentum.tradeoff.report import trade_json, trade_text
 
-        if form == "json":
-            answer_json(trade_json(script, report.solver, report.pictures, report.rates))
-        else:
-            answer(trade_text(script, report.solver, report.pictures, report.rates))
-    if outcome is not None and target is not None:
+    (report,) = reports
+    if form == "json":
+        answer_json(trade_json(script, report.solver, report.pictures, report.rates))
+    else:
+        answer(trade_text(script, report.solver, report.pictures, report.rates))
+    if target is not None:
         console.say(f"{target}: plotted")
-    return code
+    return outcome.exit_code

@@ -16,10 +16,22 @@ Answer = tuple[Session, str]
 class Command:
     """``usage`` shows its arguments, ``help`` is a line about it; ``run`` gets the text after the name."""
 
-    name: str
     usage: str
     help: str
     run: Callable[[Session, str], Answer]
+
+
+class CommandTable(dict[str, Command]):
+    """Commands by name, in the order of the list that `help` shows. The docstring of a command is its help."""
+
+    def add(self, usage: str) -> Callable[[Callable[[Session, str], Answer]], Callable[[Session, str], Answer]]:
+        """Decorates the command that ``usage`` begins with."""
+
+        def added(run: Callable[[Session, str], Answer]) -> Callable[[Session, str], Answer]:
+            self[usage.split()[0]] = Command(usage, " ".join((run.__doc__ or "").split()), run)
+            return run
+
+        return added
 
 
 def table(columns: Sequence[Sequence[str]], *, right: frozenset[int] = frozenset()) -> str:

@@ -12,13 +12,15 @@ from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.output.files import whole_file
 from movimentum.records import replace
-from movimentum.repl.command import Answer, Command, plain
+from movimentum.repl.command import Answer, CommandTable, plain
 from movimentum.repl.session import Session, refused, typed
 from movimentum.scene.model import Constraint
 from movimentum.scene.text_edits import stated, statement_of, typed_item, without, written_step
 from movimentum.source import edited
 from movimentum.syntax.suggest import nearest
 from movimentum.text import time_text
+
+COMMANDS = CommandTable()
 
 
 def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
@@ -41,8 +43,9 @@ def _numbered(item: Diagnostic, suggestions: list[str | Fix]) -> Diagnostic:
     return replace(item, helps=tuple(helps))
 
 
+@COMMANDS.add("check")
 def check(session: Session, argument: str) -> Answer:
-    """``check``: all messages about the script as it is now."""
+    """all messages, with numbered suggestions"""
     plain(argument, "check")
     diagnostics = session.advice
     if not diagnostics:
@@ -50,8 +53,9 @@ def check(session: Session, argument: str) -> Answer:
     return told(session, diagnostics)
 
 
+@COMMANDS.add("conflicts")
 def conflicts(session: Session, argument: str) -> Answer:
-    """``conflicts``: what contradicts, or has no solution."""
+    """what contradicts, has no solution, or is stated twice"""
     plain(argument, "conflicts")
     codes = ("constraint/conflict", "solve/unreachable", "solve/not-converged", "constraint/redundant", "claim/broken")
     found = [d for d in session.advice if d.code in codes or d.severity is Severity.ERROR]
@@ -178,8 +182,9 @@ def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
     raise ScriptError(shifted[:3] or after.work.diagnostics[:3], typed(text))
 
 
+@COMMANDS.add("drop KEY")
 def drop(session: Session, argument: str) -> Answer:
-    """``drop KEY``: end what is stated under it; statements of this step itself are removed from it."""
+    """end what is stated under a key from this step on"""
     wanted = argument.strip().removesuffix(";").strip()
     if not wanted:
         raise refused("argument", "`drop` needs a key, the left-hand side of a statement", "constraints")
@@ -218,8 +223,9 @@ def _stated_before(session: Session, item: Constraint) -> bool:
     return any((s.key, s.relation) == key for step in session.work.scene.steps[: session.step] for s in step.statements)
 
 
+@COMMANDS.add("apply N")
 def apply(session: Session, argument: str) -> Answer:
-    """``apply N``: make a fix, or put in a suggested statement."""
+    """apply the fix or suggestion with that number"""
     count = len(session.suggestions)
     if not count:
         raise refused("nothing-suggested", "there are no suggestions; `check` and `solutions` make some", "check")
@@ -237,22 +243,25 @@ def apply(session: Session, argument: str) -> Answer:
     return replace(after, past=(*session.past, session.text)), f"{chosen}\n{said}"
 
 
+@COMMANDS.add("undo")
 def undo(session: Session, argument: str) -> Answer:
-    """``undo``: back to the text before the last change."""
+    """take back the last change"""
     plain(argument, "undo")
     after = session.undone()
     return after, f"now {_summary(after)}"
 
 
+@COMMANDS.add("redo")
 def redo(session: Session, argument: str) -> Answer:
-    """``redo``: undo the last undo."""
+    """take back the last undo"""
     plain(argument, "redo")
     after = session.redone()
     return after, f"now {_summary(after)}"
 
 
+@COMMANDS.add("diff")
 def diff(session: Session, argument: str) -> Answer:
-    """``diff``: the changes, against the file."""
+    """the changes, against the file"""
     plain(argument, "diff")
     lines = difflib.unified_diff(
         session.original.splitlines(),
@@ -267,8 +276,9 @@ def diff(session: Session, argument: str) -> Answer:
     return session, "\n".join(lines) or "nothing is changed"
 
 
+@COMMANDS.add("write [FILE]")
 def write(session: Session, argument: str) -> Answer:
-    """``write [FILE]``: keep the script as it is now."""
+    """save the script as it is now"""
     name = argument.strip() or session.file
     if name.startswith("<"):
         raise refused("file", "the script came from standard input: it has no file to write to", "write changed.mov")
@@ -276,15 +286,3 @@ def write(session: Session, argument: str) -> Answer:
         part.write_text(session.text, encoding="utf-8", newline="")
     same = os.path.realpath(name) == os.path.realpath(session.file)
     return (replace(session, original=session.text) if same else session), f"wrote {name}"
-
-
-COMMANDS = (
-    Command("check", "check", "all messages, with numbered suggestions", check),
-    Command("conflicts", "conflicts", "what contradicts, has no solution, or is stated twice", conflicts),
-    Command("drop", "drop KEY", "end what is stated under a key from this step on", drop),
-    Command("apply", "apply N", "apply the fix or suggestion with that number", apply),
-    Command("undo", "undo", "take back the last change", undo),
-    Command("redo", "redo", "take back the last undo", redo),
-    Command("diff", "diff", "the changes, against the file", diff),
-    Command("write", "write [FILE]", "save the script as it is now", write),
-)

@@ -9,20 +9,24 @@ from pathlib import Path
 
 import numpy as np
 
+from movimentum import tolerances
 from movimentum.output.files import whole_file
 from movimentum.records import replace
-from movimentum.repl.command import Answer, Command, plain, split_output, table
+from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import at_the_prompt, query
 from movimentum.repl.session import Session, refused
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.text import counted, number, time_text
 
+COMMANDS = CommandTable()
+
 PATIENCE_S = 1.4
 """The time for finding a formula: the user waits two seconds in all."""
 
 
+@COMMANDS.add("why NAME")
 def why(session: Session, argument: str) -> Answer:
-    """``why NAME``."""
+    """the constraints that determine a thing, an anchor or a variable, in their order"""
     text = _name(argument, "why Rod.B")
     thing = session.thing(text)
     if thing is not None and not thing.anchors:
@@ -40,8 +44,9 @@ def why(session: Session, argument: str) -> Answer:
     return session, "\n".join(lines) or f"nothing in this step says anything about `{text}`"
 
 
+@COMMANDS.add("formula NAME")
 def formula(session: Session, argument: str) -> Answer:
-    """``formula NAME``."""
+    """its closed form, plain and as LaTeX, or what prevents one"""
     from movimentum.analysis.interactive.formula import UNREASONABLE, Obstacle
 
     text = _name(argument, "formula Rod.B")
@@ -68,8 +73,9 @@ def _name(argument: str, example: str) -> str:
     return text
 
 
+@COMMANDS.add("free [--matrix [NAME | --vertices]]")
 def free(session: Session, argument: str) -> Answer:
-    """``free``: each free motion in words, and what would stop it; ``free --matrix``: the matrix behind it."""
+    """what can still move, and what would stop it; or the matrix behind it"""
     word, _, name = argument.strip().partition(" ")
     if word == "--matrix":
         return session, _matrices(session, name.strip())
@@ -110,8 +116,9 @@ def _matrices(session: Session, name: str) -> str:
     return "\n\n".join([units_text(session), *(part_text(session, part) for part in parts)])
 
 
+@COMMANDS.add("wiggle FILE.gif")
 def wiggle(session: Session, argument: str) -> Answer:
-    """``wiggle FILE``: each free motion, one after the other, as an animation."""
+    """an animation of each free motion back and forth, in turn"""
     from movimentum.analysis.interactive.wiggle import wiggles
 
     name = argument.strip().removeprefix("-o").strip()
@@ -135,8 +142,9 @@ def _write_film(session: Session, moments: Sequence[Snapshot], path: Path) -> No
     write_animation(painter, (poses,), path, fps=Fraction(20), workers=1)
 
 
+@COMMANDS.add("drag A.P to [x,y] [-o FILE.gif]")
 def drag(session: Session, argument: str) -> Answer:
-    """``drag EXPR to EXPR [-o FILE]``: pull at it at this moment, as a wish would, while time stands still."""
+    """pull it at this moment, and see what moves with it"""
     from movimentum.analysis.interactive.drag import DragResult
     from movimentum.analysis.interactive.drag import drag as pull
 
@@ -191,15 +199,16 @@ def _displaced(session: Session, moments: Sequence[Snapshot]) -> list[str]:
             ),
             default=0.0,
         )  # fmt: skip
-        if way > 1e-6 * session.work.motion.size:
+        if way > tolerances.DISPLACED * session.work.motion.size:
             turned = float(np.degrees(np.arctan2(a.c * b.s - a.s * b.c, a.c * b.c + a.s * b.s)))
             rows.append((way, f"   `{thing.name}` moves {number(way)} and turns {number(turned)} degrees"))
     rows.sort(key=lambda row: -row[0])
     return [text for _, text in rows[:8]] + ([f"   and {len(rows) - 8} more"] if len(rows) > 8 else [])
 
 
+@COMMANDS.add("solutions [-o FILE.png]")
 def solutions(session: Session, argument: str) -> Answer:
-    """``solutions [-o FILE]``: every solution at this moment."""
+    """every solution at this moment, and what selects it"""
     rest, target = split_output(argument, (".png",))
     plain(rest, "solutions")
     found = session.solutions()
@@ -228,8 +237,9 @@ def solutions(session: Session, argument: str) -> Answer:
     return replace(session, suggestions=tuple(suggestions)), "\n".join(lines)
 
 
+@COMMANDS.add("branch")
 def branch(session: Session, argument: str) -> Answer:
-    """``branch``: how safe the choice of every solution was, over the whole animation."""
+    """how close the solver's choices were over the whole animation"""
     plain(argument, "branch")
     from movimentum.analysis.interactive.branches import branches
 
@@ -249,19 +259,3 @@ def branch(session: Session, argument: str) -> Answer:
     if len(rows) == 1:
         return session, "nothing that moves has more than one solution"
     return session, table(rows)
-
-
-COMMANDS = (
-    Command("why", "why NAME", "the constraints that determine a thing, an anchor or a variable, in their order", why),
-    Command("formula", "formula NAME", "its closed form, plain and as LaTeX, or what prevents one", formula),
-    Command(
-        "free",
-        "free [--matrix [NAME | --vertices]]",
-        "what can still move, and what would stop it; or the matrix behind it",
-        free,
-    ),
-    Command("wiggle", "wiggle FILE.gif", "an animation of each free motion back and forth, in turn", wiggle),
-    Command("drag", "drag A.P to [x,y] [-o FILE.gif]", "pull it at this moment, and see what moves with it", drag),
-    Command("solutions", "solutions [-o FILE.png]", "every solution at this moment, and what selects it", solutions),
-    Command("branch", "branch", "how close the solver's choices were over the whole animation", branch),
-)

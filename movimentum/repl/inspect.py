@@ -14,12 +14,14 @@ from movimentum.arrays import FloatArray
 from movimentum.output.files import whole_file
 from movimentum.planning.blocks.kinds import method_of
 from movimentum.query import reader
-from movimentum.repl.command import Answer, Command, plain, split_output, table
+from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import query
 from movimentum.repl.session import Session, refused
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
 from movimentum.workflow.animate import animate
+
+COMMANDS = CommandTable()
 
 DIGITS = 10
 COLUMNS, ROWS = 64, 12
@@ -65,8 +67,9 @@ def _value(components: Sequence[float]) -> str:
     return parts[0] if len(parts) == 1 else f"[{', '.join(parts)}]"
 
 
+@COMMANDS.add("show [NAME|EXPR]")
 def show(session: Session, argument: str) -> Answer:
-    """``show [NAME|EXPR]``."""
+    """everything, a thing, or the value of any expression"""
     scene, poses = session.work.scene, session.poses()
     text = argument.strip()
     things = [t for t in scene.things if t.is_body and (not text or t.name == text)]
@@ -86,15 +89,17 @@ def show(session: Session, argument: str) -> Answer:
     return session, table(rows)
 
 
+@COMMANDS.add("constraints [KEY]")
 def constraints(session: Session, argument: str) -> Answer:
-    """``constraints [KEY]``: what holds now, since when, until when, and how well."""
+    """what is in force, since when, until when, and how well it is satisfied"""
     rows = _constraint_rows(session, argument)
     head = ["constraint", "line", "since", "until", "off by"]
     return session, table([head, *([row[0], *row[1:5]] for row in rows)], right=frozenset({1}))
 
 
+@COMMANDS.add("residuals")
 def residuals(session: Session, argument: str) -> Answer:
-    """``residuals``: the same, with the worst first."""
+    """the same, with the worst first"""
     plain(argument, "residuals")
     rows = sorted(_constraint_rows(session, ""), key=lambda row: -float(row[5]))
     return session, table([["off by", "line", "constraint"], *([row[4], row[1], row[0]] for row in rows)])
@@ -164,8 +169,9 @@ def _rigid_rows(session: Session, wanted: str) -> list[list[str]]:
     return rows
 
 
+@COMMANDS.add("plan")
 def plan(session: Session, argument: str) -> Answer:
-    """``plan``: what is solved for, in which order, and by which kernel; ``plan --equations``: the equations."""
+    """the blocks in which this step is solved, and their kernels"""
     if argument.strip() == "--equations":
         return session, _equations(session)
     if argument.strip():
@@ -219,8 +225,9 @@ def _line(session: Session, equation: int) -> str:
     return f"line {session.work.scene.source.position(span.start).line}"
 
 
+@COMMANDS.add("plot EXPR [-o FILE]")
 def plot(session: Session, argument: str) -> Answer:
-    """``plot EXPR [-o FILE]``: its course over all frames."""
+    """its values over the animation, here or as .svg or .png"""
     text, target = split_output(argument, (".svg", ".png"))
     if not text:
         raise refused("argument", "`plot` needs an expression", "plot Rod.B.x")
@@ -269,8 +276,9 @@ def _drawn(times: FloatArray, values: FloatArray) -> str:
     return "\n".join([*lines, " " * (left + 2) + first + last.rjust(COLUMNS - len(first))])
 
 
+@COMMANDS.add("picture [FILE]")
 def picture(session: Session, argument: str) -> Answer:
-    """``picture [FILE]``: this moment with names, anchors and free motions drawn in."""
+    """this moment as a .png, with names, anchors and free motions"""  # noqa: D404
     name = argument.strip().removeprefix("-o").strip() or f"{Path(session.file).stem or 'moment'}.png"
     if not name.lower().endswith(".png"):
         raise refused("file", f"`{name}` is not a .png file", f"picture {Path(name).stem}.png")
@@ -280,18 +288,3 @@ def picture(session: Session, argument: str) -> Answer:
     choices = session.work.engine.choices
     animate(SourceText(session.file, session.text), Path(name), choices, show_all, lambda _done, _all: None)
     return session, f"wrote {name}"
-
-
-COMMANDS = (
-    Command("show", "show [NAME|EXPR]", "everything, a thing, or the value of any expression", show),
-    Command(
-        "constraints",
-        "constraints [KEY]",
-        "what is in force, since when, until when, and how well it is satisfied",
-        constraints,
-    ),
-    Command("residuals", "residuals", "the same, with the worst first", residuals),
-    Command("plan", "plan", "the blocks in which this step is solved, and their kernels", plan),
-    Command("plot", "plot EXPR [-o FILE]", "its values over the animation, here or as .svg or .png", plot),
-    Command("picture", "picture [FILE]", "this moment as a .png, with names, anchors and free motions", picture),
-)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from movimentum import tolerances
 from movimentum.analysis.interactive.matrix import Matrix, PartMatrix, RowName, sparse_basis
 from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError
@@ -27,10 +28,6 @@ NAME = 44
 """Characters of a row's name."""
 VALUES = 12
 """Up to this many singular values are all shown; of more, only the largest and the smallest."""
-
-
-NOISE = 1e-12
-"""Relative to the largest entry of a row: what is smaller is rounding, and shown as 0."""
 
 
 def part_text(session: Session, part: PartMatrix) -> str:
@@ -76,7 +73,7 @@ def _text(title: str, names: Sequence[str], found: Matrix) -> str:
         lines.append(f"{m} x {n}: too large to show; the limit is {MOST} x {MOST}")
     else:
         entries = np.abs(found.jacobian)
-        noise = entries <= NOISE * np.max(entries, axis=1, keepdims=True)
+        noise = entries <= tolerances.SHOWN_ZERO * np.max(entries, axis=1, keepdims=True)
         lines += _panels(names, found.columns, np.where(noise, 0.0, found.jacobian))
     if m:
         lines.append(f"singular values: {_singular(found.singular)}")
@@ -131,7 +128,7 @@ def _shortened(text: str, room: int) -> str:
 
 
 def _singular(values: FloatArray) -> str:
-    words = [number(value, 3) if value > 1e-12 else "0" for value in values.tolist()]
+    words = [number(value, 3) if value > tolerances.SHOWN_ZERO else "0" for value in values.tolist()]
     if len(words) > VALUES:
         words = [*words[:3], "…", *words[-(VALUES - 4) :]]
     return ", ".join(words)

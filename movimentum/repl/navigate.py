@@ -6,11 +6,13 @@ import re
 from fractions import Fraction
 
 from movimentum.records import replace
-from movimentum.repl.command import Answer, Command, plain, table
+from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import condition
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.session import Session, refused
 from movimentum.text import counted, rational, time_text
+
+COMMANDS = CommandTable()
 
 CHUNK = 2048
 
@@ -35,8 +37,9 @@ def _moved(session: Session, time: Fraction) -> Answer:
     return session, where(session)
 
 
+@COMMANDS.add("at T")
 def at(session: Session, argument: str) -> Answer:
-    """``at T``."""
+    """go to a time: `at 1.5`, `at 4/3`"""
     timeline = session.work.timeline
     if not argument.strip():
         return session, where(session)
@@ -49,8 +52,9 @@ def at(session: Session, argument: str) -> Answer:
     return _moved(session, time)
 
 
+@COMMANDS.add("frame N")
 def frame(session: Session, argument: str) -> Answer:
-    """``frame N``; counted from the end if it is negative."""
+    """go to a frame, from 0; -1 is the last"""
     timeline = session.work.timeline
     count = timeline.frame_count
     if not re.fullmatch(r"\s*-?\d{1,9}\s*", argument):
@@ -61,8 +65,9 @@ def frame(session: Session, argument: str) -> Answer:
     return _moved(session, timeline.frame_time(number % count))
 
 
+@COMMANDS.add("next")
 def following(session: Session, argument: str) -> Answer:
-    """``next``: one frame forward."""
+    """one frame forward"""
     plain(argument, "next")
     timeline = session.work.timeline
     if session.frame + 1 >= timeline.frame_count:
@@ -70,8 +75,9 @@ def following(session: Session, argument: str) -> Answer:
     return _moved(session, timeline.frame_time(session.frame + 1))
 
 
+@COMMANDS.add("back")
 def back(session: Session, argument: str) -> Answer:
-    """``back``: one frame back."""
+    """one frame back"""
     plain(argument, "back")
     timeline = session.work.timeline
     before = session.frame - (1 if timeline.frame_time(session.frame) == session.time else 0)
@@ -80,8 +86,9 @@ def back(session: Session, argument: str) -> Answer:
     return _moved(session, timeline.frame_time(before))
 
 
+@COMMANDS.add("steps")
 def steps(session: Session, argument: str) -> Answer:
-    """``steps``: all steps, with the current one marked."""
+    """the steps, with their lines"""
     plain(argument, "steps")
     work = session.work
     rows: list[list[str]] = []
@@ -99,8 +106,9 @@ def steps(session: Session, argument: str) -> Answer:
     return session, table(rows)
 
 
+@COMMANDS.add("run until CONDITION")
 def run_until(session: Session, argument: str) -> Answer:
-    """``run until CONDITION``: go on to the first frame in which it holds."""
+    """go on to the first frame where it holds: `run until Rod.B.x < 300`"""
     words = argument.split(None, 1)
     if len(words) != 2 or words[0] != "until":
         raise refused("argument", "`run` continues until a condition holds", "run until Rod.B.x < 300")
@@ -115,24 +123,12 @@ def run_until(session: Session, argument: str) -> Answer:
     raise refused("never", f"`{words[1]}` does not hold in any later frame", "frame 0")
 
 
+@COMMANDS.add("watch [EXPR]")
 def watch(session: Session, argument: str) -> Answer:
-    """``watch EXPR``: show it after every move; without an expression: stop watching."""
+    """show an expression after every move; alone: stop watching"""
     text = argument.strip()
     if not text:
         return replace(session, watches=()), "nothing is watched any more"
     shown = shown_values(session, (text,))
     watches = tuple(dict.fromkeys((*session.watches, text)))
     return replace(session, watches=watches), shown
-
-
-COMMANDS = (
-    Command("at", "at T", "go to a time: `at 1.5`, `at 4/3`", at),
-    Command("frame", "frame N", "go to a frame, from 0; -1 is the last", frame),
-    Command("next", "next", "one frame forward", following),
-    Command("back", "back", "one frame back", back),
-    Command("steps", "steps", "the steps, with their lines", steps),
-    Command(
-        "run", "run until CONDITION", "go on to the first frame where it holds: `run until Rod.B.x < 300`", run_until
-    ),
-    Command("watch", "watch [EXPR]", "show an expression after every move; alone: stop watching", watch),
-)

@@ -13,18 +13,16 @@ from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.records import replace
 from movimentum.repl import edit, explain, inspect, navigate
-from movimentum.repl.command import Answer, Command, table
+from movimentum.repl.command import Answer, table
 from movimentum.repl.session import Session, refused, typed
-from movimentum.signals import answered
+from movimentum.signals import signal_handled
 from movimentum.source import SourceText
 from movimentum.terminal import visible_lines
 
 if TYPE_CHECKING:
     from prompt_toolkit import PromptSession
 
-COMMANDS: dict[str, Command] = {
-    command.name: command for module in (navigate, inspect, explain, edit) for command in module.COMMANDS
-}
+COMMANDS = {**navigate.COMMANDS, **inspect.COMMANDS, **explain.COMMANDS, **edit.COMMANDS}
 QUIT = ("quit", "exit")
 INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")
 _RELATION = re.compile(r"\s*[=<>~]|\.")
@@ -90,7 +88,7 @@ def complain(diagnostics: Iterable[Diagnostic], source: SourceText | None = None
 
 
 def step(session: Session, line: str) -> tuple[Session, bool]:
-    """One line, answered; whether it could be done."""
+    """Carry out one line and show its answer; whether it could be done."""
     try:
         session, text = answer(session, line)
         say(text)
@@ -142,7 +140,7 @@ def interact(session: Session, commands: str | None) -> int:
         except KeyboardInterrupt:
             if commands is not None:  # commands given together end together
                 raise
-            answered()
+            signal_handled()
             done = False
             complain([INTERRUPTED])
         failed |= not done
@@ -185,7 +183,7 @@ def _typed(session: Session) -> int:
         except EOFError:
             return None
         except KeyboardInterrupt:
-            answered()
+            signal_handled()
             return ""
 
     while True:
@@ -201,5 +199,5 @@ def _typed(session: Session) -> int:
         try:
             current[0], _ = step(current[0], line)
         except KeyboardInterrupt:  # the session is as it was before the command
-            answered()
+            signal_handled()
             complain([INTERRUPTED])

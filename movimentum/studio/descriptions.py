@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from movimentum.timeline.model import Timeline
 
 
-def scene_told(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
+def scene_data(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
     """Things, statements, steps and constants of a scene, with their places in the script; ``frames``: how many of the
     film are sent (None: `frames_shown`), of ``most`` that will be.
     """
@@ -117,7 +117,7 @@ def placed(source: SourceText, span: Span) -> list[int] | None:
     return None if isinstance(found, FarSpan) else [found.start, found.end]
 
 
-def diagnostics_told(found: Sequence[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
+def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
     """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns."""
     told = to_json(found, source)
     for item, diagnostic in zip(told, found, strict=True):
@@ -131,8 +131,8 @@ def diagnostics_told(found: Sequence[Diagnostic], source: SourceText) -> list[di
     return told
 
 
-def claims_told(motion: PathMotion) -> list[dict[str, Any]]:
-    """The claims of a motion as `movimentum.studio.answers.ClaimsJudged` has them."""
+def claims_data(motion: PathMotion) -> list[dict[str, Any]]:
+    """The claims of a motion as `movimentum.studio.messages.ClaimsChecked` has them."""
     timeline = motion.timeline
     broken = {found.claim.number: found for found in broken_claims(motion)}
     claims = {held.claim.number: held.claim for held in timeline.claims}

@@ -1,48 +1,65 @@
-"""What a page says to the server: JSON objects, each with its ``kind``; `movimentum.studio.answers` has the others.
+"""What a page and the server say to each other: JSON objects, each with its ``kind``, and a class for each kind.
 
-A class for each kind; `movimentum.studio.wire` reads and writes them, `movimentum.studio.schema` describes them.
-Offsets in texts count characters (code points) from 0, coordinates are the world's (pixels, y up).
+`movimentum.studio.protocol` reads and writes them, and describes them in ``messages.json``. Offsets in texts count
+characters (code points) from 0, coordinates are the world's (pixels, y up).
 """
 
 from __future__ import annotations
 
-from movimentum.records import dataclass
+from typing import Any, ClassVar, dataclass_transform
 
-MAX_MESSAGE_BYTES = 4 * 2**20
-"""A larger message ends the connection: a script has 2 MiB at most."""
-MAX_NAME = 255
+from movimentum.records import dataclass
 
 Point2 = tuple[float, float]
 """A world point as JSON has it."""
 
 
-@dataclass(frozen=True, slots=True)
-class TextTyped:
-    """The script is ``text`` now, and ``time`` is looked at. ``rev`` counts the texts of a page."""
+@dataclass_transform(frozen_default=True)
+class Message:
+    """A message of one kind; ``kinds`` has the classes of a side by their kinds."""
+
+    kind: ClassVar[str]
+    kinds: ClassVar[dict[str, type]]
+
+    def __init_subclass__(cls, kind: str = "") -> None:
+        if not kind:  # a side
+            cls.kinds = {}
+            return
+        cls.kind = kind
+        cls.kinds[kind] = dataclass(frozen=True)(cls)
+
+
+class FromPage(Message):
+    """What a page says to the server."""
+
+
+class ToPage(Message):
+    """What the server says to a page."""
+
+
+class TextTyped(FromPage, kind="text"):
+    """The script is ``text`` now, and the page shows ``time``. ``rev`` counts the texts of a page."""
 
     rev: int
     text: str
     time: float
 
 
-@dataclass(frozen=True, slots=True)
-class WorkStopped:
-    """What is being done for text ``rev`` takes too long: nobody waits for it."""
+class WorkStopped(FromPage, kind="stop"):
+    """Stop the work on text ``rev``."""
 
     rev: int
 
 
-@dataclass(frozen=True, slots=True)
-class TimeLooked:
-    """``time`` is looked at, and nothing moves: what is free there?"""
+class TimeLooked(FromPage, kind="look"):
+    """The page rests at ``time``: what is free there?"""
 
     rev: int
     time: float
 
 
-@dataclass(frozen=True, slots=True)
-class PartGrabbed:
-    """A hand takes hold of thing number ``thing`` at the world point ``at`` (on ``anchor``, if it has a name)."""
+class PartGrabbed(FromPage, kind="grab"):
+    """The mouse takes hold of thing number ``thing`` at the world point ``at`` (on ``anchor``, if it has a name)."""
 
     rev: int
     grip: int
@@ -52,25 +69,22 @@ class PartGrabbed:
     time: float
 
 
-@dataclass(frozen=True, slots=True)
-class HandMoved:
-    """The hand with number ``grip`` is at ``to`` now."""
+class HandMoved(FromPage, kind="move"):
+    """The mouse that holds ``grip`` is at ``to`` now."""
 
     grip: int
     move: int
     to: Point2
 
 
-@dataclass(frozen=True, slots=True)
-class PoseLeft:
-    """What was dragged is to be as the script says again."""
+class PoseReset(FromPage, kind="leave"):
+    """Everything goes back to where the script has it."""
 
     rev: int
 
 
-@dataclass(frozen=True, slots=True)
-class ToolUsed:
-    """A drawing tool was used: what it has hit, and where (see `movimentum.studio.gestures`).
+class ToolUsed(FromPage, kind="tool"):
+    """A drawing tool was used: what it has hit, and where (see `movimentum.studio.tools`).
 
     ``names`` are things or anchors (``Rod.B``), an empty one where nothing was hit; ``points`` are world points.
     """
@@ -82,9 +96,8 @@ class ToolUsed:
     time: float
 
 
-@dataclass(frozen=True, slots=True)
-class NameAsked:
-    """A question about ``name``: ``why``, ``formula`` or ``solutions`` (where the name is empty)."""
+class NameAsked(FromPage, kind="ask"):
+    """A question about ``name``: ``why`` or ``formula``; or ``solutions``, with an empty name."""
 
     rev: int
     question: str
@@ -92,34 +105,30 @@ class NameAsked:
     time: float
 
 
-@dataclass(frozen=True, slots=True)
-class PlotAsked:
+class PlotAsked(FromPage, kind="plot"):
     """The values of an expression over the whole film."""
 
     rev: int
     expression: str
 
 
-@dataclass(frozen=True, slots=True)
-class RatesAsked:
+class RatesAsked(FromPage, kind="rates"):
     """The velocities of all anchors, from frame ``first`` on."""
 
     rev: int
     first: int
 
 
-@dataclass(frozen=True, slots=True)
-class StillAsked:
-    """The picture on show at ``time`` as an SVG, parts that a hand has moved included."""
+class StillAsked(FromPage, kind="still"):
+    """The picture at ``time`` as an SVG, with what was dragged."""
 
     rev: int
     time: float
 
 
-@dataclass(frozen=True, slots=True)
-class SaveWanted:
-    """``text`` is to be written to ``name`` (empty: the script's file). ``base`` is the version that the page knows;
-    with ``force`` it does not matter whether the file is another one by now.
+class SaveWanted(FromPage, kind="save"):
+    """Write ``text`` to ``name`` (empty: the script's file). A file that is not version ``base`` is left alone unless
+    ``force``.
     """
 
     text: str
@@ -128,8 +137,7 @@ class SaveWanted:
     force: bool
 
 
-@dataclass(frozen=True, slots=True)
-class FileOpened:
+class FileOpened(FromPage, kind="open"):
     """A script of the start page (``source`` "gallery", "recent" or "blank", with its number), or a file of the folder
     (``source`` "folder", with its name): a script, or a linkage or mechanism file that becomes one.
     """
@@ -139,23 +147,18 @@ class FileOpened:
     name: str
 
 
-@dataclass(frozen=True, slots=True)
-class FilesAsked:
+class FilesAsked(FromPage, kind="files"):
     """Which files of the folder can be opened?"""
 
 
-@dataclass(frozen=True, slots=True)
-class RecordingBegun:
-    """What is shown from now on is recorded; what was recorded before is forgotten."""
+class RecordingBegun(FromPage, kind="record"):
+    """Record what is shown from now on; forget what was recorded before."""
 
     rev: int
 
 
-@dataclass(frozen=True, slots=True)
-class ShotTaken:
-    """From ``at`` milliseconds after the beginning on, text ``rev`` is shown at ``time``; if it is ``held``, with what
-    a hand has moved.
-    """
+class ShotTaken(FromPage, kind="shot"):
+    """From ``at`` milliseconds on, text ``rev`` is shown at ``time``; ``held``: with what was dragged."""
 
     rev: int
     at: float
@@ -163,9 +166,8 @@ class ShotTaken:
     held: bool
 
 
-@dataclass(frozen=True, slots=True)
-class RecordingWanted:
-    """What was recorded is to be rendered to ``name``, as `RenderWanted`. ``at``: milliseconds to its end."""
+class RecordingWanted(FromPage, kind="recorded"):
+    """Render what was recorded to ``name``, as `RenderWanted`. ``at``: milliseconds to its end."""
 
     job: int
     name: str
@@ -173,25 +175,22 @@ class RecordingWanted:
     at: float
 
 
-@dataclass(frozen=True, slots=True)
-class RenameFollowed:
-    """The script's file is the one called ``name`` from now on."""
+class RenameFollowed(FromPage, kind="follow"):
+    """The script's file is called ``name`` from now on."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
-class LinkageWanted:
-    """The scene at ``time`` is to be written to ``name`` as a linkage file."""
+class LinkageWanted(FromPage, kind="linkage"):
+    """Write the scene at ``time`` to ``name`` as a linkage file."""
 
     text: str
     name: str
     time: float
 
 
-@dataclass(frozen=True, slots=True)
-class RenderWanted:
-    """``text`` is to be rendered to ``name``, whose suffix is the format; ``at``: a still of that time."""
+class RenderWanted(FromPage, kind="render"):
+    """Render ``text`` to ``name``, whose suffix is the format; ``at``: a still of that time."""
 
     job: int
     text: str
@@ -200,34 +199,200 @@ class RenderWanted:
     at: float | None
 
 
-@dataclass(frozen=True, slots=True)
-class RenderCancelled:
-    """Rendering number ``job`` is not wanted any more."""
+class RenderCancelled(FromPage, kind="cancel"):
+    """Cancel rendering number ``job``."""
 
     job: int
 
 
-INCOMING = {
-    "text": TextTyped,
-    "stop": WorkStopped,
-    "look": TimeLooked,
-    "grab": PartGrabbed,
-    "move": HandMoved,
-    "leave": PoseLeft,
-    "tool": ToolUsed,
-    "ask": NameAsked,
-    "plot": PlotAsked,
-    "rates": RatesAsked,
-    "still": StillAsked,
-    "save": SaveWanted,
-    "open": FileOpened,
-    "files": FilesAsked,
-    "follow": RenameFollowed,
-    "record": RecordingBegun,
-    "shot": ShotTaken,
-    "recorded": RecordingWanted,
-    "linkage": LinkageWanted,
-    "render": RenderWanted,
-    "cancel": RenderCancelled,
-}
-"""What a page may send."""
+class Welcome(ToPage, kind="welcome"):
+    """What a page begins with: the script's file (``name`` empty: none yet)."""
+
+    name: str
+    text: str
+    version: str
+    folder: str
+    gallery: tuple[str, ...]
+    recent: tuple[str, ...]
+    formats: tuple[str, ...]
+    trouble: str = ""
+
+
+class StageDone(ToPage, kind="stage"):
+    """What is known about text ``rev`` after ``stage`` (see `movimentum.studio.worker`)."""
+
+    rev: int
+    stage: str
+    diagnostics: list[dict[str, Any]]
+    final: bool
+    understood: bool
+
+
+class FilmShown(ToPage, kind="film"):
+    """The picture of text ``rev``. ``glimpse``: of the time looked at alone, before the path is known."""
+
+    rev: int
+    glimpse: bool
+    time: float
+    scene: dict[str, Any]
+    film: dict[str, Any]
+
+
+class PictureSame(ToPage, kind="same"):
+    """The picture of text ``rev`` is that of the text before, but for places in the text: ``scene``, a moment later."""
+
+    rev: int
+    scene: dict[str, Any] | None
+
+
+class MotionsFree(ToPage, kind="free"):
+    """What is free at ``time``: each motion in words, with velocities ``[thing, x, y, vx, vy]`` of anchors."""
+
+    rev: int
+    time: float
+    motions: list[dict[str, Any]]
+    things: list[int]
+
+
+class Grabbed(ToPage, kind="grabbed"):
+    """Whether what was grabbed follows: ``free``, ``fixed`` or ``late`` (the motion is not known yet); and why not."""
+
+    grip: int
+    state: str
+    words: str = ""
+
+
+class PlacesMoved(ToPage, kind="moved"):
+    """Where everything is after move ``move`` of a hand: of each thing the world place of its local origin and its
+    direction (cosine, sine), one after the other. ``ms``: what the server took for it. ``marks``: a film of one frame
+    with what is drawn anew in every pose (springs, texts with numbers), if there is any.
+    """
+
+    grip: int
+    move: int
+    ms: float
+    places: list[float]
+    marks: dict[str, Any] | None = None
+
+
+class TextEdited(ToPage, kind="edits"):
+    """What a tool makes of the text: edits of text ``rev`` (``from``, ``to``, ``text``), which are one step to undo.
+    ``select``: where to look in the new text. ``words``: why there is none.
+    """
+
+    rev: int
+    edits: list[dict[str, Any]]
+    select: list[int]
+    words: str = ""
+
+
+class Answered(ToPage, kind="answer"):
+    """The answer. ``choices``: statements that it suggests, each with the frame of ``film`` that shows its pose."""
+
+    rev: int
+    question: str
+    name: str
+    words: str
+    choices: list[dict[str, Any]]
+    film: dict[str, Any] | None = None
+
+
+class Plotted(ToPage, kind="plotted"):
+    """The values of an expression, evenly over the whole film: one row of components each; null where there is none."""
+
+    rev: int
+    expression: str
+    rows: list[list[float | None]]
+    words: str = ""
+
+
+class ThumbnailMade(ToPage, kind="thumbnail"):
+    """A small film of a script of the start page (see `FileOpened`), and how many seconds it takes."""
+
+    source: str
+    number: int
+    film: dict[str, Any]
+    seconds: float
+
+
+class FilesListed(ToPage, kind="listed"):
+    """The files of the script's folder that can be opened."""
+
+    names: tuple[str, ...]
+
+
+class ClaimsChecked(ToPage, kind="claims"):
+    """Each claim of text ``rev``: ``span`` (null: in another file), ``words``, ``things`` it is about, whether it
+    ``holds``, and for one that does not ``time`` and ``frame`` from which on it fails, ``worst`` (how far it is off at
+    most), ``at`` (the time of that), and ``failing`` (first and last frame of each run of frames in which it fails).
+    """
+
+    rev: int
+    claims: list[dict[str, Any]]
+
+
+class RatesSent(ToPage, kind="speeds"):
+    """Velocities in ``count`` frames from ``first`` on: base64 of little-endian 32-bit floats, frame after frame x and
+    y (pixels per time unit, y up) of every anchor in the order of things; nan where there is none.
+    """
+
+    rev: int
+    first: int
+    count: int
+    rates: str
+
+
+class StillMade(ToPage, kind="svg"):
+    """An SVG of the picture; ``words``: why there is none."""
+
+    rev: int
+    svg: str
+    words: str = ""
+
+
+class DiskChanged(ToPage, kind="disk"):
+    """The script's file has changed or cannot be read (``trouble``). ``renamed``: its new name."""
+
+    text: str
+    version: str
+    trouble: str = ""
+    renamed: str = ""
+
+
+class SaveDone(ToPage, kind="saved"):
+    """The script was written (``state`` "saved"), or was not ("conflict": the file has ``text`` now; "failed");
+    "renamed": its file has that name now, and ``text``.
+    """
+
+    state: str
+    name: str
+    version: str
+    text: str = ""
+    words: str = ""
+
+
+class TextOpened(ToPage, kind="opened"):
+    """Another script is open."""
+
+    name: str
+    text: str
+    version: str
+    words: str = ""
+
+
+class RenderAdvanced(ToPage, kind="progress"):
+    """How far a rendering is; ``state`` is "running", "done", "cancelled" or "failed"."""
+
+    job: int
+    state: str
+    done: int
+    total: int
+    name: str = ""
+    words: str = ""
+
+
+class Notice(ToPage, kind="told"):
+    """A message for the user."""
+
+    words: str
+    severity: str = "note"

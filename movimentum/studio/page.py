@@ -1,25 +1,23 @@
-"""One open page: what it sends goes to its desk, its hands or its files."""
+"""One open page: what it sends goes to its worker, its dragging or its files."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from movimentum.source import SourceText
-from movimentum.studio import answers as a
-from movimentum.studio import disk
 from movimentum.studio import messages as m
-from movimentum.studio.desk import Desk
-from movimentum.studio.filing import Filing
-from movimentum.studio.gestures import use
-from movimentum.studio.hands import Hands
-from movimentum.studio.questions import plot, rates, still, tell
-from movimentum.studio.recorder import Recorder
-from movimentum.studio.renders import Rendering, Work, film_work, recording_work
+from movimentum.studio.dragging import Dragging
+from movimentum.studio.files import ScriptFile, openable, renamed, stamp
+from movimentum.studio.protocol import BadMessage
+from movimentum.studio.questions import answer, plot, rates, still
+from movimentum.studio.renders import FORMATS, Recorder, Rendering, Work, film_work, recording_work
 from movimentum.studio.thumbnails import Thumbnails
-from movimentum.studio.wire import BadMessage
+from movimentum.studio.tools import use
+from movimentum.studio.worker import Worker
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import mentioned_files
 
@@ -33,12 +31,26 @@ class Page:
 
     def __init__(self, script: str | None, folder: Path, choices: Choices, send: Callable[[Any], None]) -> None:
         self._choices, self._send = choices, send
-        self._files = Filing(script, folder, send)
-        self._desk = Desk(self._files.path, folder, send, choices)
-        self._hands = Hands(self._desk)
-        self._recorder = Recorder(self._desk, self._hands)
+        self._files = ScriptFile(script, folder, send)
+        self._worker = Worker(self._files.path, folder, send, choices)
+        self._dragging = Dragging(self._worker)
+        self._recorder = Recorder(self._worker, self._dragging)
         self._text = self._files.known.text
         self._renderings: dict[int, Rendering] = {}
+        worker, dragging, recorder = self._worker, self._dragging, self._recorder
+        self._answers: dict[type, Callable[[Any], None]] = {
+            m.HandMoved: dragging.move,
+            m.PartGrabbed: dragging.grab,
+            m.TimeLooked: dragging.look,
+            m.PoseReset: dragging.leave,
+            m.ToolUsed: partial(use, worker, dragging),
+            m.NameAsked: partial(answer, worker),
+            m.PlotAsked: partial(plot, worker),
+            m.RatesAsked: partial(rates, worker),
+            m.StillAsked: partial(still, worker, dragging),
+            m.RecordingBegun: recorder.begin,
+            m.ShotTaken: recorder.shoot,
+        }
         self._welcome()
         lists = {"gallery": self._files.gallery, "recent": self._files.recent} if script is None else {}
         self._thumbnails = Thumbnails(lists, send)
@@ -46,83 +58,65 @@ class Page:
     def _welcome(self) -> None:
         files = self._files
         self._send(
-            a.Welcome(
+            m.Welcome(
                 name="" if files.file is None else files.file.name,
                 text=files.known.text,
                 version=files.known.version,
                 folder=str(files.folder),
                 gallery=tuple(path.stem for path in files.gallery),
                 recent=tuple(str(path) for path in files.recent),
+                formats=FORMATS,
                 trouble=files.known.trouble,
             )
         )
 
     def close(self) -> None:
         """The page is gone."""
-        self._desk.close()
+        self._worker.close()
         self._thumbnails.stop()
         for rendering in self._renderings.values():
             rendering.cancel()
 
-    def take(self, message: Any) -> None:
+    def take(self, message: m.FromPage) -> None:
         """Answer a message; what takes time is done elsewhere."""
-        desk, hands = self._desk, self._hands
+        answered = self._answers.get(type(message))
+        if answered is not None:
+            self._worker.soon(partial(answered, message))
+            return
         match message:
             case m.TextTyped():
                 self._text = message.text
                 if message.text.strip():
                     self._thumbnails.stop()
-                desk.typed(message)
+                self._worker.typed(message)
             case m.WorkStopped():
-                desk.stop(message)
-            case m.HandMoved():
-                desk.soon(lambda: hands.move(message))
-            case m.PartGrabbed():
-                desk.soon(lambda: hands.grab(message))
-            case m.TimeLooked():
-                desk.soon(lambda: hands.look(message))
-            case m.PoseLeft():
-                desk.soon(lambda: hands.leave(message))
-            case m.ToolUsed():
-                desk.soon(lambda: use(desk, hands, message))
-            case m.NameAsked():
-                desk.soon(lambda: tell(desk, message))
-            case m.PlotAsked():
-                desk.soon(lambda: plot(desk, message))
-            case m.RatesAsked():
-                desk.soon(lambda: rates(desk, message))
-            case m.StillAsked():
-                desk.soon(lambda: still(desk, hands, message))
-            case m.RecordingBegun():
-                desk.soon(self._recorder.begin)
-            case m.ShotTaken():
-                desk.soon(lambda: self._recorder.shoot(message))
+                self._worker.stop(message)
             case _:
                 self._take_file(message)
 
     def _take_file(self, message: Any) -> None:
-        files, desk = self._files, self._desk
+        files, worker = self._files, self._worker
         match message:
             case m.SaveWanted():
                 files.save(message)
-                desk.moved_to(files.path, files.folder)
+                worker.moved_to(files.path, files.folder)
             case m.FileOpened():
                 self._thumbnails.stop()
                 files.open(message)
-                desk.moved_to(files.path, files.folder if files.file else Path(files.path).parent)
+                worker.moved_to(files.path, files.folder if files.file else Path(files.path).parent)
             case m.RenameFollowed():
                 files.follow(message)
-                desk.moved_to(files.path, files.folder)
+                worker.moved_to(files.path, files.folder)
             case m.LinkageWanted():
-                desk.soon(lambda: files.save_linkage(message, self._choices))
+                worker.soon(lambda: files.save_linkage(message, self._choices))
             case m.RenderWanted():
                 self._render(message.job, message.name, film_work(message, files.path, self._choices))
             case m.RecordingWanted():
-                desk.soon(
+                worker.soon(
                     lambda: self._render(message.job, message.name, recording_work(message, self._recorder.end()))
                 )
             case m.FilesAsked():
-                self._send(a.FilesListed(disk.openable(files.folder)))
+                self._send(m.FilesListed(openable(files.folder)))
             case m.RenderCancelled():
                 if message.job in self._renderings:
                     self._renderings[message.job].cancel()
@@ -141,15 +135,15 @@ class Page:
         while True:
             await asyncio.sleep(WATCH_S)
             file = self._files.file
-            now = (file, None if file is None else disk.stamp(file))
+            now = (file, None if file is None else stamp(file))
             if now != last:
                 found = self._files.changed()
                 if found is not None and file is not None:
-                    other = disk.renamed(file, last[1]) if last[0] == file else ""
-                    self._send(a.DiskChanged(found.text, found.version, found.trouble, other))
+                    other = renamed(file, last[1]) if last[0] == file else ""
+                    self._send(m.DiskChanged(found.text, found.version, found.trouble, other))
                 last = now
             mentioned = mentioned_files(SourceText(self._files.path, self._text))[:MOST_WATCHED]
-            stamps = {path: disk.stamp(path) for path in mentioned}
+            stamps = {path: stamp(path) for path in mentioned}
             if any(path in used and used[path] != stamp for path, stamp in stamps.items()):
-                self._desk.again()
+                self._worker.again()
             used = stamps

@@ -14,12 +14,20 @@ import numpy as np
 from movimentum.errors import MovimentumError
 from movimentum.expressions import symbol
 from movimentum.scene.model import AnchorCoordinate
-from movimentum.studio.answers import Answered, Plotted, RatesTold, StillMade
 from movimentum.studio.descriptions import why
-from movimentum.studio.desk import Desk, TextJob, exact_time
-from movimentum.studio.hands import Hands
-from movimentum.studio.messages import NameAsked, PlotAsked, RatesAsked, StillAsked
+from movimentum.studio.dragging import Dragging
+from movimentum.studio.messages import (
+    Answered,
+    NameAsked,
+    PlotAsked,
+    Plotted,
+    RatesAsked,
+    RatesSent,
+    StillAsked,
+    StillMade,
+)
 from movimentum.studio.pictures import frames_shown, some_pictures
+from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.workflow.inspector import Inspector
 
 if TYPE_CHECKING:
@@ -36,9 +44,9 @@ PATIENCE_S = 1.4
 """The time for finding a formula: the user waits two seconds in all."""
 
 
-def tell(desk: Desk, message: NameAsked) -> None:
+def answer(worker: Worker, message: NameAsked) -> None:
     """Answer a question of a page."""
-    job = desk.known(message.rev)
+    job = worker.known(message.rev)
     words, choices, film = "the motion is not known yet", list[dict[str, Any]](), None
     if job is not None and job.moved:
         inspector = Inspector(job.revision, exact_time(message.time))
@@ -54,7 +62,7 @@ def tell(desk: Desk, message: NameAsked) -> None:
                     words = "there is no answer"
         except MovimentumError as error:
             words = error.diagnostics[0].message
-    desk.send(Answered(message.rev, message.question, message.name, words, choices, film))
+    worker.send(Answered(message.rev, message.question, message.name, words, choices, film))
 
 
 def _formula(inspector: Inspector, name: str) -> str:
@@ -93,19 +101,19 @@ def _solutions(inspector: Inspector) -> tuple[str, list[dict[str, Any]], dict[st
 # --- over the whole film ----------------------------------------------------------------------------------
 
 
-def plot(desk: Desk, message: PlotAsked) -> None:
+def plot(worker: Worker, message: PlotAsked) -> None:
     """The values of an expression over the film."""
-    job = desk.known(message.rev)
+    job = worker.known(message.rev)
     if job is None or not job.moved:
         return
     try:
         query = Inspector(job.revision, job.motion.timeline.start).query(message.expression)
         values = query.values(_spread(job.motion))
     except MovimentumError as error:
-        desk.send(Plotted(message.rev, message.expression, [], error.diagnostics[0].message))
+        worker.send(Plotted(message.rev, message.expression, [], error.diagnostics[0].message))
         return
     rows = [[value if math.isfinite(value) else None for value in row] for row in values.tolist()]
-    desk.send(Plotted(message.rev, message.expression, rows))
+    worker.send(Plotted(message.rev, message.expression, rows))
 
 
 def _spread(motion: PathMotion) -> Poses:
@@ -118,11 +126,11 @@ def _spread(motion: PathMotion) -> Poses:
     return motion.poses_at([timeline.frame_time(frame) for frame in chosen])
 
 
-def rates(desk: Desk, message: RatesAsked) -> None:
+def rates(worker: Worker, message: RatesAsked) -> None:
     """Answer with the velocities of all anchors in the frames asked for, not too many at a time."""
     from movimentum.solver.rates.rates import rates_at
 
-    job = desk.known(message.rev)
+    job = worker.known(message.rev)
     if job is None or not job.moved:
         return
     timeline = job.motion.timeline
@@ -132,25 +140,25 @@ def rates(desk: Desk, message: RatesAsked) -> None:
     count = min(frames_shown(timeline) - first, max(1, MOST_RATES // max(1, len(expressions))))
     times = [timeline.frame_time(frame) for frame in range(first, first + count)]
     values = np.ascontiguousarray(rates_at(job.motion, expressions, 1, times).T, dtype="<f4")
-    desk.send(RatesTold(message.rev, first, count, base64.b64encode(values.tobytes()).decode("ascii")))
+    worker.send(RatesSent(message.rev, first, count, base64.b64encode(values.tobytes()).decode("ascii")))
 
 
 # --- the picture ------------------------------------------------------------------------------------------
 
 
-def still(desk: Desk, hands: Hands, message: StillAsked) -> None:
+def still(worker: Worker, dragging: Dragging, message: StillAsked) -> None:
     """Answer with the picture on show as an SVG; without a hand in it, it is what ``run -o x.svg --at`` writes."""
-    job = desk.known(message.rev)
+    job = worker.known(message.rev)
     if job is None or not job.moved:
-        desk.send(StillMade(message.rev, "", "the motion is not known yet"))
+        worker.send(StillMade(message.rev, "", "the motion is not known yet"))
         return
     try:
-        desk.send(StillMade(message.rev, _svg(job, hands, exact_time(message.time))))
+        worker.send(StillMade(message.rev, _svg(job, dragging, exact_time(message.time))))
     except MovimentumError as error:
-        desk.send(StillMade(message.rev, "", error.diagnostics[0].message))
+        worker.send(StillMade(message.rev, "", error.diagnostics[0].message))
 
 
-def _svg(job: TextJob, hands: Hands, instant: Fraction) -> str:
+def _svg(job: TextWork, dragging: Dragging, instant: Fraction) -> str:
     from movimentum.drawing.options import PictureOptions
     from movimentum.rendering.prepare import prepare_drawing
     from movimentum.vector.film import make_film
@@ -161,6 +169,6 @@ def _svg(job: TextJob, hands: Hands, instant: Fraction) -> str:
     every = PoseChunks(motion, range(timeline.frame_count), skip=False, drawn=True)
     prepared = prepare_drawing(timeline.scene, every, PictureOptions(motion=motion, until=instant))
     (poses,) = PoseChunks(motion, (instant,), skip=False, drawn=True)
-    poses = hands.shown(job, instant) or poses
+    poses = dragging.shown(job, instant) or poses
     title = job.film.title if job.film is not None else ""
     return "".join(svg_document(make_film(timeline.scene, prepared, poses, title, timeline.fps, 0)))

@@ -19,11 +19,11 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from movimentum.studio import disk
-from movimentum.studio.messages import MAX_MESSAGE_BYTES
+from movimentum import tolerances
+from movimentum.studio.files import state_file
 from movimentum.studio.page import Page
+from movimentum.studio.protocol import MAX_MESSAGE_BYTES, BadMessage, received, sent
 from movimentum.studio.security import HEADERS, LOOPBACK, Gate, lasting_token, policy
-from movimentum.studio.wire import BadMessage, received, sent
 from movimentum.workflow.choices import Choices
 
 FILES = {
@@ -115,8 +115,8 @@ def serve(script: str | None, port: int, choices: Choices, ready: Callable[[str]
     listening.bind((LOOPBACK, port))
     listening.listen(64)
     port = listening.getsockname()[1]
-    gate = Gate(port, lasting_token(port, disk.kept("studio-secret")))
-    sys.setswitchinterval(0.001)  # messages do not wait for the solver
+    gate = Gate(port, lasting_token(port, state_file("studio-secret")))
+    sys.setswitchinterval(tolerances.THREAD_SWITCH_S)
     config = uvicorn.Config(
         studio_app(gate, script, folder, choices),
         log_level="error",

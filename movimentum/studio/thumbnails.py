@@ -11,7 +11,7 @@ from typing import Any
 from movimentum.cancellation import Cancelled, cancellable
 from movimentum.errors import MovimentumError
 from movimentum.source import SourceText
-from movimentum.studio.answers import ThumbnailMade
+from movimentum.studio.messages import ThumbnailMade
 from movimentum.studio.security import outside_files
 from movimentum.workflow.read import mentioned_files, read
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from movimentum.cli.parameters import FrameRangeType, RationalType, TraceType, WordsType
+from movimentum.cli.common import anchor, frames, number, positive, words_of
 from tests.command import movimentum
 
 
@@ -26,19 +26,19 @@ from tests.command import movimentum
     ],
 )
 def test_numbers_are_kept_exactly(text: str, value: Fraction) -> None:
-    assert RationalType().convert(text, None, None) == value
+    assert number(text) == value
 
 
 @pytest.mark.parametrize("text", ["", "x", "1/0", "1e999999999", "1e3", "nan", "inf", "1//2", "1/2/3", "--1", "9" * 40])
 def test_other_texts_are_refused_as_numbers(text: str) -> None:
     with pytest.raises(click.BadParameter):
-        RationalType().convert(text, None, None)
+        number(text)
 
 
 @pytest.mark.parametrize("text", ["0", "-5", "0/7"])
 def test_a_rate_is_positive(text: str) -> None:
     with pytest.raises(click.BadParameter):
-        RationalType(positive=True).convert(text, None, None)
+        positive(text)
 
 
 bound = st.none() | st.integers(-30, 30)
@@ -47,13 +47,13 @@ bound = st.none() | st.integers(-30, 30)
 @given(start=bound, stop=bound, count=st.integers(1, 20))
 def test_ranges_count_as_python_slices(start: int | None, stop: int | None, count: int) -> None:
     text = f"{'' if start is None else start}:{'' if stop is None else stop}"
-    first, end = FrameRangeType().convert(text, None, None).of(count)
+    first, end = frames(text)(count)
     assert list(range(first, end)) == list(range(count))[start:stop]
 
 
 @given(frame=st.integers(-30, 30), count=st.integers(1, 20))
 def test_one_number_is_that_frame(frame: int, count: int) -> None:
-    first, end = FrameRangeType().convert(str(frame), None, None).of(count)
+    first, end = frames(str(frame))(count)
     inside = -count <= frame < count
     assert list(range(first, end)) == ([range(count)[frame]] if inside else [])
 
@@ -61,21 +61,21 @@ def test_one_number_is_that_frame(frame: int, count: int) -> None:
 @pytest.mark.parametrize("text", ["", "a:b", "1:2:3", "1-2", "1.5:2", "1 2", "9" * 20])
 def test_other_texts_are_refused_as_ranges(text: str) -> None:
     with pytest.raises(click.BadParameter):
-        FrameRangeType().convert(text, None, None)
+        frames(text)
 
 
 def test_words_come_in_any_order_and_once() -> None:
-    kind = WordsType("names", "free", "anchors")
-    assert kind.convert("free, names,free", None, None) == {"names", "free"}
+    words = words_of("names", "free", "anchors")
+    assert words("free, names,free") == {"names", "free"}
     with pytest.raises(click.BadParameter, match="'name' is not one of"):
-        kind.convert("name", None, None)
+        words("name")
 
 
 def test_a_trace_names_a_thing_and_an_anchor() -> None:
-    assert TraceType().convert(" Rod.B", None, None) == "Rod.B"
+    assert anchor(" Rod.B") == "Rod.B"
     for text in ("Rod", "Rod.", ".B", "Rod.B[1]", "1.B"):
         with pytest.raises(click.BadParameter):
-            TraceType().convert(text, None, None)
+            anchor(text)
 
 
 @pytest.mark.parametrize(("limit", "code"), [("100", 1), ("300", 0)])

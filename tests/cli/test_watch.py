@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.cli.watch import watch
+from movimentum.cli.run import watch
 
 
 class Enough(Exception):

@@ -18,7 +18,7 @@ import pytest
 
 from movimentum.analysis.examine import examine
 from movimentum.cancellation import look
-from movimentum.cli.check_report import check_json, check_sarif
+from movimentum.cli.check import check_json, check_sarif
 from movimentum.diagnostics import Diagnostic, limited, to_json
 from movimentum.errors import MovimentumError
 from movimentum.repl.session import opened

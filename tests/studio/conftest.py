@@ -168,7 +168,7 @@ def bench() -> Iterator[Callable[[str], Bench]]:
 
     yield begin
     for each in made:
-        each.desk.close()
+        each.worker.close()
 
 
 def wait_for(condition: Callable[[], bool], seconds: float = 10.0) -> None:

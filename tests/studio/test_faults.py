@@ -13,10 +13,9 @@ import pytest
 
 from benchmarks.penrose import transformable
 from movimentum.interop.linkages import linkage_script
-from movimentum.studio.answers import FilmShown, StageDone
-from movimentum.studio.desk import Desk
-from movimentum.studio.messages import TextTyped
+from movimentum.studio.messages import FilmShown, StageDone, TextTyped
 from movimentum.studio.page import Page
+from movimentum.studio.worker import Worker
 from movimentum.workflow.choices import Choices
 from tests.command import LONG, movimentum
 from tests.studio.conftest import Studio, Tab, wait_for
@@ -184,7 +183,7 @@ def test_pages_that_were_closed_leave_nothing_behind(tmp_path: Path) -> None:
         if number % 2:  # some in the middle of their work
             wait_for(lambda said=said: any(isinstance(item, FilmShown) for item in said))
         page.close()
-        left += [weakref.ref(page), weakref.ref(page._desk), weakref.ref(page._hands)]
+        left += [weakref.ref(page), weakref.ref(page._worker), weakref.ref(page._dragging)]
         del page, said
     wait_for(lambda: threading.active_count() <= threads)
     gc.collect()
@@ -203,7 +202,7 @@ def test_edits_leave_no_objects_behind(tmp_path: Path) -> None:
         elif isinstance(message, StageDone) and message.final:
             done.set()
 
-    desk = Desk(str(tmp_path / "x.mov"), tmp_path, send)
+    worker = Worker(str(tmp_path / "x.mov"), tmp_path, send)
     counts: list[int] = []
     try:
         rev = 0
@@ -212,14 +211,14 @@ def test_edits_leave_no_objects_behind(tmp_path: Path) -> None:
                 rev += 1
                 shown.clear()
                 done.clear()
-                desk.typed(TextTyped(rev, text, 0.0))
+                worker.typed(TextTyped(rev, text, 0.0))
                 assert shown.wait(20)
                 # what is kept of the last texts depends on how far each of them came: these come to their end
                 assert number < 29 or done.wait(20)
             gc.collect()
             counts.append(len(gc.get_objects()))
     finally:
-        desk.close()
+        worker.close()
     assert said == sorted(said)
     assert said[-1] == rev
     assert counts[2] - counts[1] < 30, counts  # less than one for each edit
@@ -227,20 +226,20 @@ def test_edits_leave_no_objects_behind(tmp_path: Path) -> None:
 
 def test_a_film_of_a_hundred_thousand_frames_is_shown_in_two_steps(tmp_path: Path) -> None:
     said: list[Any] = []
-    desk = Desk(str(tmp_path / "x.mov"), tmp_path, said.append)
+    worker = Worker(str(tmp_path / "x.mov"), tmp_path, said.append)
     try:
-        desk.typed(TextTyped(1, LONG, 0.0))
+        worker.typed(TextTyped(1, LONG, 0.0))
         wait_for(lambda: any(isinstance(item, StageDone) and item.final for item in said), 60)
         films = [item for item in said if isinstance(item, FilmShown) and not item.glimpse]
         assert [film.scene["frames"] for film in films] == [20_000, 100_001]
         assert all(film.film["frames"] == film.scene["frames"] for film in films)
         said.clear()
-        desk.typed(TextTyped(2, LONG.replace("7.3", "7.4"), 900.0))  # the time looked at is among the first ones
+        worker.typed(TextTyped(2, LONG.replace("7.3", "7.4"), 900.0))  # the time looked at is among the first ones
         wait_for(lambda: any(isinstance(item, FilmShown) and not item.glimpse for item in said), 60)
         first = next(item for item in said if isinstance(item, FilmShown) and not item.glimpse)
         assert first.scene["frames"] == 90_001
     finally:
-        desk.close()
+        worker.close()
 
 
 def test_without_the_extra_it_says_what_to_install(

@@ -13,19 +13,19 @@ import pytest
 
 from movimentum.diagnostics import Severity
 from movimentum.source import Edit, SourceText, Span, edited
-from movimentum.studio.desk import TextJob
-from movimentum.studio.gestures import _carried_out, edits_between
 from movimentum.studio.messages import ToolUsed
-from movimentum.studio.sheet import NothingToDo
+from movimentum.studio.sketch import NothingToDo
+from movimentum.studio.tools import _carried_out, edits_between
+from movimentum.studio.worker import TextWork
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from tests.studio.scripts import FOUR_BAR
 
 
 class StillHands:
-    """Hands that have moved nothing."""
+    """Dragging that have moved nothing."""
 
-    def placed_at(self, job: TextJob, time: Fraction) -> Any:
+    def placed_at(self, job: TextWork, time: Fraction) -> Any:
         import numpy as np
 
         poses = job.motion.poses_at([time])
@@ -33,7 +33,7 @@ class StillHands:
 
 
 def used(text: str, tool: str, names: tuple[str, ...] = (), points: Any = (), time: float = 0.0) -> str:
-    job = TextJob(1, Engine().revise(SourceText("x.mov", text)), Fraction(time))
+    job = TextWork(1, Engine().revise(SourceText("x.mov", text)), Fraction(time))
     job.moved = job.revision.moves
     message = ToolUsed(1, tool, names, points, time)
     after = _carried_out(job, StillHands(), message, Choices()).text  # pyright: ignore[reportArgumentType]

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from movimentum.source import SourceText
-from movimentum.studio.answers import ClaimsJudged, RatesTold, StillMade
-from movimentum.studio.descriptions import claims_told
-from movimentum.studio.messages import RatesAsked, StillAsked
+from movimentum.studio.descriptions import claims_data
+from movimentum.studio.messages import ClaimsChecked, RatesAsked, RatesSent, StillAsked, StillMade
 from movimentum.studio.questions import rates, still
 from movimentum.workflow.engine import Engine
 from tests.command import movimentum
@@ -38,16 +37,16 @@ Arm : .bar A = [100, 80]  B = A + [60, 0];
 def test_velocities_are_those_of_a_circle(bench: Callable[[str], Bench]) -> None:
     """Known from elsewhere: a point of a bar that turns has speed w r, at right angles to the bar."""
     at = bench(ARM.format(more="", drive=" Arm.angle = 90*.t;"))
-    rates(at.desk, RatesAsked(1, 0))
+    rates(at.worker, RatesAsked(1, 0))
     told = at.said.pop()
-    assert isinstance(told, RatesTold)
+    assert isinstance(told, RatesSent)
     assert (told.first, told.count) == (0, 21)
     found = np.frombuffer(base64.b64decode(told.rates), "<f4").reshape(21, 2, 2)
     turn = math.pi / 2 * np.arange(21) / 20
     assert found[:, 0] == pytest.approx(np.zeros((21, 2)), abs=1e-4)
     expected = math.pi / 2 * 60 * np.stack([-np.sin(turn), np.cos(turn)], axis=-1)
     assert found[:, 1] == pytest.approx(expected, rel=1e-5, abs=1e-4)
-    rates(at.desk, RatesAsked(1, 19))
+    rates(at.worker, RatesAsked(1, 19))
     assert at.said.pop().count == 2
 
 
@@ -66,7 +65,7 @@ def test_numbers_in_labels_follow_a_hand(bench: Callable[[str], Bench], degrees:
 def test_claims_are_told_with_the_frames_in_which_they_fail() -> None:
     """Crank.B.x = 130 + 50 cos(180 t) is below 170 from acos(0.8) on, and above it again before the turn is over."""
     motion = Engine().revise(SourceText("x.mov", CLAIMING)).motion
-    first, second, third = claims_told(motion)
+    first, second, third = claims_data(motion)
     assert [item["holds"] for item in (first, second, third)] == [False, True, True]
     assert first["words"] == "Crank.B.x < 170"
     edge = math.degrees(math.acos(0.8)) / 180
@@ -88,7 +87,7 @@ def test_a_still_is_what_run_writes(bench: Callable[[str], Bench], tmp_path: Pat
     script.write_text(FOUR_BAR, encoding="utf-8")
     assert movimentum("run", "x.mov", "-o", "x.svg", "--at", "0.7", cwd=tmp_path).returncode == 0
     at = bench(FOUR_BAR)
-    still(at.desk, at.hands, StillAsked(1, 0.7))
+    still(at.worker, at.dragging, StillAsked(1, 0.7))
     told = at.said.pop()
     assert isinstance(told, StillMade)
     assert told.svg == (tmp_path / "x.svg").read_text(encoding="utf-8")
@@ -96,10 +95,10 @@ def test_a_still_is_what_run_writes(bench: Callable[[str], Bench], tmp_path: Pat
 
 def test_a_still_has_what_a_hand_has_moved(bench: Callable[[str], Bench]) -> None:
     at = bench(ARM.format(more="Note : .label('{Arm.angle:.0f}')  at = [10, 10];", drive=""))
-    still(at.desk, at.hands, StillAsked(1, 0.0))
+    still(at.worker, at.dragging, StillAsked(1, 0.0))
     before = at.said.pop().svg
     at.drag("Arm", "B", (100, 140))
-    still(at.desk, at.hands, StillAsked(1, 0.0))
+    still(at.worker, at.dragging, StillAsked(1, 0.0))
     after = at.said.pop().svg
     assert before != after
     assert ">90<" in after or "90" in after
@@ -107,9 +106,9 @@ def test_a_still_has_what_a_hand_has_moved(bench: Callable[[str], Bench]) -> Non
 
 def test_what_is_not_known_yet_has_no_still(bench: Callable[[str], Bench]) -> None:
     at = bench(FOUR_BAR)
-    still(at.desk, at.hands, StillAsked(7, 0.0))
+    still(at.worker, at.dragging, StillAsked(7, 0.0))
     assert at.said.pop() == StillMade(7, "", "the motion is not known yet")
-    assert not [item for item in at.said if isinstance(item, ClaimsJudged)]
+    assert not [item for item in at.said if isinstance(item, ClaimsChecked)]
 
 
 @pytest.mark.slow

@@ -9,10 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.studio.answers import SaveDone, TextOpened
-from movimentum.studio.disk import gallery, version_of
-from movimentum.studio.filing import Filing
-from movimentum.studio.messages import FileOpened, LinkageWanted, SaveWanted
+from movimentum.studio.files import ScriptFile, gallery, version_of
+from movimentum.studio.messages import FileOpened, LinkageWanted, SaveDone, SaveWanted, TextOpened
 from movimentum.workflow.choices import Choices
 from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for
@@ -155,7 +153,7 @@ def test_saving_minds_what_others_have_written(tmp_path: Path) -> None:
     script = tmp_path / "crank.mov"
     script.write_text("one", encoding="utf-8")
     said: list[object] = []
-    files = Filing(str(script), tmp_path, said.append)
+    files = ScriptFile(str(script), tmp_path, said.append)
     base = files.known.version
     script.write_text("another", encoding="utf-8")
     files.save(SaveWanted("mine", "", base, force=False))
@@ -176,7 +174,7 @@ def test_linkage_files_are_opened_and_saved(tmp_path: Path) -> None:
     source = next(iter(sorted((ROOT / "scripts" / "linkages").glob("*.txt"))))
     shutil.copy(source, tmp_path / "some.txt")
     said: list[object] = []
-    files = Filing(None, tmp_path, said.append)
+    files = ScriptFile(None, tmp_path, said.append)
     files.open(FileOpened("folder", 0, "some.txt"))
     answer = said.pop()
     assert isinstance(answer, TextOpened)

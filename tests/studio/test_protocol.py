@@ -9,14 +9,12 @@ from typing import Any
 
 import pytest
 
-from movimentum.studio import answers
-from movimentum.studio.answers import OUTGOING
-from movimentum.studio.messages import INCOMING, TextTyped, ToolUsed
-from movimentum.studio.schema import TARGET, schema, schema_text
+from movimentum.studio import messages
+from movimentum.studio.messages import FromPage, TextTyped, ToolUsed, ToPage
+from movimentum.studio.protocol import TARGET, BadMessage, received, schema, schema_text, sent
 from movimentum.studio.security import Gate, OutsideFolder, inside, lasting_token, outside_files, policy
 from movimentum.studio.tokens import TARGET as TOKENS
 from movimentum.studio.tokens import tokens_script
-from movimentum.studio.wire import BadMessage, received, sent
 
 TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool, "null": type(None), "object": dict}
 
@@ -40,8 +38,8 @@ def agrees(value: Any, rule: dict[str, Any]) -> bool:
 
 
 def test_the_schema_is_that_of_the_classes() -> None:
-    assert TARGET.read_text(encoding="utf-8") == schema_text(), "python -m movimentum.studio.schema"
-    assert schema()["$defs"].keys() == {*INCOMING, *OUTGOING, "page", "server"}
+    assert TARGET.read_text(encoding="utf-8") == schema_text(), "python -m movimentum.studio.protocol"
+    assert schema()["$defs"].keys() == {*FromPage.kinds, *ToPage.kinds, "page", "server"}
 
 
 def test_the_words_of_the_editor_are_those_of_the_grammar() -> None:
@@ -49,9 +47,9 @@ def test_the_words_of_the_editor_are_those_of_the_grammar() -> None:
     assert TOKENS.read_text(encoding="utf-8") == tokens_script(), "python -m movimentum.studio.tokens"
 
 
-@pytest.mark.parametrize("kind", sorted(INCOMING))
+@pytest.mark.parametrize("kind", sorted(FromPage.kinds))
 def test_what_a_page_sends_is_read_as_the_schema_says(kind: str) -> None:
-    cls = INCOMING[kind]
+    cls = FromPage.kinds[kind]
     rule = schema()["$defs"][kind]
     values = {"string": "x", "integer": 3, "number": 2.5, "boolean": True}
     message: dict[str, Any] = {"kind": kind}
@@ -94,12 +92,12 @@ def test_points_and_names_become_tuples() -> None:
 
 def test_what_is_sent_is_as_the_schema_says() -> None:
     found = [
-        answers.Welcome("x.mov", "", "", "/", (), ("a",)),
-        answers.StageDone(1, "read", [{"code": "x"}], final=False, understood=True),
-        answers.FilmShown(1, True, 0.0, {}, {"marks": []}),
-        answers.PictureKept(1, None),
-        answers.PlacesMoved(1, 2, 0.5, [1.0]),
-        answers.Plotted(1, "x", [[None, 1.0]]),
+        messages.Welcome("x.mov", "", "", "/", (), ("a",), (".gif",)),
+        messages.StageDone(1, "read", [{"code": "x"}], final=False, understood=True),
+        messages.FilmShown(1, True, 0.0, {}, {"marks": []}),
+        messages.PictureSame(1, None),
+        messages.PlacesMoved(1, 2, 0.5, [1.0]),
+        messages.Plotted(1, "x", [[None, 1.0]]),
     ]
     for message in found:
         data = json.loads(sent(message))

@@ -13,10 +13,10 @@ from PIL import Image
 
 from movimentum.errors import UsageError
 from movimentum.source import SourceText
-from movimentum.studio.desk import TextJob
-from movimentum.studio.messages import HandMoved, PartGrabbed, ShotTaken
+from movimentum.studio.messages import HandMoved, PartGrabbed, RecordingBegun, ShotTaken
 from movimentum.studio.pictures import whole_film
-from movimentum.studio.recorder import Recorder, shown_when, write_recording
+from movimentum.studio.renders import Recorder, shown_when, write_recording
+from movimentum.studio.worker import TextWork
 from movimentum.workflow.choices import Picture
 from movimentum.workflow.engine import Engine
 from tests.studio.bench import Bench
@@ -49,14 +49,14 @@ def test_each_frame_shows_the_newest_picture_and_pauses_are_cut() -> None:
 
 def test_a_drag_becomes_a_film_with_the_arm_where_the_hand_was(bench: Callable[[str], Bench], tmp_path: Path) -> None:
     at = bench(ARM)
-    recorder = Recorder(at.desk, at.hands)
-    recorder.begin()
+    recorder = Recorder(at.worker, at.dragging)
+    recorder.begin(RecordingBegun(1))
     recorder.shoot(ShotTaken(1, 0.0, 0.0, held=False))
-    at.hands.grab(PartGrabbed(1, 1, at.number("Arm"), "B", (160.0, 80.0), 0.0))
+    at.dragging.grab(PartGrabbed(1, 1, at.number("Arm"), "B", (160.0, 80.0), 0.0))
     turns = [math.radians(6.0 * k) for k in range(1, 16)]
     for k, turn in enumerate(turns):
         for move in range(4):
-            at.hands.move(HandMoved(1, 4 * k + move, (100 + 60 * math.cos(turn), 80 + 60 * math.sin(turn))))
+            at.dragging.move(HandMoved(1, 4 * k + move, (100 + 60 * math.cos(turn), 80 + 60 * math.sin(turn))))
         recorder.shoot(ShotTaken(1, 50.0 * (k + 1), 0.0, held=True))
     target = tmp_path / "hand.gif"
     frames = write_recording(recorder.end(), 800.0, target, Picture(), silent)
@@ -76,13 +76,13 @@ def test_a_drag_becomes_a_film_with_the_arm_where_the_hand_was(bench: Callable[[
 
 def test_parts_appear_when_they_are_drawn(bench: Callable[[str], Bench], tmp_path: Path) -> None:
     at = bench(ARM)
-    recorder = Recorder(at.desk, at.hands)
-    recorder.begin()
+    recorder = Recorder(at.worker, at.dragging)
+    recorder.begin(RecordingBegun(1))
     recorder.shoot(ShotTaken(1, 0.0, 0.0, held=False))
     more = ARM.replace("@0", "More : .bar C = [20, 150]  D = [80, 150]  .color('blue') .width(8);\n@0")
-    job = TextJob(2, Engine().revise(SourceText("x.mov", more)), Fraction(0), moved=True)
+    job = TextWork(2, Engine().revise(SourceText("x.mov", more)), Fraction(0), moved=True)
     job.film = whole_film(job.motion)[1]
-    at.desk.shown = job
+    at.worker.shown = job
     recorder.shoot(ShotTaken(2, 500.0, 0.0, held=False))
     target = tmp_path / "drawn.apng"
     assert write_recording(recorder.end(), 1000.0, target, Picture(), silent) == 20
@@ -99,7 +99,7 @@ def test_parts_appear_when_they_are_drawn(bench: Callable[[str], Bench], tmp_pat
 
 def test_nothing_recorded_is_said(bench: Callable[[str], Bench], tmp_path: Path) -> None:
     at = bench(ARM)
-    recorder = Recorder(at.desk, at.hands)
+    recorder = Recorder(at.worker, at.dragging)
     recorder.shoot(ShotTaken(1, 0.0, 0.0, held=False))  # it does not record yet
     with pytest.raises(UsageError, match="nothing was recorded"):
         write_recording(recorder.end(), 0.0, tmp_path / "x.gif", Picture(), silent)

@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from movimentum.studio.messages import INCOMING, MAX_MESSAGE_BYTES
+from movimentum.studio.messages import FromPage
+from movimentum.studio.protocol import MAX_MESSAGE_BYTES
 from tests.studio.conftest import Studio, Tab
 from tests.studio.scripts import FOUR_BAR
 
@@ -108,7 +109,9 @@ def test_no_message_reaches_a_file_outside_the_folder(studio: Callable[..., Stud
         "render": ({"job": 1, "text": FOUR_BAR, "scale": 1.0, "at": None}, ".gif"),
         "recorded": ({"job": 2, "scale": 1.0, "at": 0.0}, ".gif"),
     }
-    assert messages.keys() == {kind for kind, cls in INCOMING.items() if "name" in cls.__dataclass_fields__} - {"ask"}
+    assert messages.keys() == {kind for kind, cls in FromPage.kinds.items() if "name" in cls.__dataclass_fields__} - {
+        "ask"
+    }
     with socket(running) as connection:
         for kind, (fields, suffix) in messages.items():
             for name in OUTSIDE:

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import TypeVar
 
-from movimentum.signals import dropped_unseen
+from movimentum.signals import dropped_silently
 
 T = TypeVar("T")
 
@@ -64,7 +64,7 @@ def within(seconds: float, work: Callable[[], T]) -> T | None:
     try:
         thread.join(seconds)
     finally:  # also where the user interrupts
-        with dropped_unseen(_GivenUp):
+        with dropped_silently(_GivenUp):
             for _ in range(TIMES):
                 with ending:
                     if ended or thread.ident is None or not thread.is_alive():

@@ -34,7 +34,7 @@ export class Claims {
     place.classList.remove("stale");
     place.replaceChildren(...this.found.map((item, k) => {
       const words = item.holds ? item.words : `${item.words}: fails from t = ${number(item.time)}`;
-      const title = item.holds ? "This claim holds in the whole film: show what it is about"
+      const title = item.holds ? "This claim holds in the whole film. Click to show its parts."
         : `Go to where it fails. ${item.worst === null ? "It has no value there." : `It is off by at most ${number(item.worst)}, at t = ${number(item.at)}.`}`;
       const point = (on) => () => { this.pointed = on ? item : null; this.app.stage.draw(); };
       return make("button", {

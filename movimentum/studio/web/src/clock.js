@@ -14,7 +14,7 @@ export class Clock {
     this.settling = 0;
     this.playButton = button(bar, "play", "▶", "Play (space)", () => this.toggle());
     button(bar, "back", "‹", "One frame back (left arrow)", () => this.step(-1));
-    button(bar, "forward", "›", "One frame on (right arrow)", () => this.step(1));
+    button(bar, "forward", "›", "One frame forward (right arrow)", () => this.step(1));
     this.scrubber = make("input", {type: "range", min: 0, max: 0, step: 1, value: 0, "data-testid": "scrubber", "aria-label": "Frame"});
     this.ticks = make("div", {class: "ticks", "aria-hidden": "true"});
     bar.append(make("div", {class: "scrub"}, this.ticks, this.scrubber));
@@ -25,7 +25,7 @@ export class Clock {
     for (const [speed, text] of [[1, "1×"], [0.5, "½×"], [0.25, "¼×"]]) this.speeds.append(make("option", {value: speed, text}));
     this.speeds.addEventListener("change", () => this.setSpeed(Number(this.speeds.value)));
     bar.append(this.speeds);
-    toggle(bar, "loop", "Loop", "Play again and again", true, (on) => { this.loop = on; });
+    toggle(bar, "loop", "Loop", "Repeat", true, (on) => { this.loop = on; });
   }
 
   get time() {

@@ -26,7 +26,7 @@ export class Controls {
     for (const [tool, text, title] of TOOLS) {
       this.buttons[tool] = button(bar, `tool-${tool}`, text, title, () => this.choose(tool), {"aria-pressed": String(tool === "select")});
     }
-    button(bar, "clear", "Clear", "Empty the script (X; undo brings it back)", () => this.clear());
+    button(bar, "clear", "Clear", "Empty the script (X; undo restores it)", () => this.clear());
     button(bar, "undo", "↶", "Undo (Ctrl-Z)", () => app.editor.undo());
     button(bar, "redo", "↷", "Redo (Ctrl-Y)", () => app.editor.redo());
   }
@@ -34,11 +34,11 @@ export class Controls {
   clear() {
     const {app} = this;
     app.editor.apply([{from: 0, to: app.editor.text.length, text: ""}]);
-    app.hint("The sheet is empty; Ctrl-Z brings everything back.");
+    app.hint("The script is empty; Ctrl-Z restores it.");
   }
 
   fullScreen() {
-    const place = byId("showing"), refused = () => this.app.hint("This browser does not show a part of a page on the full screen.");
+    const place = byId("showing"), refused = () => this.app.hint("This browser cannot show the picture on the full screen.");
     if (document.fullscreenElement) document.exitFullscreen();
     else if (place.requestFullscreen) place.requestFullscreen().catch(refused);
     else refused();
@@ -56,14 +56,14 @@ export class Controls {
 
   drawViews() {
     const {app} = this, {stage} = app, bar = byId("views");
-    button(bar, "view", "View", "The next view: plain, names, free motions (Q)", () => this.nextView());
+    button(bar, "view", "View", "Switch the view: plain, names, free motions (Q)", () => this.nextView());
     const shown = (name) => (on) => { stage[name] = on; stage.draw(); };
     this.views = {
       n: toggle(bar, "names", "Names", "Names of points (N)", stage.names, shown("names")),
       p: toggle(bar, "points", "Points", "All points (P)", stage.points, shown("points")),
-      m: toggle(bar, "arrows", "Free", "Arrows for the motions that are free (M)", stage.arrows, shown("arrows")),
+      m: toggle(bar, "arrows", "Free", "Arrows for free motions (M)", stage.arrows, shown("arrows")),
       s: toggle(bar, "velocity", "Velocity", "Arrows for the velocities of all points (S)", false, (on) => app.velocities.show(on)),
-      i: toggle(bar, "info", "Info", "What is known about the scene and what is selected (I)", false, (on) => { this.info = on; this.showInfo(); }),
+      i: toggle(bar, "info", "Info", "Facts about the scene and the selection (I)", false, (on) => { this.info = on; this.showInfo(); }),
     };
     const traces = make("select", {id: "traces", "data-testid": "traces", "aria-label": "Traces", title: "The paths of points (L)", onchange: () => app.traces.choose(traces.value)},
       ...MODES.map(([value, text]) => make("option", {value, text})));
@@ -72,8 +72,8 @@ export class Controls {
     button(bar, "fit", "Fit", "The whole picture (0)", () => stage.fit());
     button(bar, "zoom-in", "+", "Zoom in (+)", () => stage.zoom(1.25));
     button(bar, "full", "Full", "Full screen (W)", () => this.fullScreen());
-    app.record.button = button(byId("player"), "record", "● Record", "Record what is done by hand as a film (K)", () => app.record.toggle(), {"aria-pressed": "false"});
-    const expression = make("input", {type: "text", placeholder: "plot …", title: "Plot an expression over time, as Rod.B.x or Crank.angle", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
+    app.record.button = button(byId("player"), "record", "● Record", "Record what you do as a film (K)", () => app.record.toggle(), {"aria-pressed": "false"});
+    const expression = make("input", {type: "text", placeholder: "plot …", title: "Plot an expression over time, such as Rod.B.x or Crank.angle", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
     expression.addEventListener("change", () => this.plot(expression.value.trim()));
     bar.append(expression);
   }
@@ -81,7 +81,7 @@ export class Controls {
   /* Beside the buttons for files: the picture on show. */
   drawCopies() {
     const {app} = this, bar = byId("file-bar");
-    button(bar, "screenshot", "PNG", "Save what is on show as PNG (Shift-S)", () => app.copies.screenshot());
+    button(bar, "screenshot", "PNG", "Save the picture as PNG (Shift-S)", () => app.copies.screenshot());
     button(bar, "copy-png", "Copy PNG", "Copy the picture as PNG (C)", () => app.copies.copyPng());
     button(bar, "copy-svg", "Copy SVG", "Copy the picture as SVG (Shift-C)", () => app.copies.copySvg());
   }

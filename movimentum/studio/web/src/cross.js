@@ -64,7 +64,7 @@ export class Cross {
   shape(hit) {
     const {pointer} = this.app;
     if (!pointer.first) {
-      if (!hit) { this.app.hint("Begin at a point."); return; }
+      if (!hit) { this.app.hint("Start at a point."); return; }
       pointer.first = hit;
       this.app.hint(`${hit.name}: move the cross (Shift and the arrows), then Enter.`);
       return;

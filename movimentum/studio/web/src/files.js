@@ -73,7 +73,7 @@ export class FileWork {
     sessionStorage.removeItem("draft");
     if (!draft || draft.name !== this.name || draft.version !== this.version) return;
     this.app.editor.replace(draft.text);
-    this.app.hint("What you had not saved is here again.");
+    this.app.hint("Your unsaved text was restored.");
   }
 
   take(name, text, version) {
@@ -92,7 +92,7 @@ export class FileWork {
     if (renamed) {
       this.version = "";
       this.notice(`${this.name} is called ${renamed} now.`, [
-        [`Go on with ${renamed}`, () => this.app.send({kind: "follow", name: renamed})],
+        [`Continue with ${renamed}`, () => this.app.send({kind: "follow", name: renamed})],
         [`Keep ${this.name}`, () => {}],
       ]);
       return;
@@ -116,9 +116,9 @@ export class FileWork {
   }
 
   conflict(text, version) {
-    this.notice("The file has changed on the disk, and so has your text.", [
+    this.notice("Both the file and your text have changed.", [
       ["Keep mine", () => { this.version = version; this.base = this.plain(text); this.changed(); }],
-      ["Take the file's", () => { this.version = version; this.base = this.plain(text); this.app.editor.replace(this.base); this.changed(); }],
+      ["Load the file", () => { this.version = version; this.base = this.plain(text); this.app.editor.replace(this.base); this.changed(); }],
     ]);
   }
 
@@ -147,11 +147,11 @@ export class FileWork {
       this.base = this.plain(text);
       this.version = version;
       this.named(name);
-      this.app.hint(`This is ${name} now.`);
+      this.app.hint(`The file is called ${name} now.`);
     } else if (state === "conflict") {
       this.notice(words || "The file has changed on the disk since you opened it.", [
-        ["Save mine over it", () => this.save(name, true)],
-        ["Take the file's", () => this.take(name, text, version)],
+        ["Save my text", () => this.save(name, true)],
+        ["Load the file", () => this.take(name, text, version)],
         ["Not now", () => {}],
       ]);
     } else this.app.hint(words);
@@ -200,14 +200,14 @@ export class FileWork {
     this.listed = (found) => names.replaceChildren(...found.names.map((name) => make("button", {type: "button", text: name, onclick: () => { input.value = name; }, ondblclick: () => input.form.requestSubmit()})));
     this.app.send({kind: "files"});
     this.dialog("Open", [make("p", {text: words}), names, row], () => {
-      if (this.dirty && !window.confirm("Your text is not saved. Open another one?")) return;
+      if (this.dirty && !window.confirm("Your text is not saved. Open another file?")) return;
       this.app.send({kind: "open", source: "folder", number: 0, name: input.value.trim()});
     }, "Open");
   }
 
   askLinkage() {
     const [row, input] = this.field("File", {value: `${this.stem()}.txt`, required: true, "data-testid": "linkage-name"});
-    this.dialog("Save as a linkage file", [make("p", {text: "Vertices and rods as they are at the time on show."}), row], (place) => {
+    this.dialog("Save as a linkage file", [make("p", {text: "Vertices and rods at the time shown."}), row], (place) => {
       place.close();
       this.app.send({kind: "linkage", text: this.app.editor.text, name: input.value.trim(), time: this.app.clock.time});
     }, "Save");

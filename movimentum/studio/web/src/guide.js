@@ -32,8 +32,8 @@ export class Guide {
     const count = (shape) => things.filter((thing) => thing.shape === shape).length;
     const pins = text.slice(Math.max(0, text.search(/^\s*@/m))).match(/\w+\.\w+ *= *\[/g) || [];
     return [
-      [count("disc") >= 4, "Anchor: click at four places.", "anchor"],
-      [count("bar") >= 3, "Rod: drag from the first point to the second, on to the third, on to the fourth.", "rod"],
+      [count("disc") >= 4, "Anchor: click four places.", "anchor"],
+      [count("bar") >= 3, "Rod: drag from the first point to the second, then to the third, then to the fourth.", "rod"],
       [pins.length >= 2, "Fix: click the first point and the last one. They are the ground.", "fix"],
       [this.dragged, "Select: drag one of the other points. It moves!", "select"],
       [/\.angle *=[^;]*\.t/.test(text), "Turn: click the shortest rod at the ground. It turns by itself; space pauses.", "turn"],
@@ -47,7 +47,7 @@ export class Guide {
     const steps = this.steps(), next = steps.findIndex(([done]) => !done);
     const close = make("button", {type: "button", text: "×", "aria-label": "Close the guide", "data-testid": "guide-close", onclick: () => this.end()});
     const words = next < 0
-      ? make("p", {text: "That is a mechanism. Its text stands beside it: change a number, and see. Save keeps it, Render… makes a film of it."})
+      ? make("p", {text: "You have made a mechanism. Change a number in its text and see what happens. Save keeps it, Render… makes a film of it."})
       : make("p", {}, make("b", {text: `${next + 1} of ${steps.length} `}), make("span", {text: steps[next][1]}));
     place.replaceChildren(words, close);
     this.suggest(next < 0 ? null : steps[next][2]);

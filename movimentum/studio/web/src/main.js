@@ -103,7 +103,7 @@ class App {
     const stop = make("button", {type: "button", text: "Stop", "data-testid": "stop", onclick: () => {
       this.send({kind: "stop", rev: this.rev});
       this.busy(false);
-      this.hint("Stopped. The next change of the text is solved again.");
+      this.hint("Stopped. Your next edit is solved again.");
     }});
     const begun = performance.now(), words = make("span", {text: "solving …"});
     this.counting = setInterval(() => { words.textContent = `solving … ${Math.round((performance.now() - begun) / 1000)} s`; }, 1000);

@@ -26,10 +26,10 @@ export class Pointer {
     this.tool = tool;
     this.cancel();
     const words = {
-      select: "", anchor: "Click where a point is to be.", rod: "Drag from point to point.",
-      angle: "Click two rods: their angle stays.", fix: "Click a point: it stays where it is; again: it is free.",
-      attract: "Drag from a point to where it is to go.", turn: "Click a rod: it turns by itself.", delete: "Click what is to go.",
-      shape: "Drag a point of a part: its definition changes.",
+      select: "", anchor: "Click to make a point.", rod: "Drag from point to point.",
+      angle: "Click two rods to fix their angle.", fix: "Click a point to fix it; click it again to free it.",
+      attract: "Drag from a point to where it should go.", turn: "Click a rod to make it turn.", delete: "Click what to delete.",
+      shape: "Drag a point of a part to change its shape.",
     };
     this.app.hint(words[tool]);
     this.app.stage.canvas.dataset.tool = tool;
@@ -158,7 +158,7 @@ export class Pointer {
       const here = hit && hit.anchor !== null ? hit : null;
       if (!this.first) {
         this.first = {name: here ? here.name : "", at: here ? here.at : from};
-        this.app.hint("Now the other end.");
+        this.app.hint("Click the other end.");
         return;
       }
       const first = this.first;
@@ -180,7 +180,7 @@ export class Pointer {
     if (!this.first) {
       this.first = name;
       this.app.stage.lit = new Set([hit.thing]);
-      this.app.hint(`${name}: now the other rod.`);
+      this.app.hint(`${name}: click the other rod.`);
       return;
     }
     const first = this.first;
@@ -198,14 +198,14 @@ export class Pointer {
     if (grip) grip.done = true;
     if (hit && (dragged || !this.first)) {
       this.first = dragged ? null : hit.name;
-      if (!dragged) this.app.hint(`${hit.name}: click where it is to go.`);
+      if (!dragged) this.app.hint(`${hit.name}: click where it should go.`);
       this.app.useTool("attract", [hit.name], [dragged ? at : hit.at]);
       return;
     }
     if (this.first) {
       this.app.useTool("attract", [this.first], [at]);
       this.first = null;
-    } else this.app.hint("Begin at a point.");
+    } else this.app.hint("Start at a point.");
   }
 
   turn({hit}) {

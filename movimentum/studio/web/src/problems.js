@@ -6,7 +6,7 @@ export function showProblems(place, diagnostics, {go, fix, poses, settled, calm}
   const rows = diagnostics.map((item) => {
     const where = item.line === null ? "" : `line ${item.line}`;
     const row = make("div", {class: `problem ${item.severity}`},
-      make("button", {type: "button", class: "go", title: "Show the place", onclick: () => go(item)},
+      make("button", {type: "button", class: "go", title: "Go to this place", onclick: () => go(item)},
         make("b", {text: item.severity}), make("span", {class: "where", text: where}), make("span", {text: item.message})),
       ...item.notes.map((note) => make("p", {text: note})));
     const fixes = item.fixes || [];

@@ -49,12 +49,12 @@ export class Record {
     const {app} = this, until = this.at;
     this.on = false;
     this.show();
-    if (this.count < 2) { app.hint("Nothing was recorded: drag something, or play, while it records."); return; }
+    if (this.count < 2) { app.hint("Nothing was recorded: drag something or play while recording."); return; }
     const formats = app.files.formats.filter((each) => ![".png", ".jpg"].includes(each));
     const chosen = make("select", {"aria-label": "Format", "data-testid": "record-format"}, ...formats.map((each) => make("option", {value: each, text: each.slice(1)})));
     const [row, input] = app.files.field("File", {value: `${app.files.stem()}-by-hand.gif`, required: true, "data-testid": "record-name"});
     chosen.addEventListener("change", () => { input.value = input.value.replace(/(\.[^.]*)?$/, chosen.value); });
-    app.files.dialog("Save what was recorded", [
+    app.files.dialog("Save the recording", [
       make("p", {text: `${this.count} pictures in ${(until / 1000).toFixed(1)} s. Pauses are cut to one second.`}),
       make("label", {}, make("span", {text: "Format"}), chosen), row,
     ], (place) => {

@@ -16,7 +16,7 @@ export class Start {
     const blank = make("button", {type: "button", class: "main", "data-testid": "blank", text: "A blank sheet", onclick: () => this.blank()});
     place.replaceChildren(
       make("h2", {text: "Begin"}),
-      make("p", {class: "calm", text: "Draw a mechanism on a blank sheet, or take one that moves already and change it."}),
+      make("p", {class: "calm", text: "Draw a mechanism on a blank sheet, or change an example."}),
       make("div", {class: "cards"}, blank, make("button", {type: "button", "data-testid": "start-open", text: "Open a file…", onclick: () => app.files.askOpen()})),
       ...this.list("Open again", "recent", recent), ...this.list("Examples", "gallery", gallery));
     place.hidden = false;

@@ -37,7 +37,7 @@ export class Traces {
   next() {
     const at = MODES.findIndex(([mode]) => mode === this.mode);
     this.choose(MODES[(at + 1) % MODES.length][0]);
-    this.app.hint({script: "Traces as the script has them.", tail: "Traces: tails.", whole: "Traces: whole paths.", off: "No traces."}[this.mode]);
+    this.app.hint({script: "Traces: as in the script.", tail: "Traces: tails.", whole: "Traces: whole paths.", off: "No traces."}[this.mode]);
   }
 
   /* Which of the script's own traces the painter draws. */

@@ -22,8 +22,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.records import dataclass, field
 from movimentum.source import SourceText
-from movimentum.studio.answers import ClaimsJudged, FilmShown, PictureKept, StageDone, Told
-from movimentum.studio.messages import TextTyped, WorkStopped
+from movimentum.studio.messages import ClaimsChecked, FilmShown, Notice, PictureSame, StageDone, TextTyped, WorkStopped
 from movimentum.studio.security import outside_files
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine, Revision
@@ -50,7 +49,7 @@ QUIET_S = 0.3
 
 
 @dataclass(slots=True)
-class TextJob:
+class TextWork:
     """A text of the page, with what is still to be done for it. ``moved``: its motion is known, and the ``film`` of
     its first ``frames``.
     """
@@ -74,18 +73,18 @@ class TextJob:
         return self.revision.motion
 
 
-class Desk:
+class Worker:
     """One page's work. ``send`` takes messages from any thread; ``folder``: below it are all files."""
 
     def __init__(self, path: str, folder: Path, send: Callable[[Any], None], choices: Choices | None = None) -> None:
         self.path, self.folder, self.send = path, folder, send
         self.engine = Engine(choices)
-        self.job: TextJob | None = None
-        self.shown: TextJob | None = None
+        self.job: TextWork | None = None
+        self.shown: TextWork | None = None
         """The last text whose motion is known."""
         self._items: Items | None = None
         self._own_items: Items | None = None  # those of the script itself, without what it includes
-        self._pending: TextJob | None = None
+        self._pending: TextWork | None = None
         self._urgent: deque[Callable[[], None]] = deque()
         self._quiet = 0.0
         self._took = 1.0
@@ -101,7 +100,7 @@ class Desk:
         """Another text; what is done for the one before is given up."""
         revision = self.engine.revise(SourceText(self.path, message.text))
         with self._condition:
-            self._pending = TextJob(message.rev, revision, exact_time(message.time))
+            self._pending = TextWork(message.rev, revision, exact_time(message.time))
             self._condition.notify()
 
     def soon(self, work: Callable[[], None]) -> None:
@@ -129,7 +128,7 @@ class Desk:
         self._items = self._own_items = None
         revision = self.engine.revise(SourceText(self.path, job.revision.source.text))
         with self._condition:
-            self._pending = TextJob(job.rev, revision, job.time)
+            self._pending = TextWork(job.rev, revision, job.time)
             self._condition.notify()
 
     def close(self) -> None:
@@ -139,7 +138,7 @@ class Desk:
             self._condition.notify()
         self.engine.revise(SourceText(self.path, ""))  # gives up what is being done
 
-    def known(self, rev: int) -> TextJob | None:
+    def known(self, rev: int) -> TextWork | None:
         """The text with that number, if it is the newest one or the one shown."""
         return next((job for job in (self.job, self.shown) if job is not None and job.rev == rev), None)
 
@@ -176,7 +175,7 @@ class Desk:
         job = self.job
         return max(0.01, self._quiet - time.monotonic()) if job is not None and job.patient else None
 
-    def _advance(self, job: TextJob) -> None:
+    def _advance(self, job: TextWork) -> None:
         stage = job.todo[0]
         done = {
             "read": self._read,
@@ -195,13 +194,13 @@ class Desk:
         if job.todo and job.todo[0] == stage:
             job.todo.popleft()
 
-    def _say(self, job: TextJob, stage: str, found: tuple[Diagnostic, ...], *, final: bool = False) -> None:
-        from movimentum.studio.descriptions import diagnostics_told
+    def _say(self, job: TextWork, stage: str, found: tuple[Diagnostic, ...], *, final: bool = False) -> None:
+        from movimentum.studio.descriptions import diagnostics_data
 
-        told = diagnostics_told(found, job.revision.source)
+        told = diagnostics_data(found, job.revision.source)
         self.send(StageDone(job.rev, stage, told, final, job.revision.moves))
 
-    def _read(self, job: TextJob) -> None:
+    def _read(self, job: TextWork) -> None:
         revision = job.revision
         away = outside_files(self.folder, mentioned_files(revision.source))
         if away:
@@ -210,25 +209,25 @@ class Desk:
             self._say(job, "read", (Diagnostic("asset/outside", Severity.ERROR, message),), final=True)
             return
         if self._own_items is not None and self._own_items.same_as(items_of(revision.source)):
-            self.send(PictureKept(job.rev, None))  # at once; where its parts stand follows
+            self.send(PictureSame(job.rev, None))  # at once; where its parts stand follows
         if not revision.moves:
             if not revision.source.text.strip():
-                self._items = self._own_items = None  # the page has a blank sheet now: no picture to keep
+                self._items = self._own_items = None  # the page is empty now: no picture to keep
             job.todo = deque(("read", "advise"))
             self._say(job, "read", revision.diagnostics, final=True)
             return
         items = items_of(revision.timeline.scene.source)
         if self._items is not None and self.shown is not None and self._items.same_as(items):
-            from movimentum.studio.descriptions import scene_told
+            from movimentum.studio.descriptions import scene_data
 
             assert revision.motion is not None  # the same, found at once
             job.moved, job.film, job.frames, self.shown = True, self.shown.film, self.shown.frames, job
             job.todo = deque(("read", "examine", "rest", "advise"))
-            self.send(PictureKept(job.rev, scene_told(revision.timeline, job.frames)))
+            self.send(PictureSame(job.rev, scene_data(revision.timeline, job.frames)))
         self._say(job, "read", revision.scene.diagnostics)
 
-    def _begin(self, job: TextJob) -> None:
-        from movimentum.studio.descriptions import scene_told
+    def _begin(self, job: TextWork) -> None:
+        from movimentum.studio.descriptions import scene_data
         from movimentum.studio.pictures import some_pictures
 
         timeline = job.revision.timeline
@@ -241,10 +240,10 @@ class Desk:
             film = some_pictures(timeline, poses)
         except (MovimentumError, ArithmeticError, ValueError):
             return  # the motion says what is wrong
-        self.send(FilmShown(job.rev, True, float(poses.times[0]), scene_told(timeline), film))
+        self.send(FilmShown(job.rev, True, float(poses.times[0]), scene_data(timeline), film))
 
-    def _path(self, job: TextJob) -> None:
-        from movimentum.studio.descriptions import scene_told
+    def _path(self, job: TextWork) -> None:
+        from movimentum.studio.descriptions import scene_data
         from movimentum.studio.pictures import frames_soon, whole_film
 
         begun = time.perf_counter()
@@ -260,13 +259,13 @@ class Desk:
         self._items = items_of(motion.timeline.scene.source)
         self._own_items = items_of(job.revision.source)
         job.moved, self.shown = True, job
-        self.send(FilmShown(job.rev, False, float(job.time), scene_told(motion.timeline, job.frames), film))
+        self.send(FilmShown(job.rev, False, float(job.time), scene_data(motion.timeline, job.frames), film))
         self._solved += 1
         if self._solved % TIDY == 0:
             gc.collect()
 
-    def _rest(self, job: TextJob) -> None:
-        from movimentum.studio.descriptions import scene_told
+    def _rest(self, job: TextWork) -> None:
+        from movimentum.studio.descriptions import scene_data
         from movimentum.studio.pictures import frames_shown, whole_film
 
         timeline = job.motion.timeline
@@ -274,23 +273,23 @@ class Desk:
             return
         film, job.film = whole_film(job.motion)
         job.frames = frames_shown(timeline)
-        self.send(FilmShown(job.rev, False, float(job.time), scene_told(timeline), film))
+        self.send(FilmShown(job.rev, False, float(job.time), scene_data(timeline), film))
 
-    def _examine(self, job: TextJob) -> None:
-        from movimentum.studio.descriptions import claims_told
+    def _examine(self, job: TextWork) -> None:
+        from movimentum.studio.descriptions import claims_data
 
         self._say(job, "examine", job.revision.diagnostics)
-        self.send(ClaimsJudged(job.rev, claims_told(job.motion)))
+        self.send(ClaimsChecked(job.rev, claims_data(job.motion)))
 
-    def _advise(self, job: TextJob) -> None:
+    def _advise(self, job: TextWork) -> None:
         self._say(job, "advise", job.revision.advice(ADVICE_S), final=True)
 
-    def _bug(self, problem: Exception, job: TextJob | None) -> None:
+    def _bug(self, problem: Exception, job: TextWork | None) -> None:
         """Tell it, and go on with the next text."""
         traceback.print_exception(problem, file=sys.stderr)
         words = f"{type(problem).__name__}: {problem}"
         if job is None:
-            self.send(Told(f"a bug in Movimentum: {words}", "error"))
+            self.send(Notice(f"a bug in Movimentum: {words}", "error"))
             return
         job.todo.clear()
         self._say(

@@ -1,4 +1,4 @@
-"""A hand at the picture: parts that are free follow it, the others say why they do not."""
+"""Dragging in the picture: parts that are free follow the mouse, the others say why they do not."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from movimentum import tolerances
 from movimentum.analysis.freedom.motions import free_motions_at
 from movimentum.analysis.interactive.drag import Grip
 from movimentum.analysis.live import texts_of, with_numbers
@@ -17,11 +18,10 @@ from movimentum.expressions import Expr, add, const, mul, symbol
 from movimentum.records import replace
 from movimentum.scene.model import AnchorCoordinate, VariableComponent
 from movimentum.solver.segment_motion import Unsolved
-from movimentum.studio.answers import Grabbed, MotionsFree, PlacesMoved
 from movimentum.studio.descriptions import why
-from movimentum.studio.desk import Desk, TextJob, exact_time
-from movimentum.studio.messages import HandMoved, PartGrabbed, PoseLeft, TimeLooked
+from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseReset, TimeLooked
 from movimentum.studio.pictures import moved_marks
+from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.workflow.inspector import Inspector
 
 if TYPE_CHECKING:
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from movimentum.vector.film import Film
 
 
-class Hands:
-    """What a page's hands hold, and where they have left everything."""
+class Dragging:
+    """What is dragged in a page, and where everything has been left."""
 
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
+    def __init__(self, worker: Worker) -> None:
+        self._worker = worker
         self._grip: Grip | None = None
         self._number = -1
         self._held: tuple[int, Fraction] | None = None
@@ -47,7 +47,7 @@ class Hands:
 
     def look(self, message: TimeLooked) -> None:
         """Say what is free."""
-        job = self._desk.known(message.rev)
+        job = self._worker.known(message.rev)
         if job is None or not job.moved:
             return
         found = free_motions_at(job.motion, exact_time(message.time))
@@ -62,13 +62,13 @@ class Hands:
             words = motion.words + (" (a wish says where it goes)" if motion.drawn else "")
             motions.append({"words": words, "wished": motion.drawn, "arrows": arrows})
         free = sorted({thing for motion in found for thing in motion.things})
-        self._desk.send(MotionsFree(message.rev, message.time, motions, free))
+        self._worker.send(MotionsFree(message.rev, message.time, motions, free))
 
     def grab(self, message: PartGrabbed) -> None:
         """Take hold of a point of a part."""
-        job = self._desk.known(message.rev)
+        job = self._worker.known(message.rev)
         if job is None or not job.moved or not 0 <= message.thing < len(job.motion.timeline.scene.things):
-            self._desk.send(Grabbed(message.grip, "late", "the motion is not known yet"))
+            self._worker.send(Grabbed(message.grip, "late", "the motion is not known yet"))
             return
         motion, instant = job.motion, exact_time(message.time)
         inspector = Inspector(job.revision, instant)
@@ -77,7 +77,7 @@ class Hands:
         if isinstance(piece, Unsolved) or not thing.anchors:
             unsolved = isinstance(piece, Unsolved)
             words = "there is no solution at this time" if unsolved else f"`{thing.name}` is not a body"
-            self._desk.send(Grabbed(message.grip, "fixed", words))
+            self._worker.send(Grabbed(message.grip, "fixed", words))
             return
         poses = motion.poses_at([instant])
         self._before = np.concatenate([poses.origin[:, 0], poses.direction[:, 0]], axis=1)
@@ -88,11 +88,11 @@ class Hands:
             grip = Grip(inspector.segment_motion, piece, tau, held)
         except (KeyError, ValueError):  # it is not among what the step is about
             words = f"nothing in this step says anything about `{thing.name}`: it stays as drawn"
-            self._desk.send(Grabbed(message.grip, "fixed", words))
+            self._worker.send(Grabbed(message.grip, "fixed", words))
             return
         if grip.fixed:
             name = f"{thing.name}.{message.anchor}" if message.anchor else thing.name
-            self._desk.send(Grabbed(message.grip, "fixed", why(inspector, name)))
+            self._worker.send(Grabbed(message.grip, "fixed", why(inspector, name)))
             return
         if self._grip is not None:
             grip.follow_on(self._grip)
@@ -100,7 +100,7 @@ class Hands:
         self._mine = self._stirred(grip.placements())
         self._film, self._poses = job.film, with_numbers(motion, poses, [instant])
         self._texts = texts_of(motion.timeline.scene) if motion.timeline.scene.shows_numbers else None
-        self._desk.send(Grabbed(message.grip, "free"))
+        self._worker.send(Grabbed(message.grip, "free"))
 
     def move(self, message: HandMoved) -> None:
         """Pull what is held to where the hand is."""
@@ -114,7 +114,7 @@ class Hands:
         places = self._places.ravel().tolist()
         marks = None if self._film is None else moved_marks(self._film, self.poses())
         took = 1000.0 * (time.perf_counter() - begun)
-        self._desk.send(PlacesMoved(message.grip, message.move, took, places, marks))
+        self._worker.send(PlacesMoved(message.grip, message.move, took, places, marks))
 
     def poses(self) -> Poses:
         """(F = 1) what is on show, with the numbers of its texts, while something is held."""
@@ -128,20 +128,21 @@ class Hands:
     def _stirred(self, after: FloatArray) -> BoolArray:
         """Which things are not where the film has them."""
         assert self._grip is not None
-        return np.abs(after - self._before).max(axis=1) > 1e-9 * max(1.0, self._grip.segment_motion.plan.size)
+        size = max(1.0, self._grip.segment_motion.plan.size)
+        return np.abs(after - self._before).max(axis=1) > tolerances.DRAGGED_ALONG * size
 
-    def leave(self, _: PoseLeft) -> None:
+    def leave(self, _: PoseReset) -> None:
         """Forget what was dragged."""
         self._grip, self._held, self._number = None, None, -1
 
-    def placed_at(self, job: TextJob, instant: Fraction) -> FloatArray:
-        """(N, 4): where everything is on show at an instant, hands included."""
+    def placed_at(self, job: TextWork, instant: Fraction) -> FloatArray:
+        """(N, 4): where everything is on show at an instant, with what was dragged."""
         if self._held == (job.rev, instant) and len(self._places):
             return self._places
         poses = job.motion.poses_at([instant])
         return np.concatenate([poses.origin[:, 0], poses.direction[:, 0]], axis=1)
 
-    def shown(self, job: TextJob, instant: Fraction) -> Poses | None:
+    def shown(self, job: TextWork, instant: Fraction) -> Poses | None:
         """(F = 1) what is on show at an instant, if a hand has moved something there."""
         held = self._grip is not None and self._held == (job.rev, instant)
         return self.poses() if held else None
@@ -177,7 +178,7 @@ def _coordinate(thing: int, anchor: int, axis: int) -> Expr:
 
 
 def placed_poses(poses: Poses, places: FloatArray, others: dict[Hashable, float] | None = None) -> Poses:
-    """``poses`` (F = 1) with all things at ``places`` (N, 4; see `movimentum.studio.answers.PlacesMoved`), and with the
+    """``poses`` (F = 1) with all things at ``places`` (N, 4; see `PlacesMoved`), and with the
     variables of ``others``.
     """
     c, s = poses.direction[:, 0, 0], poses.direction[:, 0, 1]

@@ -23,9 +23,9 @@ class NothingToDo(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Sheet:
+class Sketch:
     """A script that is drawn on: its text, its scene, the step that statements go to, and where everything is on show
-    ((N, 4), see `movimentum.studio.answers.PlacesMoved`; None: as drawn). ``words``: what is to be said about it.
+    ((N, 4), see `movimentum.studio.messages.PlacesMoved`; None: as drawn). ``words``: what is to be said about it.
     """
 
     scene: Scene
@@ -39,12 +39,12 @@ class Sheet:
         """The script."""
         return self.scene.source.script.text
 
-    def to(self, text: str) -> Sheet:
+    def to(self, text: str) -> Sketch:
         """The same with another text."""
         scene = understand(SourceText(self.scene.source.path, text), self.choices)
         return replace(self, scene=scene, step=min(self.step, len(scene.steps) - 1))
 
-    def state(self, statement: str, replaced: Sequence[Constraint | Ending] = ()) -> Sheet:
+    def state(self, statement: str, replaced: Sequence[Constraint | Ending] = ()) -> Sketch:
         """The same with one more statement. The first one of a step stands beside its time."""
         step, text = self.scene.steps[self.step], self.text
         if not step.statements and not step.claims and step.span.end <= len(text):
@@ -55,7 +55,7 @@ class Sheet:
                 return self.to(text[: step.span.end] + line + text[rest.end() :])
         return self.to(stated(self.scene, self.step, statement, replaced))
 
-    def define(self, line: str) -> Sheet:
+    def define(self, line: str) -> Sketch:
         """The same with one more definition, behind the last one."""
         text, newline = self.text, self.scene.source.newline
         ends = [thing.span.end for thing in self.scene.things if thing.span.end <= len(text)]
@@ -115,9 +115,9 @@ class Sheet:
         return next(name for name in wanted if name not in used)
 
 
-def own(sheet: Sheet, span: Span) -> None:
+def own(sketch: Sketch, span: Span) -> None:
     """Refuse what is not in the script as such."""
-    if isinstance(sheet.scene.source, UnfoldedText) and span.end > sheet.scene.source.own:
+    if isinstance(sketch.scene.source, UnfoldedText) and span.end > sketch.scene.source.own:
         raise NothingToDo("this is a copy of a part, or from another file: change it there")
 
 
