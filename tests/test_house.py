@@ -112,12 +112,10 @@ def test_one_name_stands_for_one_class() -> None:
 
 
 UNSORTED = {
-    "analysis",
     "drawing",
     "encoding",
     "fitting",
     "golden",
-    "planning",
     "rendering",
     "repl",
     "solver",
