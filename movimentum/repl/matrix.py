@@ -10,8 +10,7 @@ from movimentum import tolerances
 from movimentum.analysis.interactive.matrix import Matrix, PartMatrix, RowName, sparse_basis
 from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError
-from movimentum.interop.linkage_export import linkage_of
-from movimentum.interop.rigidity import rigidity_rows
+from movimentum.interop.linkage_export import linkage_of, rigidity_rows
 from movimentum.repl.command import table
 from movimentum.repl.session import Session
 from movimentum.solver.block.scaling import null_space
