@@ -44,6 +44,11 @@ ROUNDING = 2.2e-16
 
 # --- the scene and its timeline -------------------------------------------------------------------
 
+SAME_MODULE = 1e-9
+"""Of a gear's module: how much another may differ and their teeth still fit. Far above the rounding of a computed
+module (1e-16), far below any difference that is meant.
+"""
+
 # --- analysis: what is free, what is wrong, what is told ------------------------------------------
 
 AS_DRAWN = 1e-6
