@@ -18,8 +18,7 @@ from movimentum.cli.parameters import FrameRangeType, RationalType, files
 from movimentum.console import Console
 from movimentum.records import fields
 from movimentum.settings import Accuracy, FailurePolicy
-from movimentum.workflow.choices import Choices
-from movimentum.workflow.limits import LARGEST_NESTING, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS
+from movimentum.workflow.choices import LARGEST_NESTING, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, Choices
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -24,8 +24,7 @@ from movimentum.cli.work import carried_out, output_or_stdout
 from movimentum.console import Console
 from movimentum.settings import Accuracy
 from movimentum.text import counted
-from movimentum.workflow.choices import Choices, Outcome
-from movimentum.workflow.limits import MAX_DIGITS
+from movimentum.workflow.choices import MAX_DIGITS, Choices, Outcome
 
 if TYPE_CHECKING:
     from movimentum.source import SourceText

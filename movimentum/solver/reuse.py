@@ -12,10 +12,9 @@ from collections.abc import Hashable
 from movimentum.expressions import Expr, walk
 from movimentum.memo import Memo
 from movimentum.planning.blocks.kept import KnownBlocks
-from movimentum.planning.lowering.body_frames import KnownFrames, body_frames
+from movimentum.planning.lowering.body_frames import KnownFrames, body_frames, scene_shift
 from movimentum.planning.lowering.builder import Forms
 from movimentum.planning.lowering.polynomial import Polynomial, from_expression
-from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure, compile_structure, structure_of
 from movimentum.planning.restated import chooses, introduced, restated
