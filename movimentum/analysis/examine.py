@@ -18,9 +18,8 @@ from movimentum.analysis.diagnose.meshing import fitted_teeth, misplaced_gears
 from movimentum.analysis.diagnose.off_canvas import Visible, leaving
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
-from movimentum.analysis.diagnose.undefined_arrows import undefined_arrows
 from movimentum.analysis.diagnose.undetermined import free_motions, unstated_clocks
-from movimentum.analysis.diagnose.valueless import valueless
+from movimentum.analysis.diagnose.valueless import undefined_arrows, valueless
 from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report

@@ -26,14 +26,15 @@ from movimentum.errors import MovimentumError, UsageError, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.syntax.suggest import nearest
 from movimentum.text import frame_range
-from movimentum.workflow.choices import FrameChoice, frames_in
-from movimentum.workflow.limits import (
+from movimentum.workflow.choices import (
     LARGEST_NESTING,
     MAX_DIGITS,
     MAX_FRAMES,
     MAX_NESTING,
     MAX_OPERATIONS,
     MAX_PIXELS,
+    FrameChoice,
+    frames_in,
 )
 
 Number = int | float | Fraction | str

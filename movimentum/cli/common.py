@@ -25,8 +25,16 @@ from movimentum.output.files import refuse_overwriting
 from movimentum.records import fields
 from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.text import frame_range, rational
-from movimentum.workflow.choices import Choices, FrameChoice, Outcome, frames_in
-from movimentum.workflow.limits import LARGEST_NESTING, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS
+from movimentum.workflow.choices import (
+    LARGEST_NESTING,
+    MAX_FRAMES,
+    MAX_NESTING,
+    MAX_OPERATIONS,
+    Choices,
+    FrameChoice,
+    Outcome,
+    frames_in,
+)
 
 if TYPE_CHECKING:
     from movimentum.source import SourceText

@@ -32,8 +32,7 @@ from movimentum.cli.common import (
 from movimentum.console import DONE, INTERRUPTED, NO_SOLUTION, Console
 from movimentum.errors import MovimentumError
 from movimentum.text import counted
-from movimentum.workflow.choices import Choices, Outcome, Picture
-from movimentum.workflow.limits import MAX_PIXELS
+from movimentum.workflow.choices import MAX_PIXELS, Choices, Outcome, Picture
 
 if TYPE_CHECKING:
     from movimentum.solver.reuse import Known

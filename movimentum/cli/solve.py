@@ -25,8 +25,7 @@ from movimentum.cli.common import (
 from movimentum.console import Console
 from movimentum.settings import Accuracy
 from movimentum.text import counted
-from movimentum.workflow.choices import Choices, FrameChoice, Outcome
-from movimentum.workflow.limits import MAX_DIGITS
+from movimentum.workflow.choices import MAX_DIGITS, Choices, FrameChoice, Outcome
 
 if TYPE_CHECKING:
     from movimentum.source import SourceText

@@ -8,7 +8,7 @@ from fractions import Fraction
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.fused import Schedule, schedule
 from movimentum.planning.blocks.kinds import Block, Winding
-from movimentum.planning.blocks.stated import BlockRows, blocks_before, blocks_behind, rows_of
+from movimentum.planning.blocks.velocities import BlockRows, blocks_before, blocks_behind, rows_of
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import System

@@ -9,7 +9,7 @@ from itertools import islice
 from movimentum.cancellation import look
 from movimentum.expressions import Expr, add, call, const, mul, substitute, symbol, walk
 from movimentum.planning.blocks.build import make_block
-from movimentum.planning.blocks.kept import KeptBlocks, block_key
+from movimentum.planning.blocks.kept import KnownBlocks, block_key
 from movimentum.planning.blocks.kinds import Assign, Block
 from movimentum.planning.blocks.velocities import look_for_wished_rates, velocity_block
 from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
@@ -79,7 +79,7 @@ def _structure(base: System, driven: frozenset[int], merged: frozenset[int]) -> 
     return Structure(base, driven, merged, system, decomposition)
 
 
-def compile_structure(structure: Structure, size: float, kept: KeptBlocks | None) -> Plan:
+def compile_structure(structure: Structure, size: float, kept: KnownBlocks | None) -> Plan:
     """Compile the blocks of a structure; ``size`` is the scene's size in world pixels (for scaling). Blocks that were
     made before are in ``kept`` (None: none is shared, and each number keeps the operation that it comes from).
     """

@@ -49,7 +49,7 @@ def glimpse(timeline: Timeline, time: Fraction, near: Carry, known: Known) -> Po
     scene = timeline.scene
     segment = timeline.segments[timeline.segment_at(time)]
     size = scene_size(scene)
-    key = known.number(segment_key(known.number(scene_key(scene)), segment, scene.source.text))
+    key = known.memo.number(segment_key(known.memo.number(scene_key(scene)), segment, scene.source.text))
     tau = float(time - segment.start)
     try:
         with limited(EFFORT):

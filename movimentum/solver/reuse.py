@@ -8,21 +8,18 @@ text is exchanged. Nothing is a warm start, so a motion never depends on what wa
 from __future__ import annotations
 
 from collections.abc import Hashable
-from itertools import count
 
 from movimentum.expressions import Expr, walk
-from movimentum.kept import Kept
-from movimentum.planning.blocks.kept import KeptBlocks
-from movimentum.planning.lowering.body_frames import KnownFrames, body_frames
+from movimentum.memo import Memo
+from movimentum.planning.blocks.kept import KnownBlocks
+from movimentum.planning.lowering.body_frames import KnownFrames, body_frames, scene_shift
 from movimentum.planning.lowering.builder import Forms
 from movimentum.planning.lowering.polynomial import Polynomial, from_expression
-from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure, compile_structure, structure_of
 from movimentum.planning.restated import chooses, introduced, restated
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import Anchor, Constraint, Scene, ThingProperty
-from movimentum.solver.basis.memory import Memory
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.source import Span
@@ -33,81 +30,49 @@ KEPT = 4
 
 
 class Known:
-    """Motions and plans of segments solved before, by everything that they depend on. Threads may share it."""
+    """Motions and plans of segments solved before, by everything that they depend on. Threads may share it.
+
+    ``memo`` has motions, structures and plans; ``blocks`` has blocks, and ``memory`` what `basis.memory` remembers.
+    """
 
     def __init__(self) -> None:
-        self._numbers = Kept[int](KEPT)
-        self._next = count(1)
-        self._segment_motions = Kept[SegmentMotion](KEPT)
-        self._structures = Kept[Structure](KEPT)
-        self._equations = Kept[Structure](KEPT)
-        self._forms = Kept[tuple[Polynomial | None]](KEPT)
-        self._plans = Kept[Plan](KEPT)
-        self._blocks = KeptBlocks(KEPT)
+        self.memo = self.blocks = self.memory = Memo(KEPT)
         self._last: _OfScene | None = None
-        self.memory = Memory(KEPT)
-
-    @property
-    def solved(self) -> int:
-        """How many segments had to be solved so far: what was taken over does not count."""
-        return self._segment_motions.made
-
-    @property
-    def blocks_made(self) -> int:
-        """How many blocks had to be made so far, of those that are kept."""
-        return self._blocks.made
-
-    @property
-    def plans_made(self) -> int:
-        """How many plans had to be made so far."""
-        return self._plans.made
 
     def begin(self) -> None:
         """Another timeline is solved: forget what the last ones had no use for."""
-        kept = (self._numbers, self._segment_motions, self._structures, self._equations, self._plans, self._blocks)
-        for each in (*kept, self._forms, self.memory):
-            each.begin()
-
-    def number(self, key: Hashable) -> int:
-        """A number that stands for ``key``, and for no other: a key of keys is then as short as they are many."""
-        found = self._numbers.get(key)
-        if found is None:
-            found = next(self._next)
-            self._numbers.keep(key, found)
-        return found
+        self.memo.begin()
 
     def segment_motion(self, key: Hashable, scene: Scene, segment: Segment) -> SegmentMotion | None:
         """The motion kept under ``key``, for a segment that differs in nothing but where it stands in the text."""
-        found = self._segment_motions.get(key)
+        found: SegmentMotion | None = self.memo.get("motion", key)
         return None if found is None else _moved(found, scene, segment)
 
     def keep(self, key: Hashable, segment_motion: SegmentMotion) -> None:
         """Keep a segment's motion."""
-        self._segment_motions.keep(key, segment_motion)
+        self.memo.keep("motion", key, segment_motion)
 
     def structure(self, key: Hashable, scene: Scene, segment: Segment) -> Structure:
         """The equations of a segment in groups, as `structure_of`."""
-        found = self._structures.get(key)
+        found: Structure | None = self.memo.get("structure", key)
+        if found is not None:
+            system, base = (replace(each, scene=scene, segment=segment) for each in (found.system, found.base))
+            return replace(found, system=system, base=base)
+        stated = self._equations_key(scene, segment)
+        alike: Structure | None = self.memo.get("equations", stated)
+        found = None if alike is None else restated(alike, scene, segment)
         if found is None:
-            stated = self._equations_key(scene, segment)
-            alike = self._equations.get(stated)
-            found = None if alike is None else restated(alike, scene, segment)
-            if found is None:
-                found = structure_of(scene, segment, self._of_scene(scene).frames, self._forms_in(scene))
-                self._equations.keep(stated, found)
-            self._structures.keep(key, found)
-            return found
-        system, base = (replace(each, scene=scene, segment=segment) for each in (found.system, found.base))
-        return replace(found, system=system, base=base)
+            found = structure_of(scene, segment, self._of_scene(scene).frames, self._forms_in(scene))
+            self.memo.keep("equations", stated, found)
+        return self.memo.keep("structure", key, found)
 
     def plan(self, key: Hashable, structure: Structure, size: float) -> Plan:
         """The plan of a structure, as `compile_structure`; ``key`` is that of its segment."""
-        known = key, structure.merged, size
-        found = self._plans.get(known)
-        if found is None:
-            found = compile_structure(structure, size, self._blocks)
-            self._plans.keep(known, found)
-            return found
+
+        def make() -> Plan:
+            return compile_structure(structure, size, KnownBlocks(self.blocks))
+
+        found = self.memo.of("plan", (key, structure.merged, size), make)
         return _of(found, structure.system.scene, structure.system.segment)
 
     def _forms_in(self, scene: Scene) -> Forms:
@@ -116,11 +81,7 @@ class Known:
 
         def form(constraint: Constraint, residual: Expr) -> Polynomial | None:
             key = whole, _words(constraint.span, text), residual
-            found = self._forms.get(key)
-            if found is None:
-                found = (from_expression(residual),)
-                self._forms.keep(key, found)
-            return found[0]
+            return self.memo.of("polynomial", key, lambda: (from_expression(residual),))[0]
 
         return form
 
@@ -140,7 +101,7 @@ class Known:
         """What is the same for all segments of ``scene``, if it is the scene last asked for."""
         last = self._last
         if last is None or last.scene is not scene:
-            last = self._last = _OfScene(scene, self.number(scene_key(scene)), scene_shift(scene), {})
+            last = self._last = _OfScene(scene, self.memo.number(scene_key(scene)), scene_shift(scene), {})
         return last
 
 
@@ -149,7 +110,7 @@ class _Plans(Known):
 
     def begin(self) -> None:
         super().begin()
-        self._blocks, self.memory = KeptBlocks(KEPT), Memory(KEPT)
+        self.blocks = self.memory = Memo(KEPT)
 
 
 _PLANS = _Plans()

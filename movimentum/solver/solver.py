@@ -69,7 +69,7 @@ def solve(
 
 
 def _solved(work: Solving, timeline: Timeline, begin: Carry | None, known: Known | None) -> tuple[SegmentMotion, ...]:
-    scene, number = work.scene, work.known.number
+    scene, number = work.scene, work.known.memo.number
     whole = number(scene_key(scene))
     carry = begin or as_drawn(scene)
     key = 0

@@ -1,4 +1,4 @@
-"""The choices of a user: how to solve and draw a script, and what to report."""
+"""The choices of a user: how to solve and draw a script, what to report, and the limits of what is accepted."""
 
 from __future__ import annotations
 
@@ -9,10 +9,19 @@ from typing import TYPE_CHECKING
 from movimentum.diagnostics import Diagnostic
 from movimentum.records import dataclass
 from movimentum.settings import Accuracy, FailurePolicy
-from movimentum.workflow.limits import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, MAX_PIXELS
 
 if TYPE_CHECKING:
     from movimentum.expressions import Expr
+
+# limits beyond which a script is refused; most can be raised
+MAX_FRAMES = 1_000_000
+MAX_PIXELS = 64_000_000
+MAX_NESTING = 100
+LARGEST_NESTING = 300
+"""More than that, `MAX_NESTING` cannot be raised to."""
+MAX_DIGITS = 1000
+MAX_OPERATIONS = 20_000
+MAX_SCRIPT_BYTES = 16 * 1024 * 1024
 
 FrameChoice = Callable[[int], tuple[int, int]]
 """From the number of frames to the first chosen one and the end (not included)."""

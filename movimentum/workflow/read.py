@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from movimentum.errors import script_error, usage_error
 from movimentum.records import dataclass, field
 from movimentum.source import SourceText, UnfoldedText, drawing_file
-from movimentum.workflow.limits import MAX_SCRIPT_BYTES
+from movimentum.workflow.choices import MAX_SCRIPT_BYTES
 
 if TYPE_CHECKING:
     from movimentum.diagnostics import Diagnostic

@@ -10,8 +10,7 @@ from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import NoSolutionError, ScriptError
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, Advice, FailurePolicy
-from movimentum.workflow.choices import Choices
-from movimentum.workflow.limits import MAX_PIXELS
+from movimentum.workflow.choices import MAX_PIXELS, Choices
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.terminal import visible
-from movimentum.workflow.choices import Choices, Outcome, Progress
+from movimentum.workflow.choices import MAX_PIXELS, Choices, Outcome, Progress
 from movimentum.workflow.frames import PoseChunks
-from movimentum.workflow.limits import MAX_PIXELS
 from movimentum.workflow.read import reads
 from movimentum.workflow.stages import arranged, solved, understand
 

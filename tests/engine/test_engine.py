@@ -119,14 +119,14 @@ def _counting(monkeypatch: pytest.MonkeyPatch, module: str, *names: str) -> Coun
 
 
 def _solved_for(engine: Engine, text: str) -> int:
-    before = engine.known.solved
+    before = engine.known.memo.made["motion"]
     engine.revise(SourceText("x.mov", text)).diagnostics  # noqa: B018
-    return engine.known.solved - before
+    return engine.known.memo.made["motion"] - before
 
 
 def test_a_comment_a_color_or_the_frame_rate_solve_nothing() -> None:
     engine = _engine()
-    assert engine.known.solved == 4
+    assert engine.known.memo.made["motion"] == 4
     assert _solved_for(engine, "// first\n" + STEPS.replace("@1", "/* é 🙂 */\n@1")) == 0
     assert _solved_for(engine, STEPS.replace(": .bar O", ": .bar .color('red') O")) == 0
     assert _solved_for(engine, STEPS.replace(".config(10)", ".config(25)")) == 0
@@ -160,13 +160,13 @@ def test_who_asks_for_one_more_value_has_nothing_followed_again(
     text = path.read_text(encoding="utf-8")
     engine = Engine()
     before = engine.revise(SourceText(str(path), text)).motion
-    made, steps = engine.known.blocks_made, len(before.segments)
+    made, steps = engine.known.memo.made["block"], len(before.segments)
     assert followed["trace"] + followed["drift"] > 0
     followed.clear()
     first = text.index("\n@1") if "\n@1" in text else text.rindex("\n@")
     after = engine.revise(SourceText(str(path), f"{text[:first]} asked = {asked};{text[first:]}")).motion
     assert not followed
-    assert engine.known.blocks_made - made <= more * steps
+    assert engine.known.memo.made["block"] - made <= more * steps
     one, two = (motion.poses(0, motion.timeline.frame_count) for motion in (before, after))
     assert one.origin.tobytes() == two.origin.tobytes()
     assert one.direction.tobytes() == two.direction.tobytes()
@@ -201,8 +201,9 @@ def test_what_was_not_used_for_long_is_forgotten() -> None:
     for first in (31, 41, 31):
         for number in range(8):
             _solved_for(engine, STEPS.replace("P=[30,0]", f"P=[{first + number},0]"))
-        assert len(engine.known._segment_motions) <= 5 * 4  # pyright: ignore[reportPrivateUsage]
-        kept.append(len(engine.known.memory))
+        kinds = Counter(kind for kind, _ in engine.known.memo._values)  # pyright: ignore[reportPrivateUsage]
+        assert kinds["motion"] <= 5 * 4
+        kept.append(kinds["found"])
     assert kept[2] == kept[0]
     assert _solved_for(engine, STEPS) == 4
 
@@ -334,5 +335,5 @@ def test_a_film_rendered_again_has_the_same_bytes(tmp_path: Path) -> None:
     rendered("first", STEPS, known)
     recolored = STEPS.replace(": .bar O", ": .bar .color('red') O").replace("20*(.t)", "21*(.t)")
     again = rendered("again", recolored, known)
-    assert known.solved == 4 + 2
+    assert known.memo.made["motion"] == 4 + 2
     assert again == rendered("fresh", recolored, None)

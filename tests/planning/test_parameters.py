@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.planning.blocks.kept import KeptBlocks
+from movimentum.memo import Memo
+from movimentum.planning.blocks.kept import KnownBlocks
 from movimentum.planning.codegen.writing import structures_compiled
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.rendering.images import image_size
@@ -29,7 +30,7 @@ def compiled_for(text, path=SCRIPTS / "x.mov"):
     timeline = arrange(build(parse(source), source, image_size))
     before = structures_compiled()
     for segment in timeline.segments:
-        compile_structure(structure_of(timeline.scene, segment, {}), 100.0, KeptBlocks(1)).schedule(True)
+        compile_structure(structure_of(timeline.scene, segment, {}), 100.0, KnownBlocks(Memo(1))).schedule(True)
     return structures_compiled() - before
 
 

@@ -39,8 +39,8 @@ def test_a_script_that_is_solved_again_is_not_planned_again(monkeypatch):
     monkeypatch.setattr(reuse, "_PLANS", reuse._Plans())
     script = mv.load(ROOT / "scripts" / "four-bar.mov")
     script.solve()
-    made = reuse._PLANS.plans_made
+    made = reuse._PLANS.memo.made["plan"]
     assert made > 0
     script.solve()
     mv.load(ROOT / "scripts" / "four-bar.mov").solve()
-    assert reuse._PLANS.plans_made == made
+    assert reuse._PLANS.memo.made["plan"] == made

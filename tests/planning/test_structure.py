@@ -4,7 +4,8 @@ import networkx as nx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from movimentum.planning.blocks.kept import KeptBlocks
+from movimentum.memo import Memo
+from movimentum.planning.blocks.kept import KnownBlocks
 from movimentum.planning.blocks.kinds import method_of
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.planning.structure.graph import groups, maximum_matching, reachable, strong_components
@@ -75,7 +76,7 @@ def test_a_long_chain_needs_no_recursion():
 
 def plan_of(text):
     scene = scene_of(text)
-    return compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, KeptBlocks(1))
+    return compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, KnownBlocks(Memo(1)))
 
 
 def kernels(plan):

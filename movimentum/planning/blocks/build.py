@@ -19,13 +19,16 @@ from movimentum.planning.blocks.kinds import (
     Winding,
 )
 from movimentum.planning.blocks.reduction import (
+    Roots,
     back_substituted,
     divided_by,
     eliminated_linear,
     line_and_conic,
+    line_conic_roots,
+    quadratic_roots,
+    sign_of,
     size_of_terms,
 )
-from movimentum.planning.blocks.roots import Roots, line_conic_roots, quadratic_roots, sign_of
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.calculus import affine, with_respect_to

@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import count
 
 from movimentum.expressions import Expr, walk
-from movimentum.kept import Kept
+from movimentum.memo import Memo
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.blocks.wishes import with_wishes
 from movimentum.planning.codegen.generate import Clocks
@@ -20,15 +20,15 @@ from movimentum.records import replace
 _IDENTITIES = count(1)
 
 
-class KeptBlocks(Kept[Block]):
+class KnownBlocks:
     """Blocks by everything that `blocks.build.make_block` reads, but for the numbers of their equations."""
+
+    def __init__(self, memo: Memo) -> None:
+        self._memo = memo
 
     def block(self, key: Hashable, equations: tuple[int, ...], make: Callable[[], Block]) -> Block:
         """The block under ``key`` with these numbers of its ``equations``, made where it is not kept."""
-        block = self.get(key)
-        if block is None:
-            block = replace(make(), identity=next(_IDENTITIES))
-            self.keep(key, block)
+        block = self._memo.of("block", key, lambda: replace(make(), identity=next(_IDENTITIES)))
         if block.equations == equations:
             return block
         if not isinstance(block, Newton):

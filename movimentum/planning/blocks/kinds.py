@@ -124,8 +124,8 @@ class QuadraticShape(StrEnum):
 class Quadratic(BlockBase):
     """A quadratic equation in one unknown, or a line and a conic in two (a dyad): two solutions, told apart by a sign.
 
-    ``solution``: compiled; the margin (see `blocks.roots`), then the core unknowns, given the sign ``g``. ``margin`` is
-    its expression, ``normal`` see `planning.blocks.roots.Roots`.
+    ``solution``: compiled; the margin (see `blocks.reduction`), then the core unknowns, given the sign ``g``.
+    ``margin`` is its expression, ``normal`` see `planning.blocks.reduction.Roots`.
     """
 
     shape: QuadraticShape

@@ -25,13 +25,11 @@ from movimentum.expressions import (
     symbols,
 )
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.body_frames import BodyFrame
+from movimentum.planning.lowering.body_frames import BodyFrame, gathered
 from movimentum.planning.lowering.calculus import differentiate
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, Wish
 from movimentum.planning.lowering.integrals import closed_form
-from movimentum.planning.lowering.polynomial import Polynomial
-from movimentum.planning.lowering.rewriting import along_line, angle_rows, cancelled, squared
-from movimentum.planning.lowering.shift import gathered
+from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
 from movimentum.planning.lowering.unknowns import (
     Accumulated,
     PoseCos,

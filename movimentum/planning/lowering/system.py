@@ -19,10 +19,9 @@ from movimentum.expressions import (
     symbol,
 )
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.body_frames import DRAWN, KnownFrames, body_frames
+from movimentum.planning.lowering.body_frames import DRAWN, KnownFrames, body_frames, scene_shift
 from movimentum.planning.lowering.builder import Forms, SystemBuilder, can_be_seen_turning
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, System
-from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.lowering.unknowns import (
     PoseCos,
     PoseSin,

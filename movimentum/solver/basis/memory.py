@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import Generic, TypeVar, cast
 
 from movimentum.expressions import Expr
-from movimentum.kept import Kept
+from movimentum.memo import Memo
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
@@ -24,15 +24,11 @@ T = TypeVar("T")
 Q = TypeVar("Q")
 
 
-class Memory(Kept[tuple[object, int]]):
-    """What was found, by everything that it depends on, and how many linearizations that took."""
-
-
-_memory: ContextVar[Memory | None] = ContextVar("_memory", default=None)
+_memory: ContextVar[Memo | None] = ContextVar("_memory", default=None)
 
 
 @contextmanager
-def remembering(memory: Memory) -> Generator[None, None, None]:
+def remembering(memory: Memo) -> Generator[None, None, None]:
     """Inside, `remembered` looks into ``memory``."""
     token = _memory.set(memory)
     try:
@@ -51,13 +47,13 @@ def remembered(key: Callable[[], Hashable], find: Callable[[], T]) -> T:
     place = None if memory is None else key()
     if memory is None or place is None:
         return find()
-    known = memory.get(place)
+    known = memory.get("found", place)  # with how many linearizations that took
     if known is not None:
         charge(known[1])
         return cast("T", known[0])
     with counted() as spent:
         found = find()
-    memory.keep(place, (found, spent[0]))
+    memory.keep("found", place, (found, spent[0]))
     return found
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.stated import BlockRows
+from movimentum.planning.blocks.velocities import BlockRows
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient

@@ -7,20 +7,27 @@ from collections.abc import Callable
 import pytest
 
 from movimentum.cancellation import Cancelled, cancellable, look
-from movimentum.kept import Kept
+from movimentum.memo import Memo
 from movimentum.solver.basis.effort import GivenUp, charge, limited
-from movimentum.solver.basis.memory import Memory, answered, remembered, remembering
+from movimentum.solver.basis.memory import answered, remembered, remembering
 
 
 def test_what_nobody_asks_for_is_forgotten() -> None:
-    kept = Kept[str](2)
-    kept.keep("a", "first")
-    kept.keep("b", "second")
+    memo = Memo(2)
+    memo.keep("word", "a", "first")
+    memo.keep("word", "b", "second")
     for _ in range(5):
-        kept.begin()
-        assert kept.get("a") == "first"
-    assert kept.get("b") is None
-    assert (len(kept), kept.made) == (1, 2)
+        memo.begin()
+        assert memo.get("word", "a") == "first"
+    assert memo.get("word", "b") is None
+    assert (len(memo), memo.made["word"]) == (1, 2)
+
+
+def test_kinds_and_numbers_are_told_apart() -> None:
+    memo = Memo(2)
+    assert [memo.of("one", 1, lambda: "one"), memo.of("other", 1, lambda: "other")] == ["one", "other"]
+    assert memo.of("one", 1, lambda: "never asked") == "one"
+    assert memo.number("a") == memo.number("a") != memo.number("b")
 
 
 def _found(key: object, calls: list[object]) -> str:
@@ -33,7 +40,7 @@ def _found(key: object, calls: list[object]) -> str:
 
 def test_what_is_remembered_is_found_once() -> None:
     calls: list[object] = []
-    memory = Memory(4)
+    memory = Memo(4)
     with remembering(memory):
         assert [_found(key, calls) for key in (1, 2, 1)] == ["found 1", "found 2", "found 1"]
         assert [_found(None, calls) for _ in range(2)] == ["found None"] * 2
@@ -47,7 +54,7 @@ def test_what_is_given_up_does_not_depend_on_what_was_found_before() -> None:
         charge(10)
         return "dear"
 
-    with remembering(Memory(4)):
+    with remembering(Memo(4)):
         assert remembered(lambda: "dear", dear) == "dear"
         with pytest.raises(GivenUp), limited(5):
             remembered(lambda: "dear", dear)
@@ -67,7 +74,7 @@ def test_what_asks_is_found_once_for_the_same_answers() -> None:
         charge(10)
         return [n for n in range(3) if n == 2 or ask(n)]
 
-    with remembering(Memory(4)):
+    with remembering(Memo(4)):
         assert answered(lambda: "key", find, lambda _: True) == [0, 1, 2]
         assert answered(lambda: "key", find, lambda n: n == 0) == [0, 2]
         assert answered(lambda: "other", find, lambda n: n == 0) == [0, 2]
