@@ -92,6 +92,6 @@ def _function(blocks: Sequence[Block], clocks: Clocks) -> Callable[..., Any]:
     tail = list(stores)
     if margins:
         tail.append(f" m = {margins[0]}")
-        tail += [f" m = minimum(m, {text})" for text in margins[1:]]
+        tail += [f" m = min(m, {text})" for text in margins[1:]]
     tail.append(" return m" if margins else " return None")
     return writer.function("u, k, g", tail)

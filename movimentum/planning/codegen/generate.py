@@ -18,7 +18,7 @@ from functools import lru_cache
 from typing import Any
 
 from movimentum.expressions import Expr, walk
-from movimentum.planning.codegen.numeric import NAMESPACE
+from movimentum.planning.codegen.numeric import NAMESPACE, ON_ARRAYS
 from movimentum.planning.lowering.unknowns import unknown_number
 
 Compiled = Callable[..., tuple[Any, ...]]
@@ -26,11 +26,6 @@ Compiled = Callable[..., tuple[Any, ...]]
 
 Undefined values are nan or infinite (NumPy's warnings are the caller's to silence).
 """
-
-_CALLS = {
-    "tand", "asind", "acosd", "atand", "atan2d", "ease", "mod", "le", "sqrt", "floor", "exp", "ln",
-}  # fmt: skip
-_RENAMED = {"abs": "absolute", "min": "minimum", "max": "maximum"}
 
 
 class Clocks:
@@ -176,11 +171,9 @@ class Writer:
                 if node.exponent == 2.0:
                     _, x = _split(a[0])
                     return self._local(f"{x} * {x}")
-                return self._local(f"power({a[0]}, {node.exponent!r})")
-            case op if op in _CALLS:
+                return self._local(f"pow({a[0]}, {node.exponent!r})")
+            case op if op in ON_ARRAYS:
                 return self._local(f"{op}({', '.join(a)})")
-            case op if op in _RENAMED:
-                return self._local(f"{_RENAMED[op]}({', '.join(a)})")
             case op:
                 raise NotImplementedError(op)
 

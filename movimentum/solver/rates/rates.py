@@ -249,7 +249,7 @@ class _Course:
             ax, ay = frame.axis if frame.turned else (1.0, 0.0)
             c, s = plus(times(ax, c), times(ay, s)), plus(times(ax, s), times(-ay, c))
         elif angle is not None:
-            s, c = taylor.sine_and_cosine(angle)
+            s, c = (taylor.call(op, None, [angle]) for op in ("sind", "cosd"))
         else:
             c, s = (np.float64(before.c),), (np.float64(before.s),)
         rx, ry = frame.origin
