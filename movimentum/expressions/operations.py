@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from movimentum.expressions.expr import ONE, ZERO, Expr, add, const, div, mul, neg, sub
 from movimentum.expressions.floats import RADIANS, Floats
+from movimentum.records import dataclass
 
 _DEGREE = const(RADIANS)
 _PER_RADIAN = const(1.0 / RADIANS)
