@@ -85,15 +85,16 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
         )
     saved = (standard.start - draft.start) + count * (standard.frame - draft.frame)
     whole = standard.start + count * (standard.frame + drawing)
-    if saved <= 0.0:
-        found.append("`draft` gains nothing here: solving the frames takes no longer than interpolating them.")
-    elif saved < LITTLE * whole:
+    if draft.claim is None:
         found.append(
-            f"`draft` gains nothing here: it saves {_time(saved)} of the {_time(whole)} that solving and drawing take."
+            "`draft` is the same as `standard` here: it gains only where loops are solved frame by frame, in thousands"
+            " of frames."
         )
+    elif saved < LITTLE * whole:
+        found.append(f"`draft` gains little here: it saves {_time(saved)} of {_time(whole)}, with drawing.")
     else:
         found.append(f"`draft` saves {_time(saved)} of {_time(whole)} and is off by {draft.error:.1e} px.")
-    if draft.error > INVISIBLE:
+    if draft.claim is not None and draft.error > INVISIBLE:
         found.append(f"In a picture `draft` can be seen: {draft.error:.2g} px.")
     integrated = solver.integration or 0.0
     times = high.frame / max(standard.frame, 1e-12)
