@@ -8,15 +8,13 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import ScriptError, usage_error
-from movimentum.fitting.aims import LoweredAims, lower_aims
+from movimentum.fitting.aims import LoweredAims, SideFormulas, lower_aims
 from movimentum.fitting.evaluation import TogetherEvaluator
 from movimentum.fitting.merit import Merit
-from movimentum.fitting.periods import periods_of
 from movimentum.fitting.programming import Program, largest
 from movimentum.fitting.search import ONE_BY_ONE, TOGETHER, Candidates, Search, SearchEffort, Task, tasks_of
-from movimentum.fitting.sides import SideFormulas
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
-from movimentum.fitting.undecided import Undecided, undecided
+from movimentum.fitting.undecided import Undecided, periods_of, undecided
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.scene.model import Claim

@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.fitting.aims import LoweredAim, LoweredAims
-from movimentum.fitting.sides import Evaluation, SideLayout
+from movimentum.fitting.aims import Evaluation, LoweredAim, LoweredAims, SideLayout
 from movimentum.records import dataclass, replace
 
 Evaluate = Callable[..., Evaluation]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.fitting.aims import Evaluation
 from movimentum.fitting.search import Candidates, Search
-from movimentum.fitting.sides import Evaluation
 
 ITERATIONS = 100
 FAR = 10.0

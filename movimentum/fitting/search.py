@@ -13,9 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.fitting.aims import Evaluation
 from movimentum.fitting.least_squares import Rows, inside, minimize_together
 from movimentum.fitting.merit import Evaluate, Lagrangian, Merit
-from movimentum.fitting.sides import Evaluation
 from movimentum.fitting.timing import FreeTimes
 from movimentum.records import dataclass, field, replace
 

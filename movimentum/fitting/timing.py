@@ -14,9 +14,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.expressions import Expr, walk
-from movimentum.fitting.aims import ReducedExpr
-from movimentum.fitting.dual import Dual
-from movimentum.fitting.sides import SideFormulas, signed
+from movimentum.fitting.aims import ReducedExpr, SideFormulas, signed
+from movimentum.fitting.slopes import Dual
 from movimentum.records import dataclass
 from movimentum.variants.together.pattern import Pattern
 from movimentum.variants.tracing import Reduced, Varied

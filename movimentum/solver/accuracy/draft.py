@@ -170,7 +170,7 @@ def _drafted(piece: Piece, base: Snapshot) -> tuple[Piece, float]:
         state, bad = evaluated(piece, piece.instants(tau))
     known = tuple(n for n, value in enumerate(state) if value is not None)
     table = np.array([np.broadcast_to(state[n], len(tau)) for n in known]).reshape(len(known), -1, len(places))
-    usable = ~bad.reshape(-1, len(places)).any(axis=1) & np.isfinite(table).all(axis=(0, 2))
+    usable = np.asarray(~bad.reshape(-1, len(places)).any(axis=1) & np.isfinite(table).all(axis=(0, 2)), dtype=np.bool_)
     cubics = Cubics(nodes, known, np.nan_to_num(table[..., : len(THROUGH)]), usable)
     between = tau.reshape(-1, len(places))[:, len(THROUGH) :].reshape(-1)
     truth: State = [None if value is None else np.broadcast_to(value, len(tau)) for value in state]
