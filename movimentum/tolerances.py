@@ -27,6 +27,77 @@ module (1e-16), far below any difference that is meant.
 
 # --- variants and fits ----------------------------------------------------------------------------
 
+GOAL_MET = 1e-9
+"""Of the scene's size: goals that are missed by less are met. Fits of goals that can be met end at 1e-12 or below."""
+REQUIREMENT_NEARLY_MET = 1e-4
+"""Of the scene's size: what a requirement may be off by before a candidate is refined."""
+LEAST_OFF_FACTOR = 1.0 + 1e-4
+"""Times the least that a requirement must be off: so much it may be, if goals gain by it."""
+SOLVERS_AGREE = 1e-6
+"""Of the scene's size: how well the two solvers agree on a variant that is believed."""
+COSTS_ALIKE = 1e-4
+"""Of a cost: parts of a search whose best costs are no farther apart came to the same."""
+GOAL_IN_REACH = 1e-3
+"""Of the scene's size: if goals that may all be met are missed by less, the search goes on."""
+TINY = 1e-300
+"""Keeps a quotient finite whose divisor may be 0: below anything that is measured, above what overflows."""
+REQUIREMENT_EQUAL = 1e-9
+"""Of the scene's size: what a required equation may be off by, as a claim."""
+SAME_AFTER_A_PERIOD = 1e-9
+"""Of the scene's size: what differs by no more is the same."""
+SLOPE_OF_AN_IDLE_CONSTANT = 1e-12
+"""In sizes of the scene, for the whole of a constant's interval: what changes by no more does not depend on it."""
+RANK_OF_SLOPES = 1e-6
+"""Of the largest singular value: one that is smaller belongs to a direction in which nothing changes."""
+REQUIREMENT_ACTIVE = 1e-6
+"""Of the scene's size: a requirement with no more to spare decides."""
+GOAL_LEFT_OVER = 1e-7
+"""Of the scene's size: goals that are missed by more are not met, so that curvature decides and not slopes."""
+CURVATURE_STEP = 1e-4
+"""Of the intervals of constants: the step of differences of slopes that give the curvature of a fit."""
+NO_CURVATURE = 1e-8
+"""Of the largest curvature of a fit: what is less is rounding of the differences that give it."""
+SLOPE_STEP = 1e-6
+"""Of a constant's interval: how far apart the variants are of which slopes are differences."""
+SLOPES_AGREE = 1e-4
+"""Of the largest slope: what those by the equations and by differences may differ."""
+SINGULAR_FOR_SLOPES = 1e-18
+"""A determinant (rows and columns of size one) below which a block's slopes are nan."""
+GAIN_WORTH_A_NOTE = 1e-4
+"""Of what the goals miss: a wider range that gains less is not worth a note's help."""
+AT_AN_END = 1e-6
+"""Of its interval: a constant that is nearer to an end stands there."""
+SAME_POINT = 1e-5
+"""Of the intervals: points that are nearer to each other than that are one."""
+ROUNDED_UP = 1e-9
+"""Of a tolerance that is proposed: what it is raised by before its last digit is rounded up, so that it holds."""
+ORDER_LINEAR = 1e-12
+"""What an order of times may differ from a plain difference at trial values of about 1: some roundings."""
+PROGRAM_SETTLED = 1e-12
+"""Of SciPy's SLSQP: a change of the cost, in its own units, that ends a program."""
+LEAST_DAMPING = 1e-14
+"""Of the largest diagonal element: less would leave a singular matrix singular."""
+FIRST_DAMPING = 1e-3
+"""Of the largest diagonal element: where damping begins (Madsen, Nielsen & Tingleff 2004, 3.2)."""
+LEAST_WEIGHT = 1e-10
+"""Of the largest diagonal element: what an unknown weighs at least in damping in proportion."""
+GAIN_OF_A_STEP = 1e-3
+"""Of the tolerance of steps: a step that gains less of the cost than that ends a fit."""
+STEP_TOGETHER = 1e-12
+"""Of the intervals: a step that ends a fit of variants that are solved together, at rounding."""
+STEP_ONE_BY_ONE = 1e-8
+"""Of the intervals: a step that ends a fit of variants that take long to solve."""
+FINER = 1e-3
+"""Of the tolerance of steps: that of the last fits, of few candidates."""
+POLISHED = 1e-15
+"""Of SciPy's least squares, for its own criteria: as near as floats come."""
+POPULATION_SETTLED = 1e-8
+"""Of the mean cost: the spread of a population that evolves no further."""
+INSIDE = 1e-12
+"""Of the intervals: how far from an end SciPy's least squares must start."""
+LEAST_PLOTTED = 1e-17
+"""Pixels: an error of 0 is plotted here, on a logarithmic axis."""
+
 # --- pictures and files ---------------------------------------------------------------------------
 
 # --- linkage files and formulas from elsewhere ----------------------------------------------------

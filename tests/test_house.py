@@ -115,7 +115,6 @@ UNSORTED = {
     "analysis",
     "drawing",
     "encoding",
-    "fitting",
     "golden",
     "interop",
     "planning",
@@ -126,7 +125,6 @@ UNSORTED = {
     "studio",
     "text.py",
     "timeline",
-    "tradeoff",
     "variants",
     "vector",
 }

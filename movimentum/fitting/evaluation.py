@@ -35,6 +35,7 @@ from movimentum.solver.block.newton import newton_across
 from movimentum.solver.kinds.across import Across, column
 from movimentum.solver.kinds.kernels import across
 from movimentum.solver.kinds.winding import wound
+from movimentum.tolerances import TINY
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.together.batch import Batch, BatchCourse, SegmentRun
 from movimentum.variants.together.pattern import NotTogether, filled
@@ -311,7 +312,7 @@ class TogetherEvaluator:
 
     def _reach(self, course: BatchCourse, moves: BoolArray) -> FloatArray:
         timeline = self.formulas.lowered.timeline
-        start, length = float(timeline.start), max(float(timeline.end - timeline.start), 1e-300)
+        start, length = float(timeline.start), max(float(timeline.end - timeline.start), TINY)
         binds = course.outcomes == VariantOutcome.BINDS.code
         return np.where(moves, 1.0, np.where(binds, np.clip((course.times - start) / length, 0.0, 1.0), 0.0))
 

@@ -24,20 +24,15 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.timeline.model import Segment, Timeline
+from movimentum.tolerances import SLOPE_STEP, SLOPES_AGREE
 from movimentum.variants.outcomes import VariantOutcome, outcome_of
 from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.tracing import OriginUnfolding, with_values
 from movimentum.workflow.frames import PoseChunks
 from movimentum.workflow.stages import arranged, moved
 
-STEP = 1e-6
-"""Of a constant's interval: how far apart the variants are of which slopes are differences."""
-
-
 REMEMBERED = 512
 """Variants whose motions are known still."""
-SLOPES_AGREE = 1e-4
-"""Of the largest slope: what those by the equations and by differences may differ."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,7 +156,7 @@ class SingleEvaluator:
         here = self.sides(constants)
         changes = np.full((len(here), len(constants)), np.nan)
         for c, (low, high) in enumerate(self.intervals.tolist()):
-            step = STEP * (high - low)
+            step = SLOPE_STEP * (high - low)
             ends: list[tuple[float, FloatArray]] = [(0.0, here)]
             for way in (-step, step):
                 moved_by = constants.copy()

@@ -26,6 +26,7 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle
 from movimentum.solver.block.closed_form import State
+from movimentum.tolerances import SINGULAR_FOR_SLOPES
 from movimentum.variants.tracing import OriginUnfolding, Varied
 
 
@@ -139,10 +140,6 @@ def _is(node: Expr, what: Hashable) -> bool:
 
 def _leaves(root: Expr) -> list[Expr]:
     return [node for node in walk(root) if not node.args]
-
-
-SINGULAR = 1e-18
-"""A determinant (rows and columns of size one) below which a block's slopes are nan."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -370,7 +367,7 @@ def _solved(jacobian: FloatArray, right: FloatArray) -> FloatArray:
     size = matrix.shape[-1]
     good = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)), dtype=np.bool_)
     matrix = np.where(good[..., None, None], matrix, np.eye(size))
-    good = good & (np.abs(np.linalg.det(matrix)) > SINGULAR)
+    good = good & (np.abs(np.linalg.det(matrix)) > SINGULAR_FOR_SLOPES)
     matrix = np.where(good[..., None, None], matrix, np.eye(size))
     found = np.linalg.solve(matrix, wanted) / columns[..., :, None]
     return np.where(good[..., None, None], found, np.nan)

@@ -10,6 +10,7 @@ from pathlib import PurePath
 from movimentum.encoding.plot import Panel, Point
 from movimentum.terminal import visible
 from movimentum.text import listed
+from movimentum.tolerances import LEAST_PLOTTED, TINY
 from movimentum.tradeoff.pictures import PictureTrade
 from movimentum.tradeoff.tiers import SolverTrade
 
@@ -97,7 +98,7 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
     if draft.claim is not None and draft.error > INVISIBLE:
         found.append(f"In a picture `draft` can be seen: {draft.error:.2g} px.")
     integrated = solver.integration or 0.0
-    times = high.frame / max(standard.frame, 1e-12)
+    times = high.frame / max(standard.frame, TINY)
     if integrated > standard.error:
         found.append("`high` and `exact` gain nothing here.")
     elif standard.error < INVISIBLE:
@@ -109,7 +110,7 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
     if integrated <= standard.error:
         found.append(
             f"For tables `high` brings {standard.error:.0e} px down to {high.error:.0e} px for {times:.3g} times the"
-            f" time per frame, `exact` takes {exact.frame / max(standard.frame, 1e-12):.3g} times."
+            f" time per frame, `exact` takes {exact.frame / max(standard.frame, TINY):.3g} times."
         )
     costs = {cost.name: cost for cost in pictures.costs}
     plain, fine = costs["quality standard"], costs["quality high"]
@@ -161,7 +162,7 @@ def trade_json(script: str, solver: SolverTrade, pictures: PictureTrade, rates: 
 
 def panels(script: str, solver: SolverTrade, pictures: PictureTrade) -> list[Panel]:
     """Two diagrams: of solving and of drawing, time per frame against error."""
-    least = 1e-17
+    least = LEAST_PLOTTED
     tiers = tuple(
         Point(
             f"{tier.name} ({_truth(solver)})" if tier.name == "exact" else tier.name,
