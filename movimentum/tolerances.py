@@ -8,11 +8,60 @@ the same bound they share the name, and where two bounds only happen to be equal
 
 # --- paths: nodes, branches, folds, ends ----------------------------------------------------------
 
+NEARLY_SINGULAR_FOR_RATES = 1e-3
+"""Reciprocal condition number below which a limit from beside the instant may be the better answer."""
+ROUNDING_OF_POSES = 4e-16
+"""Of poses, relative to their size: rates by the equations are off by that over the condition's power."""
+LIMITS_AGREE = 1e-6
+"""How well the two sides of a limit must agree, relative to the rates near by."""
+SLOW_RATE = 1e-3
+"""Of the fastest unknown: what is slower agrees with itself if it does on this scale."""
+DERIVATIVES_ALIKE = 1e-8
+"""Of the largest derivative: by how much that of fourth order may be another; that of sixth order is far better."""
+ROUNDING_OF_INPUTS = 1e-13
+"""Of the scene's size: the rounding in what is read."""
+RESTORED = 1e-10
+"""Relative residual with which a free motion is brought back onto its equations, step by step."""
+
 # --- beginnings: which pose a path starts from ----------------------------------------------------
+
+PROJECTED = 1e-8
+"""Relative residual with which a pose that was projected onto its equations satisfies them."""
+CURVATURE_OF_CONSTRAINTS = 1e-5
+"""Of the unknowns' scale: the width of differences of the Jacobian."""
+WEIGHT_OF_MOTION_BESIDE_TURNS = 1e-6
+"""How much the anchors' motion weighs beside turns, where these are to be least."""
+LEAST_POSE_DENSE = 1e-13
+"""Of the size of unknowns: a step toward the least pose that ends it, where steps come from a singular value
+decomposition.
+"""
+LEAST_POSE_SPARSE = 1e-12
+"""Of the size of unknowns: the same for sparse saddle point systems, whose rounding is larger."""
+REGULAR = 1e-14
+"""Of a trace: what is added to a semidefinite matrix so that rounding does not make it indefinite."""
+INDIFFERENT_TO_WISHES = 1e-6
+"""Of the largest slope of wishes: a direction that changes them by less is left for the least pose."""
+EQUATION_MET_BY_A_START = 1e-12
+"""Relative residual of a solution: just beyond its reach a mechanism has poses that are nearly one."""
+EQUATION_NEARLY_MET_BY_A_START = 1e-10
+"""The same, where equations that follow from each other may be rounded differently."""
+ROUNDING_OF_A_START = 1e-15
+"""Relative residual, and of the scene's size: what Newton's method could not make better."""
 
 # --- integrals and differential equations ---------------------------------------------------------
 
 # --- more digits: polishing, refinement, what a tier may be off -----------------------------------
+
+SAME_SOLUTION_POLISHED = 1e-5
+"""How far, in units of its size, a solution may be moved: farther is another solution, not the same one better."""
+RANK_FOR_DEFLATION = 1e-4
+"""Of the largest singular value of a scaled Jacobian: one that is smaller is lost at a double root, where a float is
+right to half its digits only.
+"""
+RANK_OF_REDUNDANT_ROWS = 1e-9
+"""Of the largest singular value: what more equations than unknowns agree to in float64 is below it."""
+RANK_OF_SQUARE = 1e-12
+"""Of the largest singular value of a square Jacobian that is singular in float64: its rounding is below it."""
 
 # --- planning: formulas, structure ----------------------------------------------------------------
 

@@ -25,9 +25,13 @@ from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.scaling import scaled
-
-FARTHEST = 1e-5
-"""How far, in units of its size, a solution may be moved: farther is another solution, not the same one better."""
+from movimentum.tolerances import (
+    RANK_FOR_DEFLATION,
+    RANK_OF_REDUNDANT_ROWS,
+    RANK_OF_SQUARE,
+    SAME_SOLUTION_POLISHED,
+    TINY,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,7 +139,7 @@ def polished(plan: Plan, rows: Rows, context: RowContext, start: FloatArray, sca
 
 def _strayed(rows: Rows, context: RowContext, start: FloatArray, sizes: FloatArray) -> NDArray[np.bool_]:
     now = np.stack([np.broadcast_to(context.floats[n], len(start)) for n in rows.unknowns], axis=1)
-    return np.asarray(~(np.abs(now - start) <= FARTHEST * sizes).all(axis=1), dtype=np.bool_)
+    return np.asarray(~(np.abs(now - start) <= SAME_SOLUTION_POLISHED * sizes).all(axis=1), dtype=np.bool_)
 
 
 def _jacobian(rows: Rows, context: RowContext, count: int) -> FloatArray:
@@ -153,9 +157,13 @@ def _inverse(rows: Rows, context: RowContext, sizes: FloatArray) -> FloatArray:
     if finite.any():
         square = matrix.shape[1] == matrix.shape[2]
         try:
-            inverse = np.linalg.inv(matrix[finite]) if square else np.linalg.pinv(matrix[finite], rcond=1e-9)
+            inverse = (
+                np.linalg.inv(matrix[finite])
+                if square
+                else np.linalg.pinv(matrix[finite], rcond=RANK_OF_REDUNDANT_ROWS)
+            )
         except np.linalg.LinAlgError:
-            inverse = np.linalg.pinv(matrix[finite], rcond=1e-12)
+            inverse = np.linalg.pinv(matrix[finite], rcond=RANK_OF_SQUARE)
         result[finite] = sizes[finite][:, :, None] * inverse / lengths[finite][:, None, :]
     return result
 
@@ -182,7 +190,7 @@ def _iterated(rows: Rows, context: RowContext, sizes: FloatArray, *, newton: boo
                 inverse = _inverse(rows, context, sizes)
             step = -np.einsum("fnm,fm->fn", inverse, residuals)
         largest = np.max(np.abs(step) / sizes, axis=1, initial=0.0)
-        digits = -(np.log10(np.where(largest > 0.0, largest, 1e-300)) + exponents * np.log10(2.0))
+        digits = -(np.log10(np.where(largest > 0.0, largest, TINY)) + exponents * np.log10(2.0))
         usable = np.isfinite(step).all(axis=1)
         gained = np.where(usable, digits, 0.0) - right
         moves = running & usable & ((gained > 0.0) | (done < 2))
@@ -242,7 +250,7 @@ def _singular(
     if right >= context.evaluator.arithmetic.digits:
         return right
     # steps that shrink by a constant factor leave several times the last one
-    return max(right - 1.0, 0.0) if right > 0.0 else -float(np.log10(FARTHEST))
+    return max(right - 1.0, 0.0) if right > 0.0 else -float(np.log10(SAME_SOLUTION_POLISHED))
 
 
 def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
@@ -252,7 +260,7 @@ def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> 
     if not np.isfinite(matrix).all() or len(rows.residuals) < n:
         return 0.0
     _, singular, right = np.linalg.svd(matrix[0])
-    if singular[-1] > 1e-4 * singular[0] or (n > 1 and singular[-2] < 1e-4 * singular[0]):
+    if singular[-1] > RANK_FOR_DEFLATION * singular[0] or (n > 1 and singular[-2] < RANK_FOR_DEFLATION * singular[0]):
         return 0.0
     arithmetic = here.evaluator.arithmetic
     first = len(here.wide)
@@ -267,7 +275,7 @@ def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> 
     )
     del here.wide[first:], here.floats[first:]
     residuals, exponents = arithmetic.balanced(here.values(rows), 1)
-    gradients = np.maximum(np.abs(_jacobian(rows, here, 1) * size[:, None, :]).max(axis=2, initial=0.0), 1e-300)
+    gradients = np.maximum(np.abs(_jacobian(rows, here, 1) * size[:, None, :]).max(axis=2, initial=0.0), TINY)
     off = float(np.max(np.abs(residuals) / gradients))
     left = np.inf if off == 0.0 else -(np.log10(off) + float(exponents[0]) * np.log10(2.0))
     return digits if left >= arithmetic.digits else 0.0

@@ -5,7 +5,6 @@ mpmath is imported when such numbers are made, and not before.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Hashable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -30,10 +29,9 @@ class DigitsArithmetic:
         from mpmath.ctx_mp import MPContext
 
         self.digits = digits + 10
-        self.working_digits = digits + GUARD
         self.shown = digits
         self.context: Any = MPContext()
-        self.context.dps = self.working_digits
+        self.context.dps = digits + GUARD
         self._calls: dict[str, Callable[..., Any]] = {
             name: np.frompyfunc(self._safe(function), BY_NAME[name].arity + (name == "pow"), 1)
             for name, function in column(_Scalars(self.context)).items()
@@ -110,10 +108,6 @@ class DigitsArithmetic:
         if abs(value) < context.mpf(size) * context.mpf(10) ** (-self.digits):
             return "0.0"
         return str(context.nstr(value, self.shown, min_fixed=-5, max_fixed=max(self.shown, 17)))
-
-    def magnitude(self, value: Any) -> float:
-        """log10 of a number's size; -inf for 0."""
-        return -math.inf if value == 0 else float(self.context.log10(abs(value)))
 
 
 class _Scalars:
