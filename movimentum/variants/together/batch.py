@@ -15,7 +15,7 @@ from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableCompone
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.kinds.across import column
-from movimentum.things.kinds.toothed import Toothed
+from movimentum.things.kinds.toothed import RACK
 from movimentum.variants.lowered import FrameMoments, LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
@@ -249,8 +249,7 @@ class Batch:
             )
             off = np.abs(np.hypot(u - x, v - y) - item.fitting)
             largest = np.max(np.broadcast_to(off, (places.count, np.shape(off)[-1] if np.ndim(off) else 1)), axis=1)
-            module = item.first.own.module if isinstance(item.first.own, Toothed) else 0.0
-            misplaced |= ~(largest <= 0.9 * PLAY * module) | (item.first.kind.word == "rack")
+            misplaced |= ~(largest <= 0.9 * PLAY * item.first.toothed.module) | (item.first.kind is RACK)
         return misplaced
 
     def _jumped(

@@ -103,7 +103,7 @@ def _compare(pattern: Pattern, own: Pattern, values: Mapping[str, float]) -> Non
     varied = [np.array([[values[name]]]) for name in pattern.names]
     here, there = Places(pattern, varied), Places(own, [])
     _same([here.size()[0]], [scene_size(own.scene)], "the size")
-    gears = [[(t.kind.word, t.own) for t in each.scene.things if isinstance(t.own, Toothed)] for each in (pattern, own)]
+    gears = [[t.own for t in each.scene.things if isinstance(t.own, Toothed)] for each in (pattern, own)]
     if gears[0] != gears[1]:
         raise NotTogether("gears depend on it")
     for thing in own.scene.things:
