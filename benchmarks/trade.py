@@ -18,7 +18,6 @@ from measure import ROOT, machine
 
 from movimentum.encoding.plot import Panel, Point, write_plot
 from movimentum.source import SourceText
-from movimentum.tradeoff.report import INVISIBLE
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import read
 from movimentum.workflow.tradeoff import TradeReport, trade
@@ -127,9 +126,9 @@ written by `benchmarks/trade.py`. Times are medians, on one thread of this machi
 ## Which default is best
 
 **Solving: `standard`.** Over the gallery a frame takes {standard} to solve and {drawing} to draw. So a faster tier
-could save at most {share:.1%} of the time that a picture takes. `draft` takes {draft} and needs {prepared} more to
-prepare. Its error is up to {draft_error:.2g} px ({visible} of {count} scripts have more than {invisible} px, which
-can be seen). It is worth it only for very many frames of mechanisms with large loops, such as Walschaerts' gear.
+could save at most {share:.1%} of the time that a picture takes. `draft` is the
+same in {same} of {count} scripts: it interpolates only loops that are solved frame by frame, in thousands of frames,
+where that is at least twice as fast ([0034](decisions/0034-draft.md)).
 
 `standard` is within {standard_error:.0e} px of the truth in the whole gallery, which no picture can show. `high` costs
 {high:.0f} times as much per frame and gives every coordinate to the last bit. It is meant for tables. It is *necessary*
@@ -180,12 +179,8 @@ def page(reports: list[tuple[str, bool, TradeReport]]) -> str:
         standard=us(over("standard", "frame")),
         drawing=us(drawing),
         share=over("standard", "frame") / drawing,
-        draft=us(over("draft", "frame")),
-        prepared=us(over("draft", "start") - over("standard", "start")),
-        draft_error=worst("draft"),
-        visible=sum(report.solver.tiers[0].error > INVISIBLE for report in gallery),
+        same=sum(report.solver.tiers[0].claim is None for report in gallery),
         count=len(gallery),
-        invisible=INVISIBLE,
         standard_error=worst("standard"),
         high=over("high", "frame") / over("standard", "frame"),
         exact=over("exact", "frame") / over("standard", "frame"),

@@ -271,7 +271,7 @@ class Fit:
         """The script's text with the new constants; layout and comments are kept. `UsageError` for constants of an
         included file.
         """
-        from movimentum.fitting.written import with_constants
+        from movimentum.fitting.output import with_constants
 
         with errors_in_python():
             return with_constants(self._scene, self.constants)
@@ -281,7 +281,7 @@ class Fit:
         """Write `text` to a file, with its pictures named from there; never over what the script reads
         (`UsageError`).
         """
-        from movimentum.fitting.written import with_constants
+        from movimentum.fitting.output import with_constants
         from movimentum.output.files import refuse_overwriting, whole_file
         from movimentum.workflow.read import reads
 

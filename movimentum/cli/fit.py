@@ -112,9 +112,8 @@ def _fitted(
 ) -> int:
     from movimentum.fitting.fit import done_here, make_job, make_problem, read_intervals
     from movimentum.fitting.fit import fit as fit_problem
-    from movimentum.fitting.pictures import write_before_and_after
+    from movimentum.fitting.output import with_constants, write_before_and_after
     from movimentum.fitting.summary import notes, unmet
-    from movimentum.fitting.written import with_constants
     from movimentum.output.files import refuse_overwriting, refuse_unwritable
     from movimentum.variants.sheet import check_sheet
     from movimentum.workflow.read import reads

@@ -1,39 +1,47 @@
-"""The operations of expressions: one record for each, with its name in a script, its value and its derivative.
+"""The table of operations: one row for each, with its name in a script, its value and its derivative.
 
-Other ways to evaluate (NumPy code, double-doubles, mpmath, SymPy) are in the modules that need them; a test tries every
-one of them with every operation.
+A column is an arithmetic (see `column`): floats (`floats`), NumPy arrays and the code that is generated
+(`planning.codegen.numeric`), double-doubles, mpmath's numbers and Taylor series (`solver.arithmetic`). A row with a
+``value`` holds in all of them; a new function of the language is one such row, and its name in `syntax.words`. A test
+tries every row in every column, values and derivatives, against mpmath.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
+from functools import partial
+from typing import Any
 
-from movimentum.expressions import floats
 from movimentum.expressions.expr import ONE, ZERO, Expr, add, const, div, mul, neg, sub
+from movimentum.expressions.floats import RADIANS, Floats
 from movimentum.records import dataclass
 
-_DEGREE = const(floats.RADIANS)
-_PER_RADIAN = const(1.0 / floats.RADIANS)
+_DEGREE = const(RADIANS)
+_PER_RADIAN = const(1.0 / RADIANS)
 
 Derivative = Callable[[Expr, Sequence[Expr]], Expr]
 """From a node and the derivatives of its arguments to its own."""
+
+
+Value = Callable[[Any, Any], Any] | Callable[[Any, Any, Any], Any]
+"""From an arithmetic and its numbers to one of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Operation:
     """An operation of ``arity`` arguments.
 
-    ``value`` takes them as floats, and the payload of a node that has one; it raises if it is undefined. If a function
-    has a kink (abs, min, floor, ranges), the ``derivative`` is that of the current piece. ``word`` is its name in a
-    script's function call; operations without a name are written differently.
+    ``value`` takes an arithmetic and its numbers; None: each arithmetic has its own. If a function has a kink (abs,
+    min, floor, ranges), the ``derivative`` is that of the current piece. ``word`` is its name in a script's function
+    call; operations without a name are written differently. ``pow`` also takes the payload of its node, the exponent.
     """
 
     name: str
     arity: int
-    value: Callable[..., float]
     derivative: Derivative
     word: str | None = None
+    value: Value | None = None
 
 
 def power(a: Expr, exponent: float) -> Expr:
@@ -61,7 +69,7 @@ def _folded(node: Expr) -> Expr:
 
 def evaluate_op(op: str, payload: Hashable, values: Sequence[float]) -> float:
     """One operation on floats; nan if it is undefined or overflows."""
-    value = BY_NAME[op].value
+    value = _FLOATS[op]
     try:
         return float(value(*values) if payload is None else value(*values, payload))
     except (ArithmeticError, ValueError):
@@ -102,30 +110,75 @@ def _ease_rate(node: Expr, d: Sequence[Expr]) -> Expr:
     return mul(call("le", u, ZERO, ZERO, call("le", u, ONE, inside, ZERO)), d[0])
 
 
+# --- values that hold in every arithmetic m, from the operations that it has by itself
+
+
+def _cosine_of(m: Any, sine: Any) -> Any:
+    """The root of 1 - s^2, without cancellation where s is near 1."""
+    one = m.number(1)
+    return m.sqrt((one - sine) * (one + sine))
+
+
+def _ease(m: Any, u: Any) -> Any:
+    zero, one = m.number(0), m.number(1)
+    u = m.le(u, zero, zero, m.le(one, u, one, u))
+    return u * u * (m.number(3) - m.number(2) * u)
+
+
 OPERATIONS = (
-    Operation("add", 2, floats.added, lambda node, d: add(d[0], d[1])),
-    Operation("mul", 2, floats.multiplied, lambda node, d: add(mul(d[0], node.args[1]), mul(node.args[0], d[1]))),
-    Operation("div", 2, floats.divided, _quotient_rate),
-    Operation("neg", 1, floats.negated, lambda node, d: neg(d[0])),
-    Operation("pow", 1, floats.raised, _power_rate),
-    Operation("sqrt", 1, math.sqrt, lambda node, d: div(d[0], mul(const(2.0), node)), "sqrt"),
-    Operation("sind", 1, floats.sind, lambda node, d: mul(mul(_DEGREE, call("cosd", *node.args)), d[0]), "sin"),
-    Operation("cosd", 1, floats.cosd, lambda node, d: neg(mul(mul(_DEGREE, call("sind", *node.args)), d[0])), "cos"),
-    Operation("tand", 1, floats.tand, lambda node, d: mul(mul(_DEGREE, add(ONE, mul(node, node))), d[0]), "tan"),
-    Operation("asind", 1, floats.asind, _asind_rate, "asin"),
-    Operation("acosd", 1, floats.acosd, lambda node, d: neg(_asind_rate(node, d)), "acos"),
-    Operation("atand", 1, floats.atand, _atand_rate, "atan"),
-    Operation("atan2d", 2, floats.atan2d, _atan2d_rate, "atan2"),
-    Operation("abs", 1, math.fabs, lambda node, d: call("le", node.args[0], ZERO, neg(d[0]), d[0]), "abs"),
-    Operation("min", 2, floats.smaller, lambda node, d: call("le", *node.args, d[0], d[1]), "min"),
-    Operation("max", 2, floats.larger, lambda node, d: call("le", *node.args, d[1], d[0]), "max"),
-    Operation("floor", 1, math.floor, lambda node, d: ZERO, "floor"),
-    Operation("mod", 2, floats.mod, lambda node, d: sub(d[0], mul(call("floor", div(*node.args)), d[1])), "mod"),
-    Operation("exp", 1, math.exp, lambda node, d: mul(node, d[0]), "exp"),
-    Operation("ln", 1, floats.ln, lambda node, d: div(d[0], node.args[0]), "ln"),
-    Operation("ease", 1, floats.ease, _ease_rate, "ease"),
-    Operation("le", 4, floats.le, lambda node, d: call("le", node.args[0], node.args[1], d[2], d[3])),
-)
+    Operation("add", 2, lambda node, d: add(d[0], d[1]), value=lambda m, a, b: a + b),
+    Operation(
+        "mul", 2, lambda node, d: add(mul(d[0], node.args[1]), mul(node.args[0], d[1])), value=lambda m, a, b: a * b
+    ),
+    Operation("div", 2, _quotient_rate),
+    Operation("neg", 1, lambda node, d: neg(d[0]), value=lambda m, a: -a),
+    Operation("pow", 1, _power_rate),
+    Operation("sqrt", 1, lambda node, d: div(d[0], mul(const(2.0), node)), "sqrt"),
+    Operation("sind", 1, lambda node, d: mul(mul(_DEGREE, call("cosd", *node.args)), d[0]), "sin"),
+    Operation("cosd", 1, lambda node, d: neg(mul(mul(_DEGREE, call("sind", *node.args)), d[0])), "cos"),
+    Operation(
+        "tand", 1, lambda node, d: mul(mul(_DEGREE, add(ONE, mul(node, node))), d[0]), "tan",
+        lambda m, a: m.div(m.sind(a), m.cosd(a)),
+    ),
+    Operation("asind", 1, _asind_rate, "asin", lambda m, a: m.atan2d(a, _cosine_of(m, a))),
+    Operation(
+        "acosd", 1, lambda node, d: neg(_asind_rate(node, d)), "acos", lambda m, a: m.atan2d(_cosine_of(m, a), a),
+    ),
+    Operation("atand", 1, _atand_rate, "atan", lambda m, a: m.atan2d(a, m.number(1))),
+    Operation("atan2d", 2, _atan2d_rate, "atan2"),
+    Operation(
+        "abs", 1, lambda node, d: call("le", node.args[0], ZERO, neg(d[0]), d[0]), "abs",
+        lambda m, a: m.le(a, m.number(0), -a, a),
+    ),
+    Operation("min", 2, lambda node, d: call("le", *node.args, d[0], d[1]), "min", lambda m, a, b: m.le(a, b, a, b)),
+    Operation("max", 2, lambda node, d: call("le", *node.args, d[1], d[0]), "max", lambda m, a, b: m.le(a, b, b, a)),
+    Operation("floor", 1, lambda node, d: ZERO, "floor"),
+    Operation(
+        "mod", 2, lambda node, d: sub(d[0], mul(call("floor", div(*node.args)), d[1])), "mod",
+        lambda m, a, b: a - b * m.floor(m.div(a, b)),
+    ),
+    Operation("exp", 1, lambda node, d: mul(node, d[0]), "exp"),
+    Operation("ln", 1, lambda node, d: div(d[0], node.args[0]), "ln"),
+    Operation("ease", 1, _ease_rate, "ease", _ease),
+    Operation("le", 4, lambda node, d: call("le", node.args[0], node.args[1], d[2], d[3])),
+)  # fmt: skip
 """All of them; leaves, integrals and derivatives are not operations, see `Expr`."""
 
 BY_NAME = {operation.name: operation for operation in OPERATIONS}
+
+
+def column(arithmetic: Any) -> dict[str, Callable[..., Any]]:
+    """The operations by name on one kind of numbers, on which Python's +, - and * work.
+
+    An ``arithmetic`` has a method for each row without a ``value``, and ``number``, which makes its own number of a
+    small whole one. It may have methods for other rows too, which come first. Undefined values are nan, or raise
+    ArithmeticError or ValueError.
+    """
+    return {
+        row.name: getattr(arithmetic, row.name) if row.value is None or hasattr(arithmetic, row.name)
+        else partial(row.value, arithmetic)
+        for row in OPERATIONS
+    }  # fmt: skip
+
+
+_FLOATS = column(Floats())

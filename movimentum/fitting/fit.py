@@ -8,15 +8,13 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import ScriptError, usage_error
-from movimentum.fitting.aims import LoweredAims, lower_aims
+from movimentum.fitting.aims import LoweredAims, SideFormulas, lower_aims
 from movimentum.fitting.evaluation import TogetherEvaluator
 from movimentum.fitting.merit import Merit
-from movimentum.fitting.periods import periods_of
 from movimentum.fitting.programming import Program, largest
 from movimentum.fitting.search import ONE_BY_ONE, TOGETHER, Candidates, Search, SearchEffort, Task, tasks_of
-from movimentum.fitting.sides import SideFormulas
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
-from movimentum.fitting.undecided import Undecided, undecided
+from movimentum.fitting.undecided import Undecided, periods_of, undecided
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.scene.model import Claim
@@ -25,6 +23,15 @@ from movimentum.source import SourceText
 from movimentum.syntax.suggest import nearest
 from movimentum.text import rational
 from movimentum.timeline.model import Timeline
+from movimentum.tolerances import (
+    COSTS_ALIKE,
+    GOAL_IN_REACH,
+    GOAL_MET,
+    LEAST_OFF_FACTOR,
+    REQUIREMENT_NEARLY_MET,
+    SOLVERS_AGREE,
+    TINY,
+)
 from movimentum.variants.measures import MeasureSet
 from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.together.preparation import prepare
@@ -33,28 +40,16 @@ from movimentum.workflow.choices import Choices, Progress
 from movimentum.workflow.read import ScriptFiles
 from movimentum.workflow.stages import arranged, built, understand
 
-AGREEING, ALIKE = 3, 1e-4
-"""Parts of the search, for each unit of effort, that end at the same best when there is no need for more; and how far
-their costs are apart then.
-"""
-EXACT = 1e-9
-"""Of the scene's size: goals that are missed by less are met."""
-HOPEFUL, LONGER = 1e-3, 3
-"""Of the scene's size: if goals that may all be met are missed by less, the search goes on, so many times as long at
-most.
-"""
-NEARLY_MET = 1e-4
-"""Of the scene's size: what a requirement may be off by before a candidate is refined."""
+AGREEING = 3
+"""Parts of the search, for each unit of effort, that end at the same best when there is no need for more."""
+LONGER = 3
+"""Times as long the search goes on at most, where goals are nearly met."""
 BEST = 6
 """Candidates that are refined in the end."""
 SPARE = 24
 """Candidates that are tried where none of those is believed."""
 NEAREST = 2
 """Candidates that are tried for the least that a requirement can be off."""
-LITTLE = 1.0 + 1e-4
-"""Times the least that a requirement must be off: so much it may be, if goals gain by it."""
-AGREE = 1e-6
-"""Of the scene's size: how well the two solvers agree on a variant that is believed."""
 DIGITS = 12
 """To which constants are rounded, if that changes nothing."""
 
@@ -184,7 +179,7 @@ def make_problem(job: FitJob) -> FitProblem:
     lowered = lower_aims(traced)
     formulas = SideFormulas(lowered, job.names)
     single = SingleEvaluator(variants, formulas, job.intervals)
-    size = max(scene_size(traced.scene), 1e-300)
+    size = max(scene_size(traced.scene), TINY)
     reason: str | None = None
     evaluate: TogetherEvaluator | SingleEvaluator = single
     try:
@@ -266,7 +261,7 @@ def fit(
         bests.append(float(np.min(candidates.costs[_met(search, candidates)], initial=np.inf)))
         if not every and (_exact(search, found).any() or _agree(bests, AGREEING * effort)):
             break
-        if number + 1 == usual and (every or min(bests) > (HOPEFUL * search.size) ** 2):
+        if number + 1 == usual and (every or min(bests) > (GOAL_IN_REACH * search.size) ** 2):
             break
     if len(found) and not _met(search, found).any():
         found = found.and_others(_as_required(search, found))
@@ -275,7 +270,7 @@ def fit(
     exact = _exact(search, best)
     if not every and exact.any():
         best = best.take([int(k) for k in np.nonzero(exact)[0]])
-    enough = -1.0 if every or extreme else (EXACT * search.size) ** 2
+    enough = -1.0 if every or extreme else (GOAL_MET * search.size) ** 2
     refined = _refined(search, best, enough) if _met(search, best).any() else best
     spare = found.best(SPARE)
     if len(refined) and (refined.worst > 0.0).all():
@@ -286,18 +281,18 @@ def fit(
 
 def _met(search: Search, found: Candidates) -> BoolArray:
     """(M,) whether requirements are met, or nearly, so that refining will do it."""
-    return np.isfinite(found.costs) & (found.worst <= NEARLY_MET * search.size)
+    return np.isfinite(found.costs) & (found.worst <= REQUIREMENT_NEARLY_MET * search.size)
 
 
 def _exact(search: Search, found: Candidates) -> BoolArray:
     """(M,) whether goals are met, and requirements or nearly."""
-    return _met(search, found) & (found.costs <= (EXACT * search.size) ** 2) & (not search.merit.extremes)
+    return _met(search, found) & (found.costs <= (GOAL_MET * search.size) ** 2) & (not search.merit.extremes)
 
 
 def _agree(bests: Sequence[float], wanted: int) -> bool:
     """Whether so many parts have come to the best cost of all."""
     least = min(bests)
-    return bool(np.isfinite(least)) and sum(cost <= least + ALIKE * abs(least) for cost in bests) >= wanted
+    return bool(np.isfinite(least)) and sum(cost <= least + COSTS_ALIKE * abs(least) for cost in bests) >= wanted
 
 
 def _as_required(search: Search, found: Candidates) -> Candidates:
@@ -323,7 +318,7 @@ def _nearest(search: Search, found: Candidates) -> tuple[Candidates, Candidates]
     least = float(nearest.worst[0])
     if not least > 0.0:
         return _refined(search, nearest), every
-    relaxed = replace(search, merit=search.merit.relaxed(least * LITTLE))
+    relaxed = replace(search, merit=search.merit.relaxed(least * LEAST_OFF_FACTOR))
     (start,) = relaxed.judged(every.points).best(1).points
     return search.judged(Program(relaxed).nearest_goals(start)[None]), every
 
@@ -338,8 +333,8 @@ def _chosen(problem: FitProblem, refined: Candidates, spare: Candidates, first: 
             continue
         k, point, constants, motion = believed
         rest = [int(j) for j in found.order() if j != k and found.worst[j] == 0.0]
-        enough = found.costs[k] + (ALIKE if search.merit.extremes else 0.02) * abs(found.costs[k])
-        close = [j for j in rest if found.costs[j] <= enough + (EXACT * search.size) ** 2]
+        enough = found.costs[k] + (COSTS_ALIKE if search.merit.extremes else 0.02) * abs(found.costs[k])
+        close = [j for j in rest if found.costs[j] <= enough + (GOAL_MET * search.size) ** 2]
         left = undecided(search, np.clip((constants - search.low) / width, 0.0, 1.0))
         if left.idle.any():
             constants, motion = _as_before(problem, left, constants, motion)
@@ -394,7 +389,7 @@ def _rounded(problem: FitProblem, constants: FloatArray) -> tuple[FloatArray, Si
         if not np.isfinite(motion.sides).all():
             continue
         met = search.merit.worst(motion.sides[None])[0] <= search.merit.worst(together[None])[0]
-        same = np.max(np.abs(motion.sides - together), initial=0.0) <= AGREE * search.size
+        same = np.max(np.abs(motion.sides - together), initial=0.0) <= SOLVERS_AGREE * search.size
         if same and (met or tried is constants):
             return tried, motion
     return constants, None

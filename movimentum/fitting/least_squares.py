@@ -13,6 +13,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
+from movimentum.tolerances import FIRST_DAMPING, GAIN_OF_A_STEP, LEAST_DAMPING, LEAST_WEIGHT, TINY
 
 Rows = Callable[[FloatArray, BoolArray, FloatArray], tuple[FloatArray, FloatArray]]
 """(V, C) points, which of all starts they belong to, and half sums of squares (V,) -> rows (V, R), slopes (V, R, C);
@@ -28,10 +29,6 @@ class Minimized:
 
     points: FloatArray
     costs: FloatArray
-
-
-LEAST_DAMPING = 1e-14
-"""Of the largest diagonal element: less would leave a singular matrix singular."""
 
 
 def inside(points: FloatArray, periods: FloatArray) -> FloatArray:
@@ -55,7 +52,7 @@ def minimize_together(
     normal, gradient = _normal(jacobian, r)
     scaled = np.arange(count) % 2 == 1
     weights = _weights(normal, np.zeros_like(gradient), scaled)
-    damping = np.full(count, 1e-3)
+    damping = np.full(count, FIRST_DAMPING)
     growth = np.full(count, 2.0)
     for _ in range(iterations):
         some = np.nonzero(going)[0]
@@ -65,7 +62,7 @@ def minimize_together(
         free = np.isfinite(periods) | ~(((at <= 0.0) & (g > 0.0)) | ((at >= 1.0) & (g < 0.0)))
         matrix = np.where(free[:, :, None] & free[:, None, :], h, 0.0)
         diagonal = np.einsum("vii->vi", matrix)
-        diagonal += np.where(free, damping[some][:, None] * weights[some] + 1e-300, 1.0)
+        diagonal += np.where(free, damping[some][:, None] * weights[some] + TINY, 1.0)
         step = steps_of(matrix, np.where(free, g, 0.0))
         new = inside(at + step, periods)
         step = np.where(np.isfinite(periods), step, new - at)
@@ -76,11 +73,9 @@ def minimize_together(
         predicted = -np.einsum("vi,vi->v", step, g) - 0.5 * np.einsum("vi,vij,vj->v", step, h, step)
         gain = cost[some] - cost_new
         better = gain > 0.0
-        ratio = np.where(better, gain, 0.0) / np.maximum(
-            np.maximum(predicted, gain), 1e-300
-        )  # 1 is the most that counts
+        ratio = np.where(better, gain, 0.0) / np.maximum(np.maximum(predicted, gain), TINY)  # 1 is the most that counts
         moved = np.max(np.abs(step), axis=1)
-        done = (moved <= tolerance) | (better & (gain <= tolerance * 1e-3 * cost[some]))
+        done = (moved <= tolerance) | (better & (gain <= tolerance * GAIN_OF_A_STEP * cost[some]))
         where = some[better]
         x[where], cost[where] = new[better], cost_new[better]
         normal[where], gradient[where] = _normal(j_new[better], r_new[better])
@@ -98,7 +93,7 @@ def _weights(normal: FloatArray, before: FloatArray, scaled: BoolArray) -> Float
     diagonal = np.einsum("vii->vi", normal)
     largest = np.max(diagonal, axis=1, initial=0.0, keepdims=True)
     alike = np.where(before > 0.0, before, largest)
-    return np.where(scaled[:, None], np.maximum(np.maximum(diagonal, before), 1e-10 * largest), alike)
+    return np.where(scaled[:, None], np.maximum(np.maximum(diagonal, before), LEAST_WEIGHT * largest), alike)
 
 
 def steps_of(matrices: FloatArray, gradients: FloatArray) -> FloatArray:

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.fitting.aims import LoweredAim, LoweredAims
-from movimentum.fitting.sides import Evaluation, SideLayout
+from movimentum.fitting.aims import Evaluation, LoweredAim, LoweredAims, SideLayout
 from movimentum.records import dataclass, replace
+from movimentum.tolerances import REQUIREMENT_EQUAL
 
 Evaluate = Callable[..., Evaluation]
 """(V, C) constants, ``slopes`` or not -> `Evaluation`."""
@@ -17,8 +17,6 @@ Evaluate = Callable[..., Evaluation]
 
 STEEP = 30.0
 """The most that an exponent is, of terms that are to be small."""
-EQUAL_WITHIN = 1e-9
-"""Of the scene's size: what a required equation may be off by, as a claim."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +70,7 @@ class Merit:
         aims: list[LoweredAim] = [lowered.aims[int(a)] for a in layout.aim]
         required = np.array([aim.required for aim in aims], dtype=np.bool_)
         equal = np.array([aim.sign == 0.0 for aim in aims], dtype=np.bool_)
-        tiny = EQUAL_WITHIN * size
+        tiny = REQUIREMENT_EQUAL * size
         allowed = np.array([_allowed(aim, tiny) for aim in aims])
         shift = np.where(required & ~equal, tiny - allowed, 0.0)
         extremes = tuple(

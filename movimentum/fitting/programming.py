@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.fitting.aims import Evaluation
 from movimentum.fitting.search import Candidates, Search
-from movimentum.fitting.sides import Evaluation
+from movimentum.tolerances import PROGRAM_SETTLED
 
 ITERATIONS = 100
 FAR = 10.0
@@ -135,7 +136,7 @@ class Program:
             bounds=[*zip(*self.search.bounds, strict=True), *more],
             constraints=[limits],
             method="SLSQP",
-            options={"maxiter": ITERATIONS, "ftol": 1e-12},
+            options={"maxiter": ITERATIONS, "ftol": PROGRAM_SETTLED},
         )
 
 

@@ -13,11 +13,20 @@ from typing import Any, Protocol
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.fitting.aims import Evaluation
 from movimentum.fitting.least_squares import Rows, inside, minimize_together
 from movimentum.fitting.merit import Evaluate, Lagrangian, Merit
-from movimentum.fitting.sides import Evaluation
 from movimentum.fitting.timing import FreeTimes
 from movimentum.records import dataclass, field, replace
+from movimentum.tolerances import (
+    FINER,
+    INSIDE,
+    POLISHED,
+    POPULATION_SETTLED,
+    SAME_POINT,
+    STEP_ONE_BY_ONE,
+    STEP_TOGETHER,
+)
 
 PENALTIES = (1.0, 10.0, 100.0)
 """Of what requirements are off by, round by round."""
@@ -27,8 +36,6 @@ DEEP = 8
 """Long rounds of the last fits, at most."""
 FALLING = 0.5
 """Times what a cost was: what it must fall to, for its fit to go on."""
-NEAR = 1e-5
-"""Of the intervals: points that are nearer to each other than that are one."""
 APART = 0.05
 """How far starts of one piece are apart, at least, by the root of the number of constants."""
 DEAR = 1e9
@@ -65,8 +72,8 @@ class SearchEffort:
     tolerance: float
 
 
-TOGETHER = SearchEffort(512, 192, ((4, 64), (12, 24)), 30, 60, 96, 1e-12)
-ONE_BY_ONE = SearchEffort(16, 2, (), 6, 0, 0, 1e-8)
+TOGETHER = SearchEffort(512, 192, ((4, 64), (12, 24)), 30, 60, 96, STEP_TOGETHER)
+ONE_BY_ONE = SearchEffort(16, 2, (), 6, 0, 0, STEP_ONE_BY_ONE)
 OTHER_TIME = 0.01
 """Of an interval: a time that is farther off is another one, and not the same told less exactly."""
 PIECES, ISLANDS = 4, 2
@@ -107,7 +114,7 @@ class Candidates:
         """The best ``count`` that are apart."""
         chosen: list[int] = []
         for k in self.order():
-            near = any(np.max(np.abs(self.points[k] - self.points[j])) < NEAR for j in chosen)
+            near = any(np.max(np.abs(self.points[k] - self.points[j])) < SAME_POINT for j in chosen)
             if np.isfinite(self.costs[k]) and not near:
                 chosen.append(int(k))
             if len(chosen) == count:
@@ -225,7 +232,7 @@ class Search:
             polish=False,
             vectorized=True,
             updating="deferred",
-            tol=1e-8,
+            tol=POPULATION_SETTLED,
         )
         return self.descended(self._starts(points_of(found.population), keep=False))
 
@@ -264,7 +271,7 @@ class Search:
         return self.judged(points)
 
     def _minimized(
-        self, lagrangian: Lagrangian, points: FloatArray, iterations: int, tolerance: float = 1e-12
+        self, lagrangian: Lagrangian, points: FloatArray, iterations: int, tolerance: float = STEP_TOGETHER
     ) -> FloatArray:
         return minimize_together(self._rows(lagrangian), points, iterations, tolerance, self.periods).points
 
@@ -300,7 +307,7 @@ class Search:
         points = np.repeat(found.points, twice, axis=0)
         lagrangian = Lagrangian(self.merit, np.zeros((len(points), len(self.merit.scale))), PENALTIES[1])
         least = float(np.min(found.costs, initial=np.inf))
-        fine = 1e-3 * self.effort.tolerance
+        fine = FINER * self.effort.tolerance
         required = bool(self.merit.required.any())
         for number in range(DEEP):
             points = self._minimized(lagrangian, points, 8 * self.effort.iterations, fine)
@@ -348,8 +355,8 @@ class Search:
             return np.nan_to_num(found[0])
 
         low, high = self.bounds
-        start = np.clip(point, low + 1e-12, high - 1e-12)
-        tiny = {"ftol": 1e-15, "xtol": 1e-15, "gtol": 1e-15}
+        start = np.clip(point, low + INSIDE, high - INSIDE)
+        tiny = dict.fromkeys(("ftol", "xtol", "gtol"), POLISHED)
         found = least_squares(rows, start, slopes, bounds=(low, high), method="dogbox", max_nfev=60, **tiny)
         both = self.judged(np.stack([point, self.inside(found.x)]))
         better = both.worst[1] <= both.worst[0] and both.costs[1] < both.costs[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -9,25 +10,29 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, symbol
-from movimentum.fitting.dual import Dual
-from movimentum.fitting.moments import times_of
-from movimentum.fitting.sides import Evaluation, SideFormulas
+from movimentum.fitting.aims import READABLE, Evaluation, SideFormulas
+from movimentum.fitting.evaluation import SideReader, SolvedPart, times_of
+from movimentum.fitting.slopes import AnchorSlopes, Dual, SegmentSlopes
+from movimentum.planning.plan import Plan
+from movimentum.planning.planner import compile_structure, structure_of
+from movimentum.planning.structure.rates import RateError
 from movimentum.query import reader
 from movimentum.records import dataclass, field, replace
+from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.block.closed_form import State
 from movimentum.solver.motion import PathMotion
-from movimentum.timeline.model import Timeline
+from movimentum.solver.path.removable import evaluated
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.timeline.model import Segment, Timeline
+from movimentum.tolerances import SLOPE_STEP, SLOPES_AGREE
 from movimentum.variants.outcomes import VariantOutcome, outcome_of
 from movimentum.variants.single import Variants, structure_key
-from movimentum.variants.tracing import with_values
+from movimentum.variants.tracing import OriginUnfolding, with_values
 from movimentum.workflow.frames import PoseChunks
 from movimentum.workflow.stages import arranged, moved
 
-STEP = 1e-6
-"""Of a constant's interval: how far apart the variants are of which slopes are differences."""
-
-
-REMEMBERED = 4096
-"""Variants whose sides are known still."""
+REMEMBERED = 512
+"""Variants whose motions are known still."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +54,12 @@ class SingleEvaluator:
     variants: Variants
     formulas: SideFormulas
     intervals: FloatArray
-    _known: dict[bytes, FloatArray] = field(default_factory=dict[bytes, FloatArray])
+    _known: dict[bytes, SingleMotion] = field(default_factory=dict[bytes, SingleMotion])
+    _agrees: bool = False
+    _reader: SideReader | None = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._reader = _reader_of(self.formulas)
 
     def motion(self, constants: FloatArray) -> SingleMotion:
         """The variant with these constants (C,)."""
@@ -86,14 +96,18 @@ class SingleEvaluator:
             found[number] = Dual(np.asarray(value)[None, :])
         return found
 
-    def sides(self, constants: FloatArray) -> FloatArray:
-        """(S,) the sides of the variant with these constants (C,), which is not solved again if it was lately."""
+    def _moved(self, constants: FloatArray) -> SingleMotion:
+        """`motion`, which is not solved again if it was lately."""
         key = constants.tobytes()
         if key not in self._known:
             if len(self._known) >= REMEMBERED:
                 self._known.clear()
-            self._known[key] = self.motion(constants).sides
+            self._known[key] = self.motion(constants)
         return self._known[key]
+
+    def sides(self, constants: FloatArray) -> FloatArray:
+        """(S,) the sides of the variant with these constants (C,)."""
+        return self._moved(constants).sides
 
     def __call__(self, constants: FloatArray, *, slopes: bool = True) -> Evaluation:
         """(V, C) constants -> their `Evaluation`."""
@@ -103,19 +117,112 @@ class SingleEvaluator:
             return Evaluation(sides, None, moves, moves, moves.astype(np.float64))
         changes = np.full((*sides.shape, constants.shape[1]), np.nan)
         for v in np.nonzero(moves)[0]:
-            for c, (low, high) in enumerate(self.intervals.tolist()):
-                step = STEP * (high - low)
-                ends: list[tuple[float, FloatArray]] = [(0.0, sides[v])]
-                for way in (-step, step):
-                    moved_by = constants[v].copy()
-                    moved_by[c] += way
-                    found = self.sides(moved_by)
-                    if np.isfinite(found).all():
-                        ends.append((way, found))
-                if len(ends) > 1:  # on the edge of what moves, the difference to one side
-                    (a, first), (b, last) = min(ends, key=_way), max(ends, key=_way)
-                    changes[v, :, c] = (last - first) / (b - a)
+            changes[v] = self.slopes(constants[v])
         return Evaluation(sides, np.nan_to_num(changes), moves, moves, moves.astype(np.float64))
+
+    def slopes(self, constants: FloatArray) -> FloatArray:
+        """(S, C) how the sides of a variant that moves change with its constants (C,): by its equations where these say
+        it, else by differences. At the first variant both are found, and what disagrees is not believed.
+        """
+        if self._reader is None:
+            return self.differences(constants)
+        exact = self._by_equations(constants, self._reader)
+        if exact is None or not np.isfinite(exact).all():
+            return self.differences(constants)
+        if not self._agrees:
+            other = self.differences(constants)
+            scale = 1.0 + np.max(np.abs(other), initial=0.0)
+            self._agrees = bool(np.quantile(np.abs(exact - other) / scale, 0.95) < SLOPES_AGREE)
+            if not self._agrees:
+                self._reader = None
+                return other
+        return exact
+
+    def _by_equations(self, constants: FloatArray, reader: SideReader) -> FloatArray | None:
+        """The slopes by the implicit function theorem; None where the variant's plans have other unknowns."""
+        motion = self._moved(constants).motion
+        if motion is None:
+            return None
+        varied = [constants[None, k : k + 1] for k in range(len(constants))]
+        with np.errstate(all="ignore"):
+            try:
+                found = reader.sides(constants[None], _parts(motion, reader.segments, varied), slopes=True)[1]
+            except LookupError:
+                return None
+        return None if found is None else found[0]
+
+    def differences(self, constants: FloatArray) -> FloatArray:
+        """(S, C) the same as central differences; to one side on the edge of what moves, nan where neither moves."""
+        here = self.sides(constants)
+        changes = np.full((len(here), len(constants)), np.nan)
+        for c, (low, high) in enumerate(self.intervals.tolist()):
+            step = SLOPE_STEP * (high - low)
+            ends: list[tuple[float, FloatArray]] = [(0.0, here)]
+            for way in (-step, step):
+                moved_by = constants.copy()
+                moved_by[c] += way
+                found = self.sides(moved_by)
+                if np.isfinite(found).all():
+                    ends.append((way, found))
+            if len(ends) > 1:
+                (a, first), (b, last) = min(ends, key=_way), max(ends, key=_way)
+                changes[:, c] = (last - first) / (b - a)
+        return changes
+
+
+def _reader_of(formulas: SideFormulas) -> SideReader | None:
+    """What reads slopes off single motions; None where they depend on more than the equations of each instant."""
+    if not all(isinstance(payload, READABLE) for payload in formulas.payloads):
+        return None
+    timeline, names, unfolding = formulas.lowered.timeline, formulas.names, OriginUnfolding()
+    size = scene_size(timeline.scene)
+    segments: list[SegmentSlopes] = []
+    earlier: Segment | None = None
+    try:
+        anchors = AnchorSlopes(timeline.scene, names, unfolding, formulas.payloads)
+        for segment in timeline.segments:
+            same = earlier is not None and earlier.active == segment.active
+            structure = None if same else structure_of(timeline.scene, segment, {})
+            plan = segments[-1].plan if structure is None else compile_structure(structure, size, None)
+            segments.append(SegmentSlopes(plan, plan.clocks, names, unfolding, formulas.payloads))
+            earlier = segment
+    except (NotImplementedError, RateError):
+        return None
+    return SideReader(formulas, anchors, segments)
+
+
+def _parts(motion: PathMotion, slopes: Sequence[SegmentSlopes], varied: Sequence[FloatArray]) -> Iterator[SolvedPart]:
+    """The segments of one variant. LookupError where an unknown is none of its own."""
+    timeline = motion.timeline
+    frames = [timeline.frame_time(k) for k in range(timeline.frame_count)]
+    numbers = [timeline.segment_at(time) for time in frames]
+    for number, (own, found) in enumerate(zip(slopes, motion.segments, strict=True)):
+        segment = found.segment
+        inside = [float(time - segment.start) for time, n in zip(frames, numbers, strict=True) if n == number]
+        tau = np.array([*inside, float(segment.end - segment.start)])
+
+        def state_at(
+            tau: FloatArray, _: Sequence[FloatArray], own: SegmentSlopes = own, found: SegmentMotion = found
+        ) -> State:
+            return [*_state(found, own.plan, tau.reshape(-1)), *varied]
+
+        last = number + 1 == len(slopes)
+        yield SolvedPart(segment.start, segment.end, last, tau, state_at(tau, ()), state_at)
+
+
+def _state(motion: SegmentMotion, plan: Plan, tau: FloatArray) -> list[FloatArray]:
+    """The unknowns of ``plan`` (1, F) at offsets ``tau`` (F,) of a segment; LookupError where it has not got one."""
+    table = np.full((len(plan.system.unknowns), len(tau)), np.nan)
+    of_piece = np.searchsorted([piece.begin for piece in motion.pieces[1:]], tau, side="right")
+    for number in np.unique(of_piece):
+        piece, chosen = motion.pieces[int(number)], of_piece == number
+        if isinstance(piece, Unsolved):
+            raise LookupError
+        state = evaluated(piece, piece.instants(tau[chosen]))[0]
+        for unknown in plan.system.unknowns:
+            value = state[piece.plan.system.number_of[unknown.payload]]
+            table[unknown.number, chosen] = np.nan if value is None else value
+    return [row[None, :] for row in table]
 
 
 def _way(end: tuple[float, FloatArray]) -> float:

@@ -3,29 +3,143 @@
 A block's equations F(x, y, k, t) = 0 in its unknowns x, given those y of earlier blocks and the constants k, hold for
 all variants, so their derivatives do: J x_k = -(F_k + F_y y_k) with J = F_x. Block after block in the plan's order. A
 last column does the same for time, J x_t = -(F_t + F_y y_t), for what is read at a time that varies itself.
+
+Arrays of values broadcast to (V, F): V variants at F instants; slopes have one axis more at the end, of length C + 1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.expressions import Expr
-from movimentum.fitting.dual import Dual, DualFunction, SlopesOf, dual_function, times, units
-from movimentum.planning.codegen.generate import Clocks
+from movimentum.expressions import ONE, ZERO, Expr, substitute, symbol, symbols, walk
+from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.numeric import sincosd
+from movimentum.planning.lowering.calculus import differentiate
+from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import BodyUnknowns
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
-from movimentum.scene.model import AnchorCoordinate, ThingAngle
+from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle
 from movimentum.solver.block.closed_form import State
-from movimentum.variants.together.pattern import Pattern, SegmentPattern
-from movimentum.variants.tracing import Varied
+from movimentum.tolerances import SINGULAR_FOR_SLOPES
+from movimentum.variants.tracing import OriginUnfolding, Varied
 
-SINGULAR = 1e-18
-"""A determinant (rows and columns of size one) below which a block's slopes are nan."""
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dual:
+    """``value`` broadcasts to (V, F), ``slope`` to (V, F, C); None: it changes with none of the constants."""
+
+    value: Any
+    slope: FloatArray | None = None
+
+    def __add__(self, other: Dual) -> Dual:
+        return Dual(self.value + other.value, _plus(self.slope, other.slope))
+
+    def __sub__(self, other: Dual) -> Dual:
+        return Dual(self.value - other.value, _plus(self.slope, None if other.slope is None else -other.slope))
+
+    def __mul__(self, other: Dual) -> Dual:
+        return Dual(self.value * other.value, _plus(times(other.value, self.slope), times(self.value, other.slope)))
+
+
+def _plus(one: FloatArray | None, other: FloatArray | None) -> FloatArray | None:
+    if one is None:
+        return other
+    return one if other is None else one + other
+
+
+def times(value: Any, slope: FloatArray | None) -> FloatArray | None:
+    """A slope times a value."""
+    if slope is None:
+        return None
+    product: FloatArray = np.asarray(value)[..., None] * slope if np.ndim(value) else float(value) * slope
+    return product
+
+
+TIME = "time"
+"""Stands for time among what expressions are differentiated by."""
+
+SlopesOf = dict[Hashable, FloatArray | None]
+"""The slopes of what expressions read, by the number of the input, and of `TIME`. Their last column is by time."""
+
+
+def units(first: int, count: int) -> SlopesOf:
+    """The slopes (1, 1, count + 1) of what nothing else decides: constants, as inputs number ``first`` on, and time."""
+    rows = np.eye(count + 1)
+    found: SlopesOf = {first + k: rows[k][None, None, :] for k in range(count)}
+    found[TIME] = rows[count][None, None, :]
+    return found
+
+
+def full(dual: Dual, shape: tuple[int, int], columns: int) -> Dual:
+    """With arrays of full shape (V, F) and (V, F, columns); no slope stays none."""
+    slope = None if dual.slope is None else np.broadcast_to(dual.slope, (*shape, columns))
+    return Dual(np.broadcast_to(dual.value, shape), slope)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DualFunction:
+    """Expressions and all their partial derivatives, compiled together.
+
+    ``reads``: what they depend on: numbers of inputs, and `TIME`. ``slopes``: (expression, place in ``reads``) of each
+    derivative that is not zero everywhere.
+    """
+
+    function: Callable[..., tuple[Any, ...]]
+    plain: Callable[..., tuple[Any, ...]]
+    count: int
+    reads: tuple[Hashable, ...]
+    slopes: tuple[tuple[int, int], ...]
+
+    def __call__(self, inputs: Sequence[Any], clocks: Sequence[FloatArray]) -> tuple[list[Any], list[Any]]:
+        """The values, and the derivatives in the order of ``slopes``."""
+        found = self.function(inputs, clocks)
+        return list(found[: self.count]), list(found[self.count :])
+
+    def duals(self, inputs: Sequence[Any], clocks: Sequence[FloatArray], slope_of: SlopesOf | None) -> list[Dual]:
+        """The values with their slopes, given those of what they read; None: no slopes are asked for."""
+        if slope_of is None:
+            return [Dual(value) for value in self.plain(inputs, clocks)]
+        values, partials = self(inputs, clocks)
+        totals: list[FloatArray | None] = [None] * self.count
+        for (i, j), partial in zip(self.slopes, partials, strict=True):
+            totals[i] = _plus(totals[i], times(partial, slope_of.get(self.reads[j])))
+        return [Dual(value, total) for value, total in zip(values, totals, strict=True)]
+
+
+def dual_function(expressions: Sequence[Expr], place: Mapping[Hashable, int], clocks: Clocks) -> DualFunction:
+    """Compile ``expressions``, whose symbols' payloads are inputs number ``place``. Their clocks are added to
+    ``clocks``.
+    """
+    numbered = [
+        substitute(each, lambda node: symbol(place[node.payload]) if node.op == "symbol" else None)
+        for each in expressions
+    ]
+    reads: dict[Hashable, int] = {}
+    slopes: list[tuple[int, int]] = []
+    outputs: list[Expr] = []
+    for i, root in enumerate(numbered):
+        timed = any(node.op == "clock" for node in _leaves(root))
+        for what in (*sorted(n for n in symbols(root) if isinstance(n, int)), *((TIME,) if timed else ())):
+            slope = differentiate(root, lambda node, what=what: ONE if _is(node, what) else ZERO)
+            if slope != ZERO:
+                slopes.append((i, reads.setdefault(what, len(reads))))
+                outputs.append(slope)
+    function = compiled([*numbered, *outputs], clocks)
+    return DualFunction(function, compiled(numbered, clocks), len(numbered), tuple(reads), tuple(slopes))
+
+
+def _is(node: Expr, what: Hashable) -> bool:
+    return node.op == "clock" if what == TIME else node.op == "symbol" and node.payload == what
+
+
+def _leaves(root: Expr) -> list[Expr]:
+    return [node for node in walk(root) if not node.args]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,29 +171,39 @@ class _BlockSlopes:
 
 
 class SegmentSlopes:
-    """One segment of ``pattern``, differentiated as far as ``payloads`` depend on it; ``clocks`` begin with those of
-    `SegmentPattern.more_clocks`.
+    """One segment's ``plan``, read with traced constants ``names``, differentiated as far as ``payloads`` depend on it.
+    ``clocks`` begin with those that count from ``starts``. NotImplementedError where they depend on more than the
+    equations of an instant: on free motion, integrals, differential equations.
     """
 
-    def __init__(self, pattern: Pattern, segment: SegmentPattern, payloads: Sequence[Hashable]) -> None:
-        self.pattern, self.segment = pattern, segment
-        self.clocks = Clocks(segment.more_clocks)
-        unknowns, names = segment.unknowns, pattern.names
-        self.place: dict[Hashable, int] = {n: n for n in range(unknowns)}
-        self.place |= {Varied(name): unknowns + k for k, name in enumerate(names)}
-        system = segment.plan.system
-        unfold = pattern.unfolding.unfolded
+    def __init__(
+        self,
+        plan: Plan,
+        starts: Sequence[Fraction],
+        names: Sequence[str],
+        unfolding: OriginUnfolding,
+        payloads: Sequence[Hashable],
+    ) -> None:
+        self.plan, self.names = plan, names
+        self.clocks = Clocks(starts)
+        self.unknowns = len(plan.system.unknowns)
+        self.place: dict[Hashable, int] = {n: n for n in range(self.unknowns)}
+        self.place |= {Varied(name): self.unknowns + k for k, name in enumerate(names)}
+        system = plan.system
+        unfold = unfolding.unfolded
         things = {p.thing for p in payloads if isinstance(p, AnchorCoordinate | ThingAngle)}
-        self.bodies = [body for body in segment.plan.bodies if body.thing in things]
-        needed = _needed(segment.plan, self.bodies, payloads)
+        self.bodies = [body for body in plan.bodies if body.thing in things]
+        needed = _needed(plan, self.bodies, payloads)
         self.blocks: list[_BlockSlopes] = []
-        for block in (block for block in segment.plan.blocks if block.number in needed):
+        for block in (block for block in plan.blocks if block.number in needed):
+            if block.free or any(system.equations[e].form is not Form.PLAIN for e in block.equations):
+                raise NotImplementedError("what depends on the way there")
             rows = [unfold(system.equations[e].residual) for e in block.equations]
             self.blocks.append(
                 _BlockSlopes(tuple(block.unknowns), len(rows), dual_function(rows, self.place, self.clocks))
             )
         self.frames = {
-            body.thing: dual_function([unfold(each) for each in _frame(segment, body.thing)], self.place, Clocks())
+            body.thing: dual_function([unfold(each) for each in _frame(plan, body.thing)], self.place, Clocks())
             for body in self.bodies
         }
 
@@ -87,8 +211,8 @@ class SegmentSlopes:
         self, state: State, clocks: Sequence[FloatArray], shape: tuple[int, int]
     ) -> dict[Hashable, FloatArray | None]:
         """The slopes (V, F, C + 1) of all unknowns of a solved ``state``; the last column is by time."""
-        slope_of = units(self.segment.unknowns, len(self.pattern.names))
-        columns = len(self.pattern.names) + 1
+        slope_of = units(self.unknowns, len(self.names))
+        columns = len(self.names) + 1
         for block in self.blocks:
             if not block.unknowns:
                 continue
@@ -114,7 +238,7 @@ class SegmentSlopes:
 
     def poses(self, state: State, slope_of: SlopesOf | None, before: dict[int, BodyDual]) -> dict[int, BodyDual]:
         """The pose of each thing that the segment's constraints mention (as `Places.solved` has it)."""
-        system = self.segment.plan.system
+        system = self.plan.system
         dx, dy = (Dual(part) for part in system.shift)
 
         def of(n: int | None) -> Dual | None:
@@ -144,14 +268,15 @@ class SegmentSlopes:
 class AnchorSlopes:
     """Anchors as drawn, with how they change with the constants."""
 
-    def __init__(self, pattern: Pattern, payloads: Sequence[Hashable]) -> None:
+    def __init__(
+        self, scene: Scene, names: Sequence[str], unfolding: OriginUnfolding, payloads: Sequence[Hashable]
+    ) -> None:
         wanted = {(p.thing, p.anchor) for p in payloads if isinstance(p, AnchorCoordinate)}
         self.anchors = sorted(wanted)
-        unfold = pattern.unfolding.unfolded
-        things = pattern.scene.things
+        unfold, things = unfolding.unfolded, scene.things
         places = [unfold(part) for thing, anchor in self.anchors for part in things[thing].anchors[anchor].coordinates]
-        self.function = dual_function(places, {Varied(name): k for k, name in enumerate(pattern.names)}, Clocks())
-        self.columns = len(pattern.names)
+        self.function = dual_function(places, {Varied(name): k for k, name in enumerate(names)}, Clocks())
+        self.columns = len(names)
 
     def duals(self, varied: Sequence[FloatArray], *, slopes: bool) -> dict[tuple[int, int], tuple[Dual, Dual]]:
         """The local place of each anchor, for constants (V, 1) each."""
@@ -162,14 +287,14 @@ class AnchorSlopes:
 
 def read_duals(
     payloads: Sequence[Hashable],
-    segment: SegmentPattern,
+    plan: Plan,
     state: State,
     slope_of: SlopesOf | None,
     poses: dict[int, BodyDual],
     local: dict[tuple[int, int], tuple[Dual, Dual]],
 ) -> list[Dual]:
     """What is read off a solved segment; nan for a variable that it does not mention."""
-    number_of = segment.plan.system.number_of
+    number_of = plan.system.number_of
     worlds: dict[tuple[int, int], tuple[Dual, Dual]] = {}
     found: list[Dual] = []
     for payload in payloads:
@@ -205,8 +330,8 @@ def _needed(plan: Plan, bodies: Sequence[BodyUnknowns], payloads: Sequence[Hasha
     return found
 
 
-def _frame(segment: SegmentPattern, thing: int) -> tuple[Expr, ...]:
-    frame = segment.plan.system.frame(thing)
+def _frame(plan: Plan, thing: int) -> tuple[Expr, ...]:
+    frame = plan.system.frame(thing)
     return *frame.stated_origin, *frame.stated_axis
 
 
@@ -242,7 +367,7 @@ def _solved(jacobian: FloatArray, right: FloatArray) -> FloatArray:
     size = matrix.shape[-1]
     good = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)), dtype=np.bool_)
     matrix = np.where(good[..., None, None], matrix, np.eye(size))
-    good = good & (np.abs(np.linalg.det(matrix)) > SINGULAR)
+    good = good & (np.abs(np.linalg.det(matrix)) > SINGULAR_FOR_SLOPES)
     matrix = np.where(good[..., None, None], matrix, np.eye(size))
     found = np.linalg.solve(matrix, wanted) / columns[..., :, None]
     return np.where(good[..., None, None], found, np.nan)

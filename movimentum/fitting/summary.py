@@ -16,13 +16,10 @@ from movimentum.fitting.timing import varied_names
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import Claim, Relation
 from movimentum.text import counted, number, time_text
+from movimentum.tolerances import AT_AN_END, GAIN_WORTH_A_NOTE, ROUNDED_UP, TINY
 from movimentum.variants.outcomes import VariantOutcome
 
 _ANGLE = re.compile(r"\.a(ngle)?\s*\(.*\)", re.DOTALL)
-GAIN = 1e-4
-"""Of what the goals miss: a wider range that gains less is not worth a note's help."""
-AT_AN_END = 1e-6
-"""Of its interval: a constant that is nearer to an end stands there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,8 +120,8 @@ def _nearest(claim: Claim, worst: float, text: str) -> Fix:
 
 
 def _rounded_up(value: float) -> str:
-    unit = 10.0 ** (np.floor(np.log10(max(value, 1e-300))) - 2)
-    return number(float(np.ceil(value / unit * (1.0 + 1e-9)) * unit), 3)
+    unit = 10.0 ** (np.floor(np.log10(max(value, TINY))) - 2)
+    return number(float(np.ceil(value / unit * (1.0 + ROUNDED_UP)) * unit), 3)
 
 
 def _nothing_moves(fitted: Fitted) -> Diagnostic:
@@ -199,7 +196,7 @@ def _better_within(fitted: Fitted, column: int, wider: tuple[float, float]) -> b
         after = beyond.judged(Program(beyond).nearest_goals(point[0])[None])
     if after.worst[0] > 0.0 or before.worst[0] > 0.0:
         return bool(after.worst[0] < before.worst[0] or not fitted.met)
-    return bool(after.costs[0] < before.costs[0] - GAIN * abs(before.costs[0]))
+    return bool(after.costs[0] < before.costs[0] - GAIN_WORTH_A_NOTE * abs(before.costs[0]))
 
 
 def _lower(low: float, high: float) -> float:

@@ -14,10 +14,10 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.expressions import Expr, walk
-from movimentum.fitting.aims import ReducedExpr
-from movimentum.fitting.dual import Dual
-from movimentum.fitting.sides import SideFormulas, signed
+from movimentum.fitting.aims import ReducedExpr, SideFormulas, signed
+from movimentum.fitting.slopes import Dual
 from movimentum.records import dataclass
+from movimentum.tolerances import ORDER_LINEAR, TINY
 from movimentum.variants.together.pattern import Pattern
 from movimentum.variants.tracing import Reduced, Varied
 
@@ -111,7 +111,7 @@ class FreeTimes:
             a = missed[:, starts]
             step = missed[:, starts + 1] - a
             square = np.einsum("vir,vir->vi", step, step)
-            share = np.clip(-np.einsum("vir,vir->vi", a, step) / np.maximum(square, 1e-300), 0.0, 1.0)
+            share = np.clip(-np.einsum("vir,vir->vi", a, step) / np.maximum(square, TINY), 0.0, 1.0)
             nearest = a + share[..., None] * step
             cost = np.einsum("vir,vir->vi", nearest, nearest)
             outside = (end < low) | (begin > high)
@@ -188,7 +188,9 @@ def _order(formulas: SideFormulas, number: int) -> tuple[int, int, float] | None
 
     none = value(0.0, 0.0)
     for sign, (earlier, later) in ((1.0, columns), (-1.0, columns[::-1])):
-        if all(abs(value(a, b) - none - sign * (a - b)) <= 1e-12 for a, b in ((1.0, 0.0), (0.0, 1.0), (0.37, 0.71))):
+        if all(
+            abs(value(a, b) - none - sign * (a - b)) <= ORDER_LINEAR for a, b in ((1.0, 0.0), (0.0, 1.0), (0.37, 0.71))
+        ):
             return earlier, later, max(none, 0.0)
     return None
 

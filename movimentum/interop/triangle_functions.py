@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.numeric import sincosd
 from movimentum.records import dataclass
-from movimentum.tolerances import TOUCHING
+from movimentum.tolerances import CIRCLES_TOUCHING
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ def _together(d: FloatArray, *arms: FloatArray) -> tuple[FloatArray, NDArray[np.
     them.
     """
     far = np.hypot(d[..., 0], d[..., 1])
-    return np.asarray(far), np.atleast_1d(far <= TOUCHING * sum(np.abs(arm) for arm in arms))
+    return np.asarray(far), np.atleast_1d(far <= CIRCLES_TOUCHING * sum(np.abs(arm) for arm in arms))
 
 
 def _pla(inverse: bool, a: FloatArray, length: FloatArray, angle: FloatArray) -> Result:
@@ -65,8 +65,8 @@ def _pllp(inverse: bool, a: FloatArray, first: FloatArray, second: FloatArray, b
     ux, uy = d[..., 0] / far, d[..., 1] / far
     point = np.stack([a[..., 0] + along * ux - high * uy, a[..., 1] + along * uy + high * ux], axis=-1)
     slack = np.minimum(first + second - far, far - np.abs(first - second))
-    slack = np.where(np.abs(slack) <= TOUCHING * (first + second), 0.0, slack)
-    same = np.atleast_1d(np.abs(first - second) <= TOUCHING * (first + second))
+    slack = np.where(np.abs(slack) <= CIRCLES_TOUCHING * (first + second), 0.0, slack)
+    same = np.atleast_1d(np.abs(first - second) <= CIRCLES_TOUCHING * (first + second))
     return point, (
         Fault(together & same, "{0} and {3} coincide, and so do the circles about them: any point on them would do"),
         Fault(together, "{0} and {3} coincide, and the circles about them do not meet", np.abs(first - second)),
@@ -81,7 +81,7 @@ def _plpp(inverse: bool, a: FloatArray, length: FloatArray, b: FloatArray, c: Fl
     ex, ey = a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]
     along, off = ex * ux + ey * uy, np.abs(ey * ux - ex * uy)
     slack = length - off
-    slack = np.where(np.abs(slack) <= TOUCHING * np.maximum(length, off), 0.0, slack)
+    slack = np.where(np.abs(slack) <= CIRCLES_TOUCHING * np.maximum(length, off), 0.0, slack)
     reach = along + np.sqrt(np.maximum((length - off) * (length + off), 0.0)) * (-1.0 if inverse else 1.0)
     point = np.stack([b[..., 0] + reach * ux, b[..., 1] + reach * uy], axis=-1)
     return point, (

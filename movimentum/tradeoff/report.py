@@ -10,6 +10,7 @@ from pathlib import PurePath
 from movimentum.encoding.plot import Panel, Point
 from movimentum.terminal import visible
 from movimentum.text import listed
+from movimentum.tolerances import LEAST_PLOTTED, TINY
 from movimentum.tradeoff.pictures import PictureTrade
 from movimentum.tradeoff.tiers import SolverTrade
 
@@ -85,18 +86,19 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
         )
     saved = (standard.start - draft.start) + count * (standard.frame - draft.frame)
     whole = standard.start + count * (standard.frame + drawing)
-    if saved <= 0.0:
-        found.append("`draft` gains nothing here: solving the frames takes no longer than interpolating them.")
-    elif saved < LITTLE * whole:
+    if draft.claim is None:
         found.append(
-            f"`draft` gains nothing here: it saves {_time(saved)} of the {_time(whole)} that solving and drawing take."
+            "`draft` is the same as `standard` here: it gains only where loops are solved frame by frame, in thousands"
+            " of frames."
         )
+    elif saved < LITTLE * whole:
+        found.append(f"`draft` gains little here: it saves {_time(saved)} of {_time(whole)}, with drawing.")
     else:
         found.append(f"`draft` saves {_time(saved)} of {_time(whole)} and is off by {draft.error:.1e} px.")
-    if draft.error > INVISIBLE:
+    if draft.claim is not None and draft.error > INVISIBLE:
         found.append(f"In a picture `draft` can be seen: {draft.error:.2g} px.")
     integrated = solver.integration or 0.0
-    times = high.frame / max(standard.frame, 1e-12)
+    times = high.frame / max(standard.frame, TINY)
     if integrated > standard.error:
         found.append("`high` and `exact` gain nothing here.")
     elif standard.error < INVISIBLE:
@@ -108,7 +110,7 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
     if integrated <= standard.error:
         found.append(
             f"For tables `high` brings {standard.error:.0e} px down to {high.error:.0e} px for {times:.3g} times the"
-            f" time per frame, `exact` takes {exact.frame / max(standard.frame, 1e-12):.3g} times."
+            f" time per frame, `exact` takes {exact.frame / max(standard.frame, TINY):.3g} times."
         )
     costs = {cost.name: cost for cost in pictures.costs}
     plain, fine = costs["quality standard"], costs["quality high"]
@@ -160,7 +162,7 @@ def trade_json(script: str, solver: SolverTrade, pictures: PictureTrade, rates: 
 
 def panels(script: str, solver: SolverTrade, pictures: PictureTrade) -> list[Panel]:
     """Two diagrams: of solving and of drawing, time per frame against error."""
-    least = 1e-17
+    least = LEAST_PLOTTED
     tiers = tuple(
         Point(
             f"{tier.name} ({_truth(solver)})" if tier.name == "exact" else tier.name,

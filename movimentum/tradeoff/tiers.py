@@ -13,10 +13,10 @@ import numpy as np
 from movimentum.expressions import Expr
 from movimentum.planning.lowering.equations import Equation, Form
 from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
-from movimentum.records import dataclass
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import Scene
 from movimentum.settings import Accuracy
-from movimentum.solver.accuracy.draft import drafted
+from movimentum.solver.accuracy.draft import DraftMotion, drafted
 from movimentum.solver.accuracy.refinement import RefinedMotion, refined
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
@@ -46,7 +46,8 @@ class Tier:
     """``start``: seconds to compile and find the path, and to prepare frames; ``frame``: seconds per frame.
 
     ``residual``: the largest of the script's own equations and of rigidity, relative to the scene's size. ``error``:
-    the largest distance of an anchor from its place in `exact` (pixels). ``claim``: the error that `draft` reports.
+    the largest distance of an anchor from its place in `exact` (pixels). ``claim``: the error that `draft`
+    reports; None where it is the same as `standard`.
     """
 
     name: str
@@ -99,29 +100,27 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     exact_frame = (time.perf_counter() - began) / len(times)
     progress(3, 6)
 
-    draft = drafted(motion)
-    draft_start = timed(lambda: drafted(motion))
-    every, rough = motion.poses(0, many), draft.poses(0, many)
+    every = motion.poses(0, many)
     chosen = np.array([place for place in places if place < many], dtype=np.int64)
     scene = timeline.scene
-    error = max(_farthest(scene, every, rough), _farthest(scene, draft.poses_at(times), truth))
-    tiers = [
-        Tier(
+    standard = Tier(
+        "standard",
+        begin,
+        timed(lambda: motion.poses(0, many)) / many,
+        _residual(motion, times, WideArithmetic(), _as_floats(motion)),
+        _farthest(scene, every.select(chosen), truth.select(slice(0, len(chosen)))),
+    )
+    tiers = [replace(standard, name="draft"), standard]
+    draft = drafted(motion)
+    if isinstance(draft, DraftMotion):
+        tiers[0] = Tier(
             "draft",
-            begin + draft_start,
+            begin + timed(lambda: drafted(motion)),
             timed(lambda: draft.poses(0, many)) / many,
-            _residual(draft.drawn, times, WideArithmetic(), _as_floats(draft.drawn)),
-            error,
+            _residual(draft.interpolated, times, WideArithmetic(), _as_floats(draft.interpolated)),
+            max(_farthest(scene, every, draft.poses(0, many)), _farthest(scene, draft.poses_at(times), truth)),
             draft.error,
-        ),
-        Tier(
-            "standard",
-            begin,
-            timed(lambda: motion.poses(0, many)) / many,
-            _residual(motion, times, WideArithmetic(), _as_floats(motion)),
-            _farthest(scene, every.select(chosen), truth.select(slice(0, len(chosen)))),
-        ),
-    ]
+        )
     progress(4, 6)
     high = refined(motion, Accuracy.HIGH)
     high_start = _first(high, times)

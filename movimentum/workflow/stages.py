@@ -145,15 +145,14 @@ def examined(
     before = timeline.scene.diagnostics
     path = moved(timeline) if path is None else path
     motion: AnyMotion = path
+    examined_path, every_frame = path, True
     if choices.accuracy is Accuracy.DRAFT:
-        from movimentum.solver.accuracy.draft import drafted
+        from movimentum.solver.accuracy.draft import DraftMotion, drafted
 
         motion = drafted(path)
-        examination = examine(
-            motion.drawn, every_frame=False, advice=advice, visible=visible
-        )  # it says itself what it is off by
-    else:
-        examination = examine(path, advice=advice, visible=visible)
+        if isinstance(motion, DraftMotion):  # it reports its own error
+            examined_path, every_frame = motion.interpolated, False
+    examination = examine(examined_path, every_frame=every_frame, advice=advice, visible=visible)
     found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
     fault = examination.fault or (1 if warned else 0)
     if examination.doubted:

@@ -73,15 +73,11 @@ def test_high_is_the_nearest_float_in_its_shortest_form(script: Path) -> None:
     assert column(done.stdout, "x") == [repr(float(truth(frame))) for frame in range(11)]
 
 
-def test_a_draft_tells_its_error_on_stderr_and_keeps_to_it(script: Path) -> None:
-    done = movimentum("solve", script, "-o", "-", "--accuracy", "draft")
-    assert done.returncode == 0
-    assert "note[solve/draft]" in done.stderr
-    claim = float(done.stderr.split("at most about ")[1].split(" pixels")[0])
-    off = max(abs(float(text) - float(truth(k))) for k, text in enumerate(column(done.stdout, "Rod.B.x")))
-    assert 0.0 < off <= claim < 1e-3
-    silent = movimentum("solve", script, "-o", "-", "--accuracy", "draft", "--quiet")
-    assert (silent.stderr, silent.stdout) == ("", done.stdout)
+def test_a_draft_that_gains_nothing_is_the_standard(script: Path) -> None:
+    """And is judged as that is; nothing is reported that does not hold."""
+    draft = movimentum("solve", script, "-o", "-", "--accuracy", "draft")
+    usual = movimentum("solve", script, "-o", "-")
+    assert (draft.returncode, draft.stderr, draft.stdout) == (0, usual.stderr, usual.stdout)
 
 
 def test_what_is_only_integrated_is_told(tmp_path: Path) -> None:
@@ -138,7 +134,8 @@ def test_trade_as_json_orders_the_tiers(script: Path) -> None:
     assert list(tiers) == ["draft", "standard", "high", "exact"]
     errors = [tiers[name]["error"] for name in tiers]
     assert errors == sorted(errors, reverse=True)
-    assert 1e-9 < errors[0] <= tiers["draft"]["claim"]
+    assert errors[0] == errors[1], "here a draft gains nothing"
+    assert "claim" not in tiers["draft"]
     assert errors[1] < 1e-12
     assert errors[2] == 0.0
     assert tiers["exact"]["residual"] < 1e-55

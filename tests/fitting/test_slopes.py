@@ -109,3 +109,42 @@ def test_slopes_of_a_crank_are_the_closed_form():
         top = np.argmax(y[0])
         assert sides[54] == pytest.approx(y[0][top] - x[0].mean() - 1.0, abs=1e-9)
         assert slopes[54] == pytest.approx([*(y[k][top] - x[k].mean() for k in (1, 2, 3)), 0.0], abs=1e-9)
+
+
+GEARS = """
+.config(12); .let a = 40 .range(25, 60); .let b = 110 .range(80, 150); .let first = 30 .range(0, 90);
+.let when = 1.2 .range(0.5, 2.5);
+Left  : .gear(20, 4) C = [0, 0] T = C + [a, 0];    Right : .gear(20, 4) C = [0, 0] T = C + [30, 0];
+One   : .bar A = [0, 0] B = A + [b, 0];            Other : .bar A = [0, 0] B = A + [100, 0];
+@0 Left.C = [0, 0]; Right.C = [80, 0]; .mesh(Left, Right) = 0; Left.angle = first + 90*.t;
+   One.A = Left.T; Other.A = Right.T; One.B = Other.B; One.B.y > 0;
+   .goal One.B.at(when) = [5, 128]; .goal .mean(Right.T) = [80, 5]; .goal Right.angle = 3;
+@1 Left.angle = first + 90 + 45*.t;
+@3
+"""
+
+
+def test_slopes_of_what_is_solved_one_by_one_are_its_equations():
+    """Gears: by the implicit function theorem where the way does not matter, and the same as differences."""
+    problem = make_problem(make_job(SourceText("gears", GEARS), Choices(), {}))
+    assert problem.reason is not None
+    low, high = problem.job.intervals.T
+    row = low + 0.37 * (high - low)
+    wanted = problem.single.differences(row)
+    solved = len(problem.single._known)
+    assert np.abs(wanted).max(axis=0).min() > 0.1, "each constant counts"
+    np.testing.assert_allclose(problem.single.slopes(row), wanted, atol=1e-4 * np.abs(wanted).max())
+    other = low + 0.43 * (high - low)
+    found = problem.single(other[None]).slopes
+    assert len(problem.single._known) == solved + 1, "one solution gives all slopes"
+    np.testing.assert_allclose(found[0], problem.single.differences(other), atol=1e-4 * np.abs(wanted).max())
+
+
+def test_slopes_of_what_depends_on_the_way_are_differences():
+    text = """.config(10); .let k = 2 .range(1, 3); Bar : .bar A = [0, 0] B = A + [20, 0];
+    @0 Bar.A = [0, 0]; x = 10 - .i(k*x); Bar.angle = x; .goal x.at(1) = 2; @1"""
+    problem = make_problem(make_job(SourceText("decay", text), Choices(), {}))
+    assert problem.reason is not None
+    found = problem.single(np.array([[1.7]]))
+    np.testing.assert_allclose(found.sides[0], 10 * np.exp(-1.7) - 2, rtol=1e-6)
+    np.testing.assert_allclose(found.slopes[0, 0], -10 * np.exp(-1.7), rtol=1e-4)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from movimentum.expressions import Expr, add, call, clock, const, div, mul, power, ratio
 from movimentum.settings import Accuracy
-from movimentum.solver.accuracy.draft import drafted
+from movimentum.solver.accuracy.draft import DraftMotion, drafted
 from movimentum.solver.accuracy.refinement import refined
 from movimentum.solver.accuracy.wide_poses import RefinedPoses
 from movimentum.solver.arithmetic.double_double import WideArithmetic
@@ -21,6 +21,7 @@ from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
+from tests.command import ROOT
 from tests.solver.scenes import motion_of
 
 MP = mpmath.MPContext()
@@ -290,10 +291,19 @@ def farthest(motion: PathMotion, some: Poses, others: Poses) -> float:
 @pytest.mark.parametrize("fps", [3, 12, 997])
 def test_a_draft_is_no_worse_than_it_says(script: str, fps: int) -> None:
     motion = motion_of(script, fps)
-    draft = drafted(motion)
+    draft = drafted(motion, lambda piece, fps: True)
+    assert isinstance(draft, DraftMotion)
     claim = draft.error
     off = farthest(motion, every(draft), every(motion))
     assert 0.0 < off <= claim < 0.01 * motion.size, (off, claim)
+
+
+def test_a_draft_is_made_where_it_gains_and_nowhere_else() -> None:
+    """Closed forms, and few frames, are as they are; a loop that is solved frame by frame, in very many, is not."""
+    assert drafted(few := motion_of(FOUR_BAR, 997)) is few
+    linkage = (ROOT / "scripts" / "peaucellier-linkage.mov").read_text(encoding="utf-8")
+    assert drafted(few := motion_of(linkage, 25)) is few
+    assert isinstance(drafted(motion_of(linkage, 2000)), DraftMotion)
 
 
 def test_a_draft_solves_what_it_cannot_interpolate() -> None:
@@ -302,7 +312,8 @@ def test_a_draft_solves_what_it_cannot_interpolate() -> None:
         ".config(40, 100, 100); Rod : .bar A = [30,40] B = A + [21,0];"
         "@0 Rod.A = [30,40]; Rod.B = [30 + 40*.t, y]; y >= 40; @1"
     )
-    draft = drafted(motion)
+    draft = drafted(motion, lambda piece, fps: True)
+    assert isinstance(draft, DraftMotion)
     claim = draft.error
     some, others = every(draft), every(motion)
     assert some.solved.tolist() == others.solved.tolist()

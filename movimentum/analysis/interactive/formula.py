@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
 from movimentum.arrays import first_of
 from movimentum.expressions import Expr, symbols, walk
+from movimentum.expressions.operations import column
 from movimentum.planning.blocks.kinds import Integral, Ode, Winding
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.records import dataclass
@@ -229,6 +230,7 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
     import sympy as library
 
     sympy: Any = library
+    functions = column(_Formulas(sympy))
     made: dict[Expr, Any] = {}
     for node in walk(root):
         if node.op == "const":
@@ -236,44 +238,49 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
         elif node.op in ("symbol", "sign", "clock"):
             made[node] = leaf(node)
         else:
-            made[node] = _operation(sympy, node, [made[arg] for arg in node.args])
+            payload = () if node.payload is None else (node.payload,)
+            made[node] = functions[node.op](*(made[arg] for arg in node.args), *payload)
     return made[root]
 
 
-def _operation(sympy: Any, node: Expr, a: Sequence[Any]) -> Any:
-    """What ``node`` makes of its arguments ``a``."""
-    degree = sympy.pi / 180
-    match node.op:
-        case "add":
-            return a[0] + a[1]
-        case "mul":
-            return a[0] * a[1]
-        case "div":
-            return a[0] / a[1]
-        case "neg":
-            return -a[0]
-        case "pow":
-            return a[0] ** sympy.nsimplify(node.exponent)
-        case "sind" | "cosd" | "tand":
-            return getattr(sympy, node.op[:-1])(a[0] * degree)
-        case "asind" | "acosd" | "atand":
-            return getattr(sympy, node.op[:-1])(a[0]) / degree
-        case "atan2d":
-            return sympy.atan2(a[0], a[1]) / degree
-        case "max" if a[1] == 0:  # only guards a root against rounding
-            return a[0]
-        case "max" | "min":
-            return {"max": sympy.Max, "min": sympy.Min}[node.op](*a)
-        case "abs":
-            return sympy.Abs(a[0])
-        case "mod":
-            return sympy.Mod(a[0], a[1])
-        case "ln":
-            return sympy.log(a[0])
-        case "ease":
-            u = sympy.Min(sympy.Max(a[0], 0), 1)
-            return u * u * (3 - 2 * u)
-        case "le":
-            return sympy.Piecewise((a[2], a[0] <= a[1]), (a[3], True))
-        case op:
-            return getattr(sympy, op)(*a)  # sqrt, floor, exp
+class _Formulas:
+    """The arithmetic of SymPy's expressions (`expressions.operations.column`)."""
+
+    def __init__(self, sympy: Any) -> None:
+        self.sympy, self.degree = sympy, sympy.pi / 180
+        self.number = sympy.Integer
+        self.sqrt, self.exp, self.ln, self.abs = sympy.sqrt, sympy.exp, sympy.log, sympy.Abs
+        self.floor, self.mod, self.min = sympy.floor, sympy.Mod, sympy.Min
+        self.sind, self.cosd, self.tand = map(self._of_degrees, (sympy.sin, sympy.cos, sympy.tan))
+        self.asind, self.acosd, self.atand = map(self._in_degrees, (sympy.asin, sympy.acos, sympy.atan))
+
+    def _of_degrees(self, function: Any) -> Callable[[Any], Any]:
+        return lambda a: function(a * self.degree)
+
+    def _in_degrees(self, function: Any) -> Callable[[Any], Any]:
+        return lambda a: function(a) / self.degree
+
+    def div(self, a: Any, b: Any) -> Any:
+        """a / b."""
+        return a / b
+
+    def pow(self, a: Any, exponent: float) -> Any:
+        """a ** exponent."""
+        return a ** self.sympy.nsimplify(exponent)
+
+    def atan2d(self, y: Any, x: Any) -> Any:
+        """The direction of (x, y) in degrees."""
+        return self.sympy.atan2(y, x) / self.degree
+
+    def max(self, a: Any, b: Any) -> Any:
+        """The larger of two; a 0 only guards a root against rounding."""
+        return a if b == 0 else self.sympy.Max(a, b)
+
+    def ease(self, u: Any) -> Any:
+        """3u^2 - 2u^3, constant outside [0, 1]."""
+        u = self.sympy.Min(self.sympy.Max(u, 0), 1)
+        return u * u * (3 - 2 * u)
+
+    def le(self, e: Any, b: Any, v: Any, w: Any) -> Any:
+        """v where e <= b, else w."""
+        return self.sympy.Piecewise((v, e <= b), (w, True))

@@ -1,13 +1,17 @@
-"""The functions of the language over NumPy arrays; what generated code calls.
+"""The operations on NumPy arrays; what generated code calls.
 
 Each takes and returns float64 arrays (or scalars) that broadcast; undefined values are nan, never an exception.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.expressions.operations import column
 
 _RADIANS = np.pi / 180.0
 _COSINE = np.array([1.0, 0.0, -1.0, 0.0])
@@ -26,66 +30,61 @@ def sincosd(degrees: FloatArray) -> tuple[FloatArray, FloatArray]:
     return s * ck + c * sk, c * ck - s * sk
 
 
-def tand(degrees: FloatArray) -> FloatArray:
-    """Tangent of degrees; infinite where it has a pole."""
-    s, c = sincosd(degrees)
-    return s / c
-
-
-def asind(value: FloatArray) -> FloatArray:
-    """Inverse sine in degrees."""
-    return np.arcsin(value) / _RADIANS
-
-
-def acosd(value: FloatArray) -> FloatArray:
-    """Inverse cosine in degrees."""
-    return np.arccos(value) / _RADIANS
-
-
-def atand(value: FloatArray) -> FloatArray:
-    """Inverse tangent in degrees."""
-    return np.arctan(value) / _RADIANS
-
-
 def atan2d(y: FloatArray, x: FloatArray) -> FloatArray:
     """Direction of (x, y) in degrees, in (-180, 180]."""
     value = np.arctan2(y, x) / _RADIANS
     return np.where(value == -180.0, 180.0, value)
 
 
-def ease(u: FloatArray) -> FloatArray:
-    """3u^2 - 2u^3, constant outside [0, 1]."""
-    u = np.clip(u, 0.0, 1.0)
-    return u * u * (3.0 - 2.0 * u)
+class NumPy:
+    """The arithmetic of arrays."""
+
+    number = float
+    add, mul, neg, div, pow, sqrt, exp, ln, floor, abs, min, max = (
+        np.add, np.multiply, np.negative, np.divide, np.power, np.sqrt, np.exp, np.log, np.floor, np.abs,
+        np.minimum, np.maximum,
+    )  # fmt: skip
+    atan2d = staticmethod(atan2d)
+
+    @staticmethod
+    def sind(degrees: FloatArray) -> FloatArray:
+        """Sine of degrees."""
+        return sincosd(degrees)[0]
+
+    @staticmethod
+    def cosd(degrees: FloatArray) -> FloatArray:
+        """Cosine of degrees."""
+        return sincosd(degrees)[1]
+
+    @staticmethod
+    def tand(degrees: FloatArray) -> FloatArray:
+        """Tangent of degrees; infinite where it has a pole."""
+        s, c = sincosd(degrees)
+        return s / c
+
+    @staticmethod
+    def asind(value: FloatArray) -> FloatArray:
+        """Inverse sine in degrees."""
+        return np.arcsin(value) / _RADIANS
+
+    @staticmethod
+    def acosd(value: FloatArray) -> FloatArray:
+        """Inverse cosine in degrees."""
+        return np.arccos(value) / _RADIANS
+
+    @staticmethod
+    def atand(value: FloatArray) -> FloatArray:
+        """Inverse tangent in degrees."""
+        return np.arctan(value) / _RADIANS
+
+    @staticmethod
+    def le(e: FloatArray, b: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray:
+        """v where e <= b, else w."""
+        return np.where(e <= b, v, w)
 
 
-def mod(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Remainder with the sign of the divisor."""
-    return a - b * np.floor(np.divide(a, b))  # a Python float divides by zero in its own way
+ON_ARRAYS: dict[str, Callable[..., Any]] = column(NumPy())
+"""Each operation by name; ``pow`` also takes the exponent."""
 
-
-def le(e: FloatArray, b: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray:
-    """v where e <= b, else w."""
-    return np.where(e <= b, v, w)
-
-
-NAMESPACE: dict[str, object] = {
-    "sincosd": sincosd,
-    "tand": tand,
-    "asind": asind,
-    "acosd": acosd,
-    "atand": atand,
-    "atan2d": atan2d,
-    "ease": ease,
-    "mod": mod,
-    "le": le,
-    "sqrt": np.sqrt,
-    "absolute": np.abs,
-    "minimum": np.minimum,
-    "maximum": np.maximum,
-    "floor": np.floor,
-    "exp": np.exp,
-    "ln": np.log,
-    "power": np.power,
-    "float64": np.float64,
-}
+NAMESPACE: dict[str, object] = {**ON_ARRAYS, "sincosd": sincosd, "float64": np.float64}
+"""The names in generated code."""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
-from movimentum.planning.codegen.numeric import NAMESPACE
+from movimentum.planning.codegen.numeric import NAMESPACE, ON_ARRAYS
 from movimentum.records import dataclass
 
 Compiled = Callable[..., tuple[Any, ...]]
@@ -18,12 +18,6 @@ Compiled = Callable[..., tuple[Any, ...]]
 
 Undefined values are nan or infinite (NumPy's warnings are the caller's to silence).
 """
-
-_CALLS = {
-    "tand", "asind", "acosd", "atand", "atan2d", "ease", "mod", "le", "sqrt", "floor", "exp", "ln",
-}  # fmt: skip
-_RENAMED = {"abs": "absolute", "min": "minimum", "max": "maximum"}
-
 
 Place = int
 """The number of a place among those of a `Flattening`."""
@@ -90,7 +84,7 @@ class _CodeWriter:
         if shape.whole:
             tail.append(f" return ({''.join(f'{text}, ' for text in results)})")
         elif results:
-            tail += [f" m = {results[0]}", *(f" m = minimum(m, {text})" for text in results[1:]), " return m"]
+            tail += [f" m = {results[0]}", *(f" m = min(m, {text})" for text in results[1:]), " return m"]
         else:
             tail.append(" return None")
         signature = "u, k, g=1.0" if shape.whole else "u, k, g"
@@ -179,13 +173,11 @@ class _CodeWriter:
                 if payload == 2.0:
                     _, x = _split(a[0])
                     return self._local(f"{x} * {x}")
-                return self._local(f"power({a[0]}, {payload!r})")
+                return self._local(f"pow({a[0]}, {payload!r})")
             case "self-difference":
                 return f"({a[0]} - {a[0]})"
-            case _ if op in _CALLS:
+            case _ if op in ON_ARRAYS:
                 return self._local(f"{op}({', '.join(a)})")
-            case _ if op in _RENAMED:
-                return self._local(f"{_RENAMED[op]}({', '.join(a)})")
             case _:
                 raise NotImplementedError(op)
 

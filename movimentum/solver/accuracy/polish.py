@@ -26,9 +26,13 @@ from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.scaling import scaled
-
-FARTHEST = 1e-5
-"""How far, in units of its size, a solution may be moved: farther is another solution, not the same one better."""
+from movimentum.tolerances import (
+    RANK_FOR_DEFLATION,
+    RANK_OF_REDUNDANT_ROWS,
+    RANK_OF_SQUARE,
+    SAME_SOLUTION_POLISHED,
+    TINY,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,7 +130,7 @@ def polished(plan: Plan, rows: Rows, context: RowContext, start: FloatArray, sca
         context.wide[n] = context.evaluator.arithmetic.floats(start[:, j])
         context.floats[n] = start[:, j]
     with np.errstate(all="ignore"):
-        right = _chord(rows, context, sizes)
+        right = _iterated(rows, context, sizes)
         right[_strayed(rows, context, start, sizes)] = 0.0
         wanted = context.evaluator.arithmetic.digits
         for place in np.nonzero(right < wanted)[0]:
@@ -136,7 +140,7 @@ def polished(plan: Plan, rows: Rows, context: RowContext, start: FloatArray, sca
 
 def _strayed(rows: Rows, context: RowContext, start: FloatArray, sizes: FloatArray) -> NDArray[np.bool_]:
     now = np.stack([np.broadcast_to(context.floats[n], len(start)) for n in rows.unknowns], axis=1)
-    return np.asarray(~(np.abs(now - start) <= FARTHEST * sizes).all(axis=1), dtype=np.bool_)
+    return np.asarray(~(np.abs(now - start) <= SAME_SOLUTION_POLISHED * sizes).all(axis=1), dtype=np.bool_)
 
 
 def _jacobian(rows: Rows, context: RowContext, count: int) -> FloatArray:
@@ -154,27 +158,40 @@ def _inverse(rows: Rows, context: RowContext, sizes: FloatArray) -> FloatArray:
     if finite.any():
         square = matrix.shape[1] == matrix.shape[2]
         try:
-            inverse = np.linalg.inv(matrix[finite]) if square else np.linalg.pinv(matrix[finite], rcond=1e-9)
+            inverse = (
+                np.linalg.inv(matrix[finite])
+                if square
+                else np.linalg.pinv(matrix[finite], rcond=RANK_OF_REDUNDANT_ROWS)
+            )
         except np.linalg.LinAlgError:
-            inverse = np.linalg.pinv(matrix[finite], rcond=1e-12)
+            inverse = np.linalg.pinv(matrix[finite], rcond=RANK_OF_SQUARE)
         result[finite] = sizes[finite][:, :, None] * inverse / lengths[finite][:, None, :]
     return result
 
 
-def _chord(rows: Rows, context: RowContext, sizes: FloatArray) -> FloatArray:
-    """Steps until they are as small as the arithmetic's digits ask or no longer shrink; returns (F,) the digits."""
+def _iterated(rows: Rows, context: RowContext, sizes: FloatArray, *, newton: bool = False) -> FloatArray:
+    """Steps until they are as small as the arithmetic's digits ask or no longer shrink; returns (F,) the digits.
+
+    The Jacobian is that of floats. ``newton``: it has all digits, at a single instant; steps may then shrink slowly, as
+    they do from afar where two solutions nearly meet.
+    """
     arithmetic = context.evaluator.arithmetic
     count = len(sizes)
     right = np.zeros(count)
     running = np.ones(count, dtype=np.bool_)
     inverse = np.zeros((0, 0, 0))
-    for done in range(8 + arithmetic.digits // 4):
-        residuals, exponents = arithmetic.balanced(context.values(rows), count)
-        if done < 3:  # by then the point is as good as a float can be
-            inverse = _inverse(rows, context, sizes)
-        step = -np.einsum("fnm,fm->fn", inverse, residuals)
+    least_gain = 0.0 if newton else 0.7
+    for done in range(40 if newton else 8 + arithmetic.digits // 4):
+        values = context.values(rows)
+        if newton:
+            step, exponents = _newton_step(rows, context, sizes, values)
+        else:
+            residuals, exponents = arithmetic.balanced(values, count)
+            if done < 3:  # by then the point is as good as a float can be
+                inverse = _inverse(rows, context, sizes)
+            step = -np.einsum("fnm,fm->fn", inverse, residuals)
         largest = np.max(np.abs(step) / sizes, axis=1, initial=0.0)
-        digits = -(np.log10(np.where(largest > 0.0, largest, 1e-300)) + exponents * np.log10(2.0))
+        digits = -(np.log10(np.where(largest > 0.0, largest, TINY)) + exponents * np.log10(2.0))
         usable = np.isfinite(step).all(axis=1)
         gained = np.where(usable, digits, 0.0) - right
         moves = running & usable & ((gained > 0.0) | (done < 2))
@@ -185,10 +202,30 @@ def _chord(rows: Rows, context: RowContext, sizes: FloatArray) -> FloatArray:
         right = np.where(moves, np.maximum(right, digits), right)
         right[~usable] = 0.0
         # a step of size s leaves an error of s times the contraction; a singular Jacobian halves it at best
-        running &= (right < arithmetic.digits) & usable & ((gained > 0.7) | (done < 2))
+        running &= (right < arithmetic.digits) & usable & ((gained > least_gain) | (done < 2))
         if not running.any():
             break
     return right
+
+
+def _newton_step(
+    rows: Rows, context: RowContext, sizes: FloatArray, values: Sequence[Number]
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """The step (1, n) and its exponent (1,) with a Jacobian of all digits; nan where that is singular."""
+    arithmetic = context.evaluator.arithmetic
+    assert isinstance(arithmetic, DigitsArithmetic)
+    mp = arithmetic.context
+    matrix = mp.zeros(len(rows.residuals), len(rows.unknowns))
+    slopes = context.evaluator.values(ordered(rows.slopes), rows.slopes, context.leaf)
+    for (i, j), slope in zip(rows.entries, slopes, strict=True):
+        matrix[i, j] = slope[0] * float(sizes[0, j])
+    try:
+        step = mp.lu_solve(matrix, mp.matrix([-value[0] for value in values]))
+    except (ArithmeticError, ValueError):
+        return np.full((1, len(rows.unknowns)), np.nan), np.zeros(1, dtype=np.int64)
+    return arithmetic.balanced(
+        [arithmetic.array([by * float(size)]) for by, size in zip(step, sizes[0], strict=True)], 1
+    )
 
 
 def _singular(
@@ -214,7 +251,7 @@ def _singular(
     if right >= context.evaluator.arithmetic.digits:
         return right
     # steps that shrink by a constant factor leave several times the last one
-    return max(right - 1.0, 0.0) if right > 0.0 else -float(np.log10(FARTHEST))
+    return max(right - 1.0, 0.0) if right > 0.0 else -float(np.log10(SAME_SOLUTION_POLISHED))
 
 
 def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
@@ -224,7 +261,7 @@ def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> 
     if not np.isfinite(matrix).all() or len(rows.residuals) < n:
         return 0.0
     _, singular, right = np.linalg.svd(matrix[0])
-    if singular[-1] > 1e-4 * singular[0] or (n > 1 and singular[-2] < 1e-4 * singular[0]):
+    if singular[-1] > RANK_FOR_DEFLATION * singular[0] or (n > 1 and singular[-2] < RANK_FOR_DEFLATION * singular[0]):
         return 0.0
     arithmetic = here.evaluator.arithmetic
     first = len(here.wide)
@@ -234,40 +271,18 @@ def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> 
     for value in (*direction, *normal):
         here.wide.append(arithmetic.floats(np.array([value])))
         here.floats.append(np.array([value]))
-    digits = float(_chord(both, here, np.concatenate([size, np.maximum(np.abs(direction), size[0])[None]], axis=1))[0])
+    digits = float(
+        _iterated(both, here, np.concatenate([size, np.maximum(np.abs(direction), size[0])[None]], axis=1))[0]
+    )
     del here.wide[first:], here.floats[first:]
     residuals, exponents = arithmetic.balanced(here.values(rows), 1)
-    gradients = np.maximum(np.abs(_jacobian(rows, here, 1) * size[:, None, :]).max(axis=2, initial=0.0), 1e-300)
+    gradients = np.maximum(np.abs(_jacobian(rows, here, 1) * size[:, None, :]).max(axis=2, initial=0.0), TINY)
     off = float(np.max(np.abs(residuals) / gradients))
     left = np.inf if off == 0.0 else -(np.log10(off) + float(exponents[0]) * np.log10(2.0))
     return digits if left >= arithmetic.digits else 0.0
 
 
-def _newton(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
+def _newton(_: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
     """Newton's method with all digits in the Jacobian too, at one instant; 0 for numbers that are of fixed size."""
-    arithmetic = here.evaluator.arithmetic
-    if not isinstance(arithmetic, DigitsArithmetic) or len(rows.residuals) < len(rows.unknowns):
-        return 0.0
-    context = arithmetic.context
-    nodes = ordered(rows.slopes)
-    right = 0.0
-    for _ in range(40):
-        matrix = context.zeros(len(rows.residuals), len(rows.unknowns))
-        slopes = here.evaluator.values(nodes, rows.slopes, here.leaf)
-        for (i, j), slope in zip(rows.entries, slopes, strict=True):
-            matrix[i, j] = slope[0] * float(size[0, j])
-        try:
-            step = context.lu_solve(matrix, context.matrix([-value[0] for value in here.values(rows)]))
-        except (ArithmeticError, ValueError):
-            break
-        largest = max(abs(item) for item in step)
-        if not context.isfinite(largest):
-            return 0.0
-        for j, n in enumerate(rows.unknowns):
-            here.wide[n] = here.wide[n] + arithmetic.array([step[j] * float(size[0, j])])
-            here.floats[n] = arithmetic.rounded(here.wide[n])
-        digits = -arithmetic.magnitude(largest)
-        if digits >= arithmetic.digits:
-            return min(digits, float(arithmetic.working_digits))
-        right = max(right, digits)
-    return right
+    possible = isinstance(here.evaluator.arithmetic, DigitsArithmetic) and len(rows.residuals) >= len(rows.unknowns)
+    return float(_iterated(rows, here, size, newton=True)[0]) if possible else 0.0

@@ -7,7 +7,7 @@ instants, and nothing is compiled.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,46 +15,14 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, walk
-from movimentum.planning.codegen import numeric
 from movimentum.planning.codegen.generate import Clocks
+from movimentum.planning.codegen.numeric import ON_ARRAYS
 from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.records import dataclass
 
 AT_ONCE = 200_000
 """Numbers of which the values of all operations on one shape may consist: what the processor's cache has room for."""
 
-
-def _sind(degrees: FloatArray) -> FloatArray:
-    return numeric.sincosd(degrees)[0]
-
-
-def _cosd(degrees: FloatArray) -> FloatArray:
-    return numeric.sincosd(degrees)[1]
-
-
-_OPERATIONS: dict[str, Callable[..., Any]] = {
-    "add": np.add,
-    "mul": np.multiply,
-    "div": np.divide,
-    "neg": np.negative,
-    "sqrt": np.sqrt,
-    "sind": _sind,
-    "cosd": _cosd,
-    "tand": numeric.tand,
-    "asind": numeric.asind,
-    "acosd": numeric.acosd,
-    "atand": numeric.atand,
-    "atan2d": numeric.atan2d,
-    "abs": np.absolute,
-    "min": np.minimum,
-    "max": np.maximum,
-    "floor": np.floor,
-    "mod": numeric.mod,
-    "exp": np.exp,
-    "ln": np.log,
-    "ease": numeric.ease,
-    "le": numeric.le,
-}
 
 Step = tuple[str, Hashable, tuple[int, ...]]
 """An operation, its payload (of a clock: its number), and which steps its arguments are."""
@@ -87,9 +55,9 @@ class _Shape:
                 case "pow":
                     base = found[arguments[0]]
                     assert isinstance(payload, float)
-                    found.append(base * base if payload == 2.0 else np.power(base, payload))
+                    found.append(base * base if payload == 2.0 else ON_ARRAYS[op](base, payload))
                 case _:
-                    found.append(_OPERATIONS[op](*(found[argument] for argument in arguments)))
+                    found.append(ON_ARRAYS[op](*(found[argument] for argument in arguments)))
         return found[-1]
 
 
@@ -115,7 +83,7 @@ class Alike:
                         payload = None
                     case "clock":
                         payload = clocks.number(node.start)
-                    case op if op not in _OPERATIONS and op != "pow":
+                    case op if op not in ON_ARRAYS:
                         raise NotImplementedError(op)
                     case _:
                         pass

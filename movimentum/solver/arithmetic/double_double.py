@@ -7,7 +7,7 @@ products without error are Knuth's and Dekker's; what is built on them is plain 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
+from movimentum.expressions.operations import column
 
 _SPLITTER = 134217729.0  # 2^27 + 1: halves a float into two of 26 bits
 
@@ -203,88 +204,36 @@ def _floor(a: Wide) -> Wide:
     return Wide(*_quick(high, np.where(high == a.high, np.floor(a.low), 0.0)))
 
 
-def _least(a: Wide, b: Wide) -> Wide:
-    return choose((a - b).high <= 0.0, a, b)
-
-
-def _ease(u: Wide) -> Wide:
-    u = _least(choose(u.high <= 0.0, Wide(np.zeros_like(u.high)), u), _ONE)
-    return u * u * (Wide(np.array([3.0])) - u.scaled(2.0))
-
-
-def _asind(a: Wide) -> Wide:
-    return _atan2d(a, _sqrt((_ONE - a) * (_ONE + a)))
-
-
-def _acosd(a: Wide) -> Wide:
-    return _atan2d(_sqrt((_ONE - a) * (_ONE + a)), a)
-
-
-def _tand(a: Wide) -> Wide:
-    s, c = _sincos(a)
-    return s / c
-
-
-def _sind(a: Wide) -> Wide:
-    return _sincos(a)[0]
-
-
-def _cosd(a: Wide) -> Wide:
-    return _sincos(a)[1]
-
-
-def _atand(a: Wide) -> Wide:
-    return _atan2d(a, _ONE)
-
-
-def _abs(a: Wide) -> Wide:
-    return choose(a.high < 0.0, -a, a)
-
-
-def _largest(a: Wide, b: Wide) -> Wide:
-    return choose((a - b).high <= 0.0, b, a)
-
-
-def _mod(a: Wide, b: Wide) -> Wide:
-    return a - b * _floor(a / b)
-
-
-def _le(e: Wide, b: Wide, v: Wide, w: Wide) -> Wide:
-    return choose((e - b).high <= 0.0, v, w)
-
-
-_CALLS: dict[str, Callable[..., Wide]] = {
-    "add": Wide.__add__,
-    "mul": Wide.__mul__,
-    "div": Wide.__truediv__,
-    "neg": Wide.__neg__,
-    "sqrt": _sqrt,
-    "sind": _sind,
-    "cosd": _cosd,
-    "tand": _tand,
-    "asind": _asind,
-    "acosd": _acosd,
-    "atand": _atand,
-    "atan2d": _atan2d,
-    "abs": _abs,
-    "min": _least,
-    "max": _largest,
-    "floor": _floor,
-    "mod": _mod,
-    "exp": _exp,
-    "ln": _ln,
-    "ease": _ease,
-    "le": _le,
-}
-
-
 class WideArithmetic:
     """`solver.arithmetic.evaluation.Arithmetic` of double-doubles."""
 
     digits = 19
     """What is asked of a solution, relative to its size: a float64's 53 bits and some to round from."""
     shown = None
-    """Numbers are told as floats."""
+    """Numbers are written as floats."""
+    div, pow, sqrt = staticmethod(Wide.__truediv__), staticmethod(_power), staticmethod(_sqrt)
+    atan2d, floor = staticmethod(_atan2d), staticmethod(_floor)
+    exp, ln = staticmethod(_exp), staticmethod(_ln)
+
+    @staticmethod
+    def number(value: float) -> Wide:
+        """A whole number."""
+        return Wide(np.array([float(value)]))
+
+    @staticmethod
+    def sind(degrees: Wide) -> Wide:
+        """Sine of degrees."""
+        return _sincos(degrees)[0]
+
+    @staticmethod
+    def cosd(degrees: Wide) -> Wide:
+        """Cosine of degrees."""
+        return _sincos(degrees)[1]
+
+    @staticmethod
+    def le(e: Wide, b: Wide, v: Wide, w: Wide) -> Wide:
+        """v where e <= b, else w."""
+        return choose((e - b).high <= 0.0, v, w)
 
     def rationals(self, values: Sequence[Fraction]) -> Wide:
         """Exact rational numbers, as (F,)."""
@@ -315,7 +264,7 @@ class WideArithmetic:
 
     def call(self, op: str, payload: Hashable, arguments: Sequence[Wide]) -> Wide:
         """One operation; nan where it is undefined."""
-        if op == "pow":
-            assert isinstance(payload, float)
-            return _power(arguments[0], payload)
-        return _CALLS[op](*arguments)
+        return _ON_WIDE[op](*arguments) if payload is None else _ON_WIDE[op](*arguments, payload)
+
+
+_ON_WIDE = column(WideArithmetic())

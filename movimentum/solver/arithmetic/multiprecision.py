@@ -5,8 +5,6 @@ mpmath is imported when such numbers are made, and not before.
 
 from __future__ import annotations
 
-import math
-import operator
 from collections.abc import Callable, Hashable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -15,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
+from movimentum.expressions.operations import BY_NAME, column
 from movimentum.solver.arithmetic.double_double import nice_fraction
 
 Numbers = NDArray[np.object_]
@@ -30,18 +29,20 @@ class DigitsArithmetic:
         from mpmath.ctx_mp import MPContext
 
         self.digits = digits + 10
-        self.working_digits = digits + GUARD
         self.shown = digits
         self.context: Any = MPContext()
-        self.context.dps = self.working_digits
-        self._calls = {name: np.frompyfunc(self._safe(f), n, 1) for name, (f, n) in _functions(self.context).items()}
+        self.context.dps = digits + GUARD
+        self._calls: dict[str, Callable[..., Any]] = {
+            name: np.frompyfunc(self._safe(function), BY_NAME[name].arity + (name == "pow"), 1)
+            for name, function in column(_Scalars(self.context)).items()
+        }
 
     def _safe(self, function: Callable[..., Any]) -> Callable[..., Any]:
         nan = self.context.nan
         isnan = self.context.isnan
 
         def called(*arguments: Any) -> Any:
-            if any(isnan(a) for a in arguments):
+            if any(map(isnan, arguments)):
                 return nan
             try:
                 return function(*arguments)
@@ -98,30 +99,8 @@ class DigitsArithmetic:
 
     def call(self, op: str, payload: Hashable, arguments: Sequence[Numbers]) -> Numbers:
         """One operation; nan where it is undefined."""
-        match op:
-            case "add":
-                return arguments[0] + arguments[1]
-            case "mul":
-                return arguments[0] * arguments[1]
-            case "neg":
-                return -arguments[0]
-            case "pow":
-                assert isinstance(payload, float)
-                return self._power(arguments[0], payload)
-            case _:
-                return self._calls[op](*arguments)
-
-    def _power(self, a: Numbers, exponent: float) -> Numbers:
-        context = self.context
-        fraction = nice_fraction(exponent)
-        wanted = int(fraction) if fraction.denominator == 1 else context.mpf(fraction.numerator) / fraction.denominator
-
-        def power(base: Any) -> Any:
-            if base < 0 and fraction.denominator != 1:
-                raise ValueError(base)
-            return base**wanted
-
-        return np.frompyfunc(self._safe(power), 1, 1)(a)
+        found: Numbers = self._calls[op](*arguments, *(() if payload is None else (payload,)))
+        return found
 
     def text(self, value: Any, size: float) -> str:
         """The digits asked for; 0 for what is nothing but rounding error in a scene of size ``size``."""
@@ -130,96 +109,65 @@ class DigitsArithmetic:
             return "0.0"
         return str(context.nstr(value, self.shown, min_fixed=-5, max_fixed=max(self.shown, 17)))
 
-    def magnitude(self, value: Any) -> float:
-        """log10 of a number's size; -inf for 0."""
-        return -math.inf if value == 0 else float(self.context.log10(abs(value)))
 
-
-def _functions(m: Any) -> dict[str, tuple[Callable[..., Any], int]]:
-    """Each operation that Python's operators do not do, on numbers of the context ``m``, and how many it takes.
-
-    ValueError or ArithmeticError where it is undefined.
+class _Scalars:
+    """The arithmetic of single numbers of the mpmath context ``m``; ValueError or ArithmeticError
+    where an operation is undefined.
     """
 
-    def within(a: Any) -> Any:
-        if abs(a) > 1:
+    number = int
+
+    def __init__(self, m: Any) -> None:
+        self.m = m
+        self.floor, self.exp = m.floor, m.exp
+
+    def div(self, a: Any, b: Any) -> Any:
+        """a / b."""
+        return a / b
+
+    def pow(self, a: Any, exponent: float) -> Any:
+        """a to a constant power."""
+        fraction = nice_fraction(exponent)
+        if fraction.denominator == 1:
+            return a ** int(fraction)
+        return self._not_below(a) ** (self.m.mpf(fraction.numerator) / fraction.denominator)
+
+    def sqrt(self, a: Any) -> Any:
+        """The square root."""
+        return self.m.sqrt(self._not_below(a))
+
+    def ln(self, a: Any) -> Any:
+        """The natural logarithm."""
+        if a == 0:
+            raise ValueError(a)
+        return self.m.ln(self._not_below(a))
+
+    def sind(self, degrees: Any) -> Any:
+        """Sine of degrees."""
+        return self._quadrant(degrees, 0)
+
+    def cosd(self, degrees: Any) -> Any:
+        """Cosine of degrees."""
+        return self._quadrant(degrees, 1)
+
+    def atan2d(self, y: Any, x: Any) -> Any:
+        """Direction of (x, y) in degrees."""
+        return self.m.atan2(y, x) * 180 / self.m.pi
+
+    def le(self, e: Any, b: Any, v: Any, w: Any) -> Any:
+        """v if e <= b, else w."""
+        return v if e <= b else w
+
+    def _not_below(self, a: Any) -> Any:
+        """What is not below 0."""
+        if a < 0:
             raise ValueError(a)
         return a
 
-    def root(a: Any) -> Any:
-        if a < 0:
-            raise ValueError(a)
-        return m.sqrt(a)
-
-    def log(a: Any) -> Any:
-        if a <= 0:
-            raise ValueError(a)
-        return m.ln(a)
-
-    def ease(u: Any) -> Any:
-        u = min(max(u, m.zero), m.one)
-        return u * u * (3 - 2 * u)
-
-    def remainder(a: Any, b: Any) -> Any:
-        return a - b * m.floor(a / b)
-
-    def at_most(e: Any, b: Any, v: Any, w: Any) -> Any:
-        return v if e <= b else w
-
-    return {
-        **_of_angles(m, within),
-        "div": (operator.truediv, 2),
-        "sqrt": (root, 1),
-        "abs": (abs, 1),
-        "min": (min, 2),
-        "max": (max, 2),
-        "floor": (m.floor, 1),
-        "mod": (remainder, 2),
-        "exp": (m.exp, 1),
-        "ln": (log, 1),
-        "ease": (ease, 1),
-        "le": (at_most, 4),
-    }
-
-
-def _of_angles(m: Any, within: Callable[[Any], Any]) -> dict[str, tuple[Callable[..., Any], int]]:
-    """Those with angles, in degrees; ``within`` passes on what is between -1 and 1."""
-    half = m.mpf(0.5)
-
-    def quadrant(degrees: Any, shift: int) -> Any:
-        turns = int(m.floor(degrees / 90 + half))
+    def _quadrant(self, degrees: Any, shift: int) -> Any:
+        m = self.m
+        turns = int(m.floor(degrees / 90 + m.mpf(0.5)))
         rest = (degrees - 90 * turns) * m.pi / 180
         quarter = (turns + shift) % 4
         value = m.sin(rest) if quarter % 2 == 0 else m.cos(rest)
         return value if quarter < 2 else -value
-
-    def sine(a: Any) -> Any:
-        return quadrant(a, 0)
-
-    def cosine(a: Any) -> Any:
-        return quadrant(a, 1)
-
-    def tangent(a: Any) -> Any:
-        return quadrant(a, 0) / quadrant(a, 1)
-
-    def arcsine(a: Any) -> Any:
-        return m.asin(within(a)) * 180 / m.pi
-
-    def arccosine(a: Any) -> Any:
-        return m.acos(within(a)) * 180 / m.pi
-
-    def arctangent(a: Any) -> Any:
-        return m.atan(a) * 180 / m.pi
-
-    def direction(y: Any, x: Any) -> Any:
-        return m.atan2(y, x) * 180 / m.pi
-
-    return {
-        "sind": (sine, 1),
-        "cosd": (cosine, 1),
-        "tand": (tangent, 1),
-        "asind": (arcsine, 1),
-        "acosd": (arccosine, 1),
-        "atand": (arctangent, 1),
-        "atan2d": (direction, 2),
-    }

@@ -16,6 +16,15 @@ from movimentum.records import dataclass
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled, toward
+from movimentum.tolerances import (
+    CURVATURE_OF_CONSTRAINTS,
+    INDIFFERENT_TO_WISHES,
+    LEAST_POSE_DENSE,
+    LEAST_POSE_SPARSE,
+    REGULAR,
+    TINY,
+    WEIGHT_OF_MOTION_BESIDE_TURNS,
+)
 
 STEPS = (0.3, 0.07, 0.02)
 """In units of the unknowns' scale: the longest step toward the pose to begin with, and shorter ones for where that
@@ -23,12 +32,8 @@ leaps to another side of an inequality.
 """
 TO_BEGIN = Damping(weak=1e-3)
 """Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
-CURVED = 1e-5
-"""Of the unknowns' scale: the width of differences of the Jacobian."""
 FLAT = 0.05
 """Of the metric: what curvature leaves of it at the least."""
-TRACE = 1e-6
-"""How much the anchors' motion weighs beside turns, where these are to be least."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +114,7 @@ def turns_of(plan: Plan, problem: BlockProblem, things: set[int], carry: Carry) 
 
 def _turn_metric(x: FloatArray, fresh: Sequence[Turn], metric: FloatArray) -> FloatArray:
     """Sum of squared turns, with a trace of the anchor metric so that it is definite."""
-    result = TRACE * metric / float(np.max(np.diag(metric)))
+    result = WEIGHT_OF_MOTION_BESIDE_TURNS * metric / float(np.max(np.diag(metric)))
     for turn in fresh:
         direction = np.zeros(len(x))
         places, slopes = turn.slope(x)
@@ -175,7 +180,9 @@ def _dense_least(
             nearest = min(nearest, off)
             along = wish_rows @ free
             restore = restore + free @ toward(along, -(errors + wish_rows @ restore), TO_BEGIN)
-            _, indifferent, _ = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), 1e-6)
+            _, indifferent, _ = null_space(
+                along / max(float(np.max(np.abs(along), initial=0.0)), TINY), INDIFFERENT_TO_WISHES
+            )
             free = free @ indifferent
         if turns:
             weight, gradient = _turn_metric(x, turns, metric), _turn_gradient(x, turns)
@@ -186,7 +193,7 @@ def _dense_least(
             if not turns and not len(wished):
                 pulls = inverse[:, : len(lengths[0])].T @ (gradient * scale) / lengths[0]
                 hessian = _with_curvature(problem, x, free, hessian, pulls[: jacobian.shape[1]])
-            damped = hessian + 1e-14 * np.trace(hessian) * np.eye(len(hessian))
+            damped = hessian + REGULAR * np.trace(hessian) * np.eye(len(hessian))
             y = -solutions(damped, free.T @ (gradient + weight @ restore))
             step = restore + free @ y
         else:
@@ -194,8 +201,8 @@ def _dense_least(
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         if not np.isfinite(size):
             return None
-        x = x + step * min(1.0, longest / max(size, 1e-300))
-        if size < 1e-13:
+        x = x + step * min(1.0, longest / max(size, TINY))
+        if size < LEAST_POSE_DENSE:
             break
     return x
 
@@ -207,14 +214,18 @@ def _with_curvature(
     ``pulls`` (m,) hold the pose. Without that, steps go to and fro for ever where it is large. Made definite, so that
     steps lead downhill.
     """
-    aside = CURVED * free.T
+    aside = CURVATURE_OF_CONSTRAINTS * free.T
     jacobians = problem.jacobian(np.concatenate([x + aside, x - aside]))
-    bent = np.einsum("fmn,m->fn", (jacobians[: len(aside)] - jacobians[len(aside) :]) / (2.0 * CURVED), pulls)
+    bent = np.einsum(
+        "fmn,m->fn", (jacobians[: len(aside)] - jacobians[len(aside) :]) / (2.0 * CURVATURE_OF_CONSTRAINTS), pulls
+    )
     curved = 0.5 * (bent @ free + (bent @ free).T)
     if not np.isfinite(curved).all():
         return metric
     try:
-        root = np.asarray(np.linalg.cholesky(metric + 1e-14 * np.trace(metric) * np.eye(len(metric))), dtype=np.float64)
+        root = np.asarray(
+            np.linalg.cholesky(metric + REGULAR * np.trace(metric) * np.eye(len(metric))), dtype=np.float64
+        )
         half = np.asarray(np.linalg.solve(root, metric - curved), dtype=np.float64)
         inner = np.asarray(np.linalg.solve(root, half.T), dtype=np.float64)
         values, axes = np.linalg.eigh(0.5 * (inner + inner.T))
@@ -273,7 +284,7 @@ def _sparse_least(
                 places = np.nonzero(row)[0]
                 step_of.row(places, row[places], float(error), soft=True)
         if turns:
-            step_of.weigh(form, TRACE / float(np.max(form.form[2])), np.zeros(len(x)))
+            step_of.weigh(form, WEIGHT_OF_MOTION_BESIDE_TURNS / float(np.max(form.form[2])), np.zeros(len(x)))
             for turn in turns:
                 step_of.square(*turn.slope(x), turn.angle(x))
         else:
@@ -282,7 +293,7 @@ def _sparse_least(
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         if not np.isfinite(size):
             return None
-        x = x + step * min(1.0, longest / max(size, 1e-300))
-        if size < 1e-12:
+        x = x + step * min(1.0, longest / max(size, TINY))
+        if size < LEAST_POSE_SPARSE:
             break
     return x

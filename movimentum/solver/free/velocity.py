@@ -20,6 +20,7 @@ from movimentum.solver.block.linearization import Tangent, chord_newton, tangent
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping
+from movimentum.tolerances import DERIVATIVES_ALIKE, PROJECTED, RESTORED, ROUNDING_OF_INPUTS, TINY
 
 FOLLOWING = 8.0
 """How fast a wish is followed: in an eighth of a time unit, what it is off by falls to 1/e (37 %)."""
@@ -30,10 +31,6 @@ BEHIND, ACROSS, AHEAD = 1.0, 0.5, 0.0
 STEPS = np.array([2.5e-2, 2.5e-4, 2.5e-6])
 """Of the mean distance between two nodes, between which little turns: the distance between two such instants. The first
 choice that shows no kink is taken, or else the best: shorter ones have more rounding, longer ones more kinks."""
-ALIKE = 1e-8
-"""Of the largest derivative: by how much that of fourth order may be another; that of sixth order is far better."""
-ROUNDING = 1e-13
-"""Of the scene's size: the rounding in what is read."""
 MOST_NODES = 2000
 """So many of a path's nodes are looked at, if it has more."""
 FARTHEST = 100.0
@@ -112,7 +109,7 @@ class FreeVelocity:
         """Look at the scene once."""
         self.law = Law(self.block, self.plan)
         spaces = max(min(len(self.nodes), MOST_NODES) - 1, 1)
-        self._spacing = max(float(self.nodes[-1] - self.nodes[0]) / spaces, 1e-300)
+        self._spacing = max(float(self.nodes[-1] - self.nodes[0]) / spaces, TINY)
 
     def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
         """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there. ``after``:
@@ -135,7 +132,8 @@ class FreeVelocity:
             error = float(np.max(np.abs(found - _weights(instants[1:-1] - tau) @ seen[1:-1]), initial=0.0))
             if not error >= best:
                 best, changes, errors, slopes = error, found, wished[0], all_slopes[0]
-            if not error > ALIKE * np.max(np.abs(found), initial=0.0) + ROUNDING * self.plan.size / step:
+            largest = np.max(np.abs(found), initial=0.0)
+            if not error > DERIVATIVES_ALIKE * largest + ROUNDING_OF_INPUTS * self.plan.size / step:
                 break
         assert tangent is not None
         want, speeds, drift = np.split(changes, [rows, rows + len(coupled)])
@@ -161,7 +159,7 @@ class FreeVelocity:
         residual of 1e-10), and the last tangent used; ``tangent``: one from near there.
         """
         found, error, used = chord_newton(self.probe(np.array([tau])), x, 10, tangent=tangent)
-        return found, error <= 1e-10, used
+        return found, error <= RESTORED, used
 
 
 def _weights(offsets: FloatArray) -> FloatArray:
@@ -178,4 +176,4 @@ def projected(problem: BlockProblem, x: FloatArray) -> tuple[FloatArray, bool]:
     also returns whether they do (to a relative residual of 1e-8).
     """
     found, error, _ = chord_newton(problem, x, 12)
-    return found, error <= 1e-8
+    return found, error <= PROJECTED

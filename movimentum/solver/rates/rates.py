@@ -39,15 +39,8 @@ from movimentum.solver.motion import BATCH, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.tolerances import LIMITS_AGREE, NEARLY_SINGULAR_FOR_RATES, ROUNDING_OF_POSES, SLOW_RATE, TINY
 
-NEARLY_SINGULAR = 1e-3
-"""Reciprocal condition number below which a limit from beside the instant may be the better answer."""
-ROUNDING = 4e-16
-"""Of poses, relative to their size: rates by the equations are off by that over the condition's power."""
-AGREE = 1e-6
-"""How well the two sides of a limit must agree, relative to the rates near by."""
-SLOW = 1e-3
-"""Of the fastest unknown: what is slower agrees with itself if it does on this scale."""
 NEAREST, FARTHEST = 18, 6
 """Limits are taken from points 2^-18 to 2^-6 of the piece's length beside the instant."""
 
@@ -141,17 +134,17 @@ class _Course:
     def rates(self, instants: Instants) -> FloatArray:
         """(n, F); a limit where the equations alone tell less."""
         values, condition, _ = self._direct(instants)
-        doubtful = np.nonzero(condition < NEARLY_SINGULAR)[0]
+        doubtful = np.nonzero(condition < NEARLY_SINGULAR_FOR_RATES)[0]
         if len(doubtful) == 0 or self.piece.end <= self.piece.begin:
             return values
-        at_best = ROUNDING / np.maximum(condition[doubtful], 1e-300) ** self.order
+        at_best = ROUNDING_OF_POSES / np.maximum(condition[doubtful], TINY) ** self.order
         off = np.where(condition[doubtful] > SINGULAR, at_best, np.inf)
         values[:, doubtful[~np.isfinite(off)]] = np.nan
         tau = instants.tau[doubtful]
         waiting = np.arange(len(doubtful))
         for halvings in range(FARTHEST, NEAREST + 1):
             limit, apart = self._limit(tau[waiting], (self.piece.end - self.piece.begin) * 0.5**halvings)
-            better = (apart < off[waiting]) & (apart <= AGREE)
+            better = (apart < off[waiting]) & (apart <= LIMITS_AGREE)
             off[waiting[better]] = apart[better]
             values[:, doubtful[waiting[better]]] = limit[:, better]
             if halvings == FARTHEST:  # what is singular all along has no regular points beside it
@@ -184,10 +177,10 @@ class _Course:
         one = np.where(has_before[:, None], before, after)
         limit = np.where(both, (before + after) @ TWO_SIDED, one @ ONE_SIDED)
         fewer = np.where(both, (before + after) @ TWO_FEWER, one @ FEWER)
-        near = np.nanmax(np.abs(np.concatenate([before, after], axis=2)), axis=2, initial=1e-300)
-        near = np.maximum(near, SLOW * pace)
+        near = np.nanmax(np.abs(np.concatenate([before, after], axis=2)), axis=2, initial=TINY)
+        near = np.maximum(near, SLOW_RATE * pace)
         sides = np.where(both, np.abs((before - after) @ ONE_SIDED), 0.0) / near
-        apart = np.where(sides <= AGREE, np.abs(limit - fewer) / near, np.inf)
+        apart = np.where(sides <= LIMITS_AGREE, np.abs(limit - fewer) / near, np.inf)
         return limit, np.max(np.where(np.isfinite(apart), apart, np.inf), axis=0, initial=0.0)
 
     def _direct(self, instants: Instants) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -249,7 +242,7 @@ class _Course:
             ax, ay = frame.axis if frame.turned else (1.0, 0.0)
             c, s = plus(times(ax, c), times(ay, s)), plus(times(ax, s), times(-ay, c))
         elif angle is not None:
-            s, c = taylor.sine_and_cosine(angle)
+            s, c = (taylor.call(op, None, [angle]) for op in ("sind", "cosd"))
         else:
             c, s = (np.float64(before.c),), (np.float64(before.s),)
         rx, ry = frame.origin

@@ -24,6 +24,7 @@ from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, scale_of
 from movimentum.solver.free.initial_pose import STEPS, Turn, least, turns_of
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.solutions.homotopy import AllSolutions
+from movimentum.tolerances import EQUATION_MET_BY_A_START, EQUATION_NEARLY_MET_BY_A_START, ROUNDING_OF_A_START
 
 SEEDS = 64
 LARGEST_BATCH = 4_000_000
@@ -34,12 +35,6 @@ NEXT = 0.1
 """In units of the unknowns' scale: a solution nearer than that to the pose on show is next to it."""
 NEWTON_EFFORT, PATH_EFFORT = 100, 12
 """What the seeded starts of a block, and each path of its homotopy, count for."""
-MET = 1e-12
-"""Relative residual of a solution: just beyond its reach a mechanism has poses that are nearly one."""
-NEARLY_MET = 1e-10
-"""The same, where equations that follow from each other may be rounded differently."""
-ROUNDING = 1e-15
-"""Relative residual, and of the scene's size: what Newton's method could not make better."""
 BEGINS = 6
 """Solutions from which the least turned pose is looked for, where it cannot be reached from the pose carried over."""
 
@@ -129,7 +124,8 @@ def _distinct(problem: BlockProblem, ends: FloatArray) -> list[FloatArray]:
     block, scale = problem.block, problem.scale
     polished = newton(problem.first(len(ends)), ends, iterations=6)
     found: list[FloatArray] = []
-    most = MET if block.rows == len(block.core) else np.inf  # what is said twice may be rounded differently
+    # what is said twice may be rounded differently
+    most = EQUATION_MET_BY_A_START if block.rows == len(block.core) else np.inf
     for x, good in zip(polished.x, polished.converged & (polished.error <= most), strict=True):
         if good and not any(np.max(np.abs(x - other) / scale) < SAME for other in found):
             found.append(x)
@@ -267,7 +263,7 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
         found = [nearest, *(x for begin in begins if (x := _on_its_side(least_from, begin, sides)) is not None)]
         return Starts([min(found, key=cost)], True)
     starts = newton_starts(plan, problem, carry)
-    if nearest is not None and not _error(one, nearest) <= NEARLY_MET:
+    if nearest is not None and not _error(one, nearest) <= EQUATION_NEARLY_MET_BY_A_START:
         nearest = None  # as near as rods come that do not reach
     if nearest is not None:
         others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME]
@@ -353,8 +349,8 @@ def _stays(plan: Plan, problem: BlockProblem, carry: Carry, origin: FloatArray, 
     if any(carry.now.value(plan.system, n) is None for n in problem.block.core):
         return False
     return bool(
-        _error(problem, origin) <= ROUNDING
-        and np.max(np.abs(pull), initial=0.0) <= ROUNDING * plan.size
+        _error(problem, origin) <= ROUNDING_OF_A_START
+        and np.max(np.abs(pull), initial=0.0) <= ROUNDING_OF_A_START * plan.size
         and freedom_of(problem, origin) > 0
     )
 

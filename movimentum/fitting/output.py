@@ -1,17 +1,22 @@
-"""A script with other values for its constants, and all else as it was written."""
+"""What a fit writes: the script with other values for its constants, and pictures of before and after."""
 
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from movimentum.errors import usage_error
+from movimentum.fitting.fit import Fitted
+from movimentum.output.files import whole_file
+from movimentum.rendering.small_multiples import SheetCell, write_small_multiples
 from movimentum.scene.model import Scene
 from movimentum.source import Edit, Span, edited
 from movimentum.syntax.parser import parse
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import Definition, Include, Text, all_items
+from movimentum.variants.sheet import drawn
 
 
 def with_constants(scene: Scene, values: Mapping[str, float], folder: Path | None = None) -> str:
@@ -48,3 +53,21 @@ def _elsewhere(scene: Scene, home: Path, folder: Path) -> Iterator[Edit]:
             relative = os.path.relpath(home.resolve() / path.text, folder.resolve()).replace(os.sep, "/")
             text = "'" + relative.replace("'", "''") + "'"
             yield Edit(path.span if path.span.end > path.span.start else Span(item.span.start, item.span.start), text)
+
+
+def write_before_and_after(fitted: Fitted, target: Path) -> None:
+    """A picture of the script as it was and as it is now, in the last frame, with all of its traces; what does not move
+    has a red frame.
+    """
+    timeline = fitted.problem.lowered.timeline
+    end = timeline.frame_time(timeline.frame_count - 1)
+    names, variants = fitted.problem.job.names, fitted.problem.single.variants
+    rows = (("before", fitted.before, fitted.first), ("after", fitted.after, fitted.last))
+    with tempfile.TemporaryDirectory() as folder, whole_file(target) as part:
+        cells: list[SheetCell] = []
+        for title, constants, motion in rows:
+            values = dict(zip(names, constants.tolist(), strict=True))
+            picture = Path(folder) / f"{title}.png"
+            shown = picture if drawn(variants, values, picture, end) else None
+            cells.append(SheetCell(shown, title, not motion.outcome.moves))
+        write_small_multiples(cells, 2, part)
