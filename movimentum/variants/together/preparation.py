@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from movimentum.analysis.diagnose.meshing import meshings
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic
 from movimentum.planning.lowering.unknowns import Accumulated, Unknown
@@ -101,7 +102,7 @@ def _compare(pattern: Pattern, own: Pattern, values: Mapping[str, float]) -> Non
     varied = [np.array([[values[name]]]) for name in pattern.names]
     here, there = Places(pattern, varied), Places(own, [])
     _same([here.size()[0]], [scene_size(own.scene)], "the size")
-    gears = [[(t.teeth, t.module, t.inner, t.shape) for t in each.scene.things] for each in (pattern, own)]
+    gears = [[(m.first.toothed, m.second.toothed) for m in meshings(each.scene)] for each in (pattern, own)]
     if gears[0] != gears[1]:
         raise NotTogether("gears depend on it")
     for thing in own.scene.things:
