@@ -14,7 +14,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Block
-from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants

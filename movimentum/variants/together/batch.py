@@ -10,6 +10,7 @@ import numpy as np
 
 from movimentum.analysis.diagnose.meshing import PLAY, meshings
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.expressions import Expr, walk
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
@@ -27,11 +28,11 @@ from movimentum.variants.together.pattern import (
     NotTogether,
     Pattern,
     SegmentPattern,
-    anchors_read,
     filled,
     numbered,
 )
 from movimentum.variants.together.poses import BodyPose, Places
+from movimentum.variants.tracing import Varied
 
 ELEMENTS = 60_000
 """Variants times instants that are solved at once: few enough for the processor's caches."""
@@ -89,7 +90,7 @@ class Batch:
 
     def __post_init__(self) -> None:
         expressions = self.lowered.read if self.lowered is not None else ()
-        self.payloads = anchors_read(expressions)
+        self.payloads = _payloads_of(expressions)
         for payload in self.payloads:
             if not isinstance(payload, AnchorCoordinate | ThingAngle | VariableComponent):
                 raise NotTogether("what is measured")
@@ -368,3 +369,12 @@ class _Read:
 
 def _side_by_side(parts: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:
     return [np.concatenate(column, axis=1) for column in zip(*parts, strict=True)]
+
+
+def _payloads_of(expressions: Sequence[Expr]) -> list[Any]:
+    """The payloads that expressions of a scene read, but for varied constants."""
+    found: dict[Any, None] = {}
+    for node in walk(*expressions):
+        if node.op == "symbol" and not isinstance(node.payload, Varied):
+            found[node.payload] = None
+    return list(found)

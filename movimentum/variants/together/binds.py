@@ -13,10 +13,11 @@ from collections.abc import Callable, Container, Sequence
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.change_points import ROUNDING
 from movimentum.tolerances import CLEAR_MARGIN, EQUAL_AT_BIND, NEAR_A_BIND
-from movimentum.variants.together.pattern import SegmentPattern, directed, filled
+from movimentum.variants.together.pattern import SegmentPattern, filled
 
 ROUNDS = 24
 LAST = 4
@@ -57,6 +58,16 @@ def bind_times(
     good = _last(holds, good, bad)
     first = instants.tau[np.maximum(places - LAST - 1, 0)]
     return good, _nothing_else(pattern, some, own, first, good, size[bound])
+
+
+def directed(pattern: SegmentPattern) -> list[tuple[int, int, int]]:
+    """(thing, unknown of its cosine, of its sine) for every thing that has both."""
+    known = pattern.plan.system.number_of
+    return [
+        (payload.thing, n, known[PoseSin(payload.thing)])
+        for payload, n in known.items()
+        if isinstance(payload, PoseCos) and PoseSin(payload.thing) in known
+    ]
 
 
 def violation_times(

@@ -24,9 +24,9 @@ from movimentum.solver.kinds.across import LoopEnds
 from movimentum.solver.kinds.integral import with_points
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import BEFORE_FOLD, CLEAR_MARGIN, HOLDS_WITHIN, LEAST_DIVISOR, NEARLY_ONE_CIRCLE
-from movimentum.variants.together.binds import FARTHEST_TURN, LAST, bind_times, violation_times
+from movimentum.variants.together.binds import FARTHEST_TURN, LAST, bind_times, directed, violation_times
 from movimentum.variants.together.folds import FoldSearch
-from movimentum.variants.together.pattern import SegmentPattern, directed, filled, instants_of
+from movimentum.variants.together.pattern import SegmentPattern, filled, instants_of
 
 INTERVALS = 96
 FARTHEST_PHASE = 20.0
@@ -129,10 +129,9 @@ def follow_together(
             stuck, lost = np.minimum(stuck, each.end), lost | each.lost
         end, certain = _ends(margins, shape, stuck)
         slack = _slack(pattern, state, instants, shape, size)
-        whole = end
         selector, violated = _first_violated(slack, shape)
         breaks = violated < end - 1
-        end = np.where(breaks, violated, end)
+        whole, end = end, np.where(breaks, violated, end)
         inside = np.arange(shape[1]) < end[:, None]
         alone = not (loops or pattern.turns)  # then the last instants before a bind are looked at more closely
         before = inside & (np.arange(shape[1]) < np.where(alone & (end < shape[1]), end - LAST, end)[:, None])

@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.expressions import Expr, const, substitute, symbol, symbols, walk
+from movimentum.expressions import Expr, const, substitute, symbol, symbols
 from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic, Winding
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import Equation, Form
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
+from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.records import dataclass, field
@@ -386,25 +387,6 @@ def numbered(root: Expr, names: Sequence[str], first: int) -> Expr:
 def filled(state: State) -> State:
     """``state`` with nan for what is not known."""
     return [np.nan if value is None else value for value in state]
-
-
-def directed(pattern: SegmentPattern) -> list[tuple[int, int, int]]:
-    """(thing, unknown of its cosine, of its sine) for every thing that has both."""
-    known = pattern.plan.system.number_of
-    return [
-        (payload.thing, n, known[PoseSin(payload.thing)])
-        for payload, n in known.items()
-        if isinstance(payload, PoseCos) and PoseSin(payload.thing) in known
-    ]
-
-
-def anchors_read(expressions: Sequence[Expr]) -> list[Any]:
-    """The payloads that expressions of a scene read, but for varied constants."""
-    found: dict[Any, None] = {}
-    for node in walk(*expressions):
-        if node.op == "symbol" and not isinstance(node.payload, Varied):
-            found[node.payload] = None
-    return list(found)
 
 
 def instants_of(pattern: SegmentPattern, tau: FloatArray) -> Instants:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.analysis.diagnose.meshing import meshings
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic
 from movimentum.planning.lowering.unknowns import Accumulated, Unknown
@@ -21,6 +20,7 @@ from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.kinds.across import Across
 from movimentum.solver.kinds.kernels import across
+from movimentum.things.kinds.toothed import Toothed
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import SAME_FORMULA, SAME_ZERO
 from movimentum.variants.lowered import lower_measures
@@ -102,7 +102,7 @@ def _compare(pattern: Pattern, own: Pattern, values: Mapping[str, float]) -> Non
     varied = [np.array([[values[name]]]) for name in pattern.names]
     here, there = Places(pattern, varied), Places(own, [])
     _same([here.size()[0]], [scene_size(own.scene)], "the size")
-    gears = [[(m.first.toothed, m.second.toothed) for m in meshings(each.scene)] for each in (pattern, own)]
+    gears = [[t.own for t in each.scene.things if isinstance(t.own, Toothed)] for each in (pattern, own)]
     if gears[0] != gears[1]:
         raise NotTogether("gears depend on it")
     for thing in own.scene.things:
