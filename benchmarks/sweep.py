@@ -68,11 +68,23 @@ SWUNG = TRIAD.replace("30+40*.sin", "30+120*.sin").replace("100+20*.sin", "100+6
 FAILING = ((130, 150), (116, 146), (110, 140), (80, 105))
 """Lengths of the triad's legs, so that some, many or all variants fail."""
 JANSEN = (ROOT / "scripts" / "jansen.mov").read_text()
+PLANETARY = ".let w = 240; .let q = 25; " + (ROOT / "scripts" / "planetary.mov").read_text().replace(
+    "240*.t", "w*.t"
+).replace("[0, 25]", "[0, q]")
+PENDULUM = """.config(25); .let L = 100; .let a0 = 40;   Rod : .bar O=[0,0] P=[0,-L];
+@0 Rod.O = [200,200]; Rod.angle = a; w = .i(-981*180/.pi/L*.sin(a)); a = a0 + .i(w);
+@2"""
+THROWN = """.config(25); .let L = 110; .let g = 300;   Bar : .bar P=[0,0] M=P+[L/2,0] Q=P+[L,0];
+@0 Bar.angle = 20*.t; Bar.M = [200,200] + .i([60,90] + .i([0,-g*.cos(30*.t)]));
+@2"""
 FAMILIES = (
     Family(
         "four-bar (a dyad)", FOUR_BAR, ("R", "L"), (20, 140), (60, 200), ".range(Coupler.P.x)", "Coupler.P.x", 1, 12
     ),
     Family("Jansen's leg (five dyads)", JANSEN, ("u",), (2.9,), (3.1,), ".range(ghi.W.x)", "ghi.W.x", 0.5, 8),
+    Family("planetary gears", PLANETARY, ("w", "q"), (200, 20), (260, 30), ".range(Mark.O.x)", "Mark.O.x", 0.1, 4),
+    Family("pendulum", PENDULUM, ("L", "a0"), (80, 20), (120, 60), ".range(Rod.P.x)", "Rod.P.x", 0.1, 4),
+    Family("thrown bar (integrals)", THROWN, ("L", "g"), (80, 200), (120, 400), ".range(Bar.Q.y)", "Bar.Q.y", 0.1, 4),
     Family("3-RRR loop (a triad)", TRIAD, ("L", "s"), (118, 0.9), (140, 1.1), ".range(Plat.A.x)", "Plat.A.x", 0.1, 4),
 )
 
@@ -186,7 +198,7 @@ def measure(family: Family, variants: int, rounds: int) -> None:
                 if found is not None:
                     times.setdefault(name, []).append(found[0] / 50)
                     off = max(off, float(np.max(np.abs(found[1] - widths[:50]) / widths[:50])))
-    print(f"\n{family.name}: {count:,} variants, 50 frames, {together:.1%} together; differences up to {off:.1e}\n")
+    print(f"\n{family.name}: {count:,} variants, {together:.1%} together; differences up to {off:.1e}\n")
     print("| | ms a variant | variants a second | of sweep's |")
     print("|---|---:|---:|---:|")
     for name, found in times.items():

@@ -17,6 +17,9 @@ LONGEST_MODULE = 400
 LONGEST_FUNCTION = 60
 """Lines, with comments and docstrings."""
 
+LISTS = {"movimentum.tolerances"}
+"""Modules that are looked things up in, and not read."""
+
 LONG_FUNCTIONS = {
     "movimentum.solver.continuation.free_motion:drift": "a step control whose branches all read and change one state",
 }
@@ -73,7 +76,7 @@ def cycle(graph: dict[str, set[str]]) -> list[str]:
 @pytest.mark.parametrize("folder", ["movimentum", "benchmarks"])
 def test_no_module_is_longer_than_one_can_hold_in_mind(folder: str) -> None:
     lengths = {name: len(file.read_text(encoding="utf-8").splitlines()) for name, (file, _) in modules(folder).items()}
-    assert {name: length for name, length in lengths.items() if length > LONGEST_MODULE} == {}
+    assert {name: length for name, length in lengths.items() if length > LONGEST_MODULE and name not in LISTS} == {}
 
 
 def test_no_function_is_longer_than_a_page() -> None:
@@ -117,7 +120,6 @@ UNSORTED = {
     "golden",
     "rendering",
     "solver",
-    "variants",
     "vector",
 }
 """Stages whose tolerances still stand in their modules."""
@@ -144,7 +146,8 @@ def test_tolerances_stand_in_one_module() -> None:
 
 def test_one_name_stands_for_one_tolerance() -> None:
     tree = modules("movimentum")["movimentum.tolerances"][1]
-    names = [target.id for node in tree.body if isinstance(node, ast.Assign) for target in node.targets]  # type: ignore[attr-defined]
+    targets = [target for node in tree.body if isinstance(node, ast.Assign) for target in node.targets]
+    names = [node.id for target in targets for node in ast.walk(target) if isinstance(node, ast.Name)]
     assert sorted(names) == sorted(set(names))
 
 

@@ -24,6 +24,7 @@ from movimentum.solver.start.rejections import TurnedDown
 from movimentum.solver.start.resumption import Branch
 from movimentum.solver.start.search import select
 from movimentum.timeline.model import Segment
+from movimentum.tolerances import LOOK_AHEAD
 
 if TYPE_CHECKING:
     from movimentum.solver.start.contradictions import Contradiction
@@ -55,7 +56,7 @@ class SegmentTask:
     @property
     def ahead(self) -> float:
         """How far to look ahead to tell apart what meets at the beginning."""
-        return 1e-4 * self.length if self.length > 0.0 else 1e-4
+        return LOOK_AHEAD * (self.length if self.length > 0.0 else 1.0)
 
 
 def begin_segment(work: Solving, task: SegmentTask, earlier: SegmentMotion | None) -> tuple[Plan, Selection]:
@@ -173,7 +174,7 @@ def begun(
     or is nearest to it.
     """
     _, plan = _planned(scene, segment, key, known, size, carry)
-    ahead = 1e-4 * float(segment.end - segment.start) or 1e-4
+    ahead = LOOK_AHEAD * float(segment.end - segment.start) or LOOK_AHEAD
     return plan, select(plan, segment.start, tau, ahead, carry, totals_of(plan, carry))
 
 

@@ -25,6 +25,7 @@ from movimentum.solver.start.resumption import Branch, first_beginning, times_af
 from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
+from movimentum.tolerances import BEYOND_VIOLATION, LEAST_BEYOND
 
 MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is not looked at."""
@@ -295,7 +296,7 @@ def _beyond_inequality(
     plan = piece.plan
     selector, time = violated
     carry = carry_at(segment_motion, piece, time, segment_motion.base)
-    resume = min(time + max(1e-9 * length, 1e-15), length)
+    resume = min(time + max(BEYOND_VIOLATION * length, LEAST_BEYOND), length)
     with np.errstate(all="ignore"):
         for _ in range(40):  # just far enough for the violation to be seen
             instants = piece.instants(np.array([resume]))

@@ -8,6 +8,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.records import dataclass, field
+from movimentum.tolerances import SAME_BOTH_WAYS
 from movimentum.variants.axes import VariantGrid
 from movimentum.variants.outcomes import OUTCOMES, VariantRows, joined
 from movimentum.variants.single import Variants
@@ -22,8 +23,6 @@ COLLECTED = 500
 """Variants solved one by one between two collections: each leaves 8 kB in cycles, which commands do not collect."""
 BLOCKS, SMALLEST, LARGEST = 16, 32, 1024
 """Blocks that a sweep has at least, and variants in a block, at least and at most."""
-SAME = 1e-9
-"""What the two ways may differ by, of a measure's size and of time."""
 
 
 @dataclass(eq=False)
@@ -181,8 +180,12 @@ class Family:
                 continue
             values = dict(zip(self.grid.names, example, strict=True))
             outcome, time, measures = self.variants.row(values)
-            off = np.abs(rows.measures[k] - measures) > SAME * (1.0 + np.abs(measures))
-            if OUTCOMES[int(rows.outcomes[k])] is not outcome or off.any() or abs(rows.times[k] - time) > SAME:
+            off = np.abs(rows.measures[k] - measures) > SAME_BOTH_WAYS * (1.0 + np.abs(measures))
+            if (
+                OUTCOMES[int(rows.outcomes[k])] is not outcome
+                or off.any()
+                or abs(rows.times[k] - time) > SAME_BOTH_WAYS
+            ):
                 self.reasons.append(f"variant {values} gives a different result when solved by itself")
                 return False
         return True

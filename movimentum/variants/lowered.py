@@ -18,6 +18,7 @@ from movimentum.source import SourceText
 from movimentum.syntax.expression_tree import Constant, Expression, Name, children, rebuilt
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import HeldClaim, Timeline
+from movimentum.tolerances import CLAIM_WITHIN
 from movimentum.variants.measures import PLACE, MeasureSet, ReducedPart, Reduction, example, retold, wrong
 from movimentum.variants.reducing import reduced
 from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, traced
@@ -27,9 +28,6 @@ from movimentum.workflow.stages import rebuilding
 
 if TYPE_CHECKING:
     from movimentum.query import Reader
-
-EQUAL_WITHIN = 1e-9
-"""Of the scene's size: the tolerance of a claim without ``.within`` (as in `analysis.diagnose.claims`)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,7 +100,7 @@ class LoweredMeasures:
             claim = held.claim
             inside = moments.inside(held)
             given = claim.tolerance
-            allowed = np.zeros_like(size) if claim.relation is not Relation.EQUAL else EQUAL_WITHIN * size
+            allowed = np.zeros_like(size) if claim.relation is not Relation.EQUAL else CLAIM_WITHIN * size
             allowed = allowed if given is None else np.full_like(size, float(given))
             with np.errstate(all="ignore"):
                 room = allowed[:, None] - off_by(claim, values)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
+from movimentum.tolerances import LEAST_DIVISOR
 
 
 def reduced(kind: str, values: FloatArray) -> FloatArray:
@@ -55,7 +56,7 @@ def influence(kind: str, values: FloatArray) -> FloatArray:
         case "mean":
             return share
         case "rms":
-            found = np.maximum(np.nan_to_num(reduced(kind, values)), 1e-300)
+            found = np.maximum(np.nan_to_num(reduced(kind, values)), LEAST_DIVISOR)
             return share * np.where(known, values, 0.0) / found[:, None]
         case _:
             raise ValueError(kind)

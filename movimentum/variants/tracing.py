@@ -39,9 +39,9 @@ GENERIC = (0.6180339887498949, 0.4142135623730951, 0.7320508075688772, 0.2360679
 
 def generic(low: float, high: float, number: int) -> float:
     """A value inside [low, high] that no formula is likely to come to by chance; ``number``: of the constant."""
-    share = (GENERIC[number % len(GENERIC)] + 0.0917 * (number // len(GENERIC)) + 1.7e-4 * number) % 1.0
+    share = (GENERIC[number % len(GENERIC)] + 0.0917 * (number // len(GENERIC)) + 17.0 * number / 100_000) % 1.0
     if high <= low:
-        return low * (1.0 + 1.3e-3 * share) + 1.1e-3 * share  # near the only value
+        return low * (1.0 + 0.0013 * share) + 0.0011 * share  # near the only value
     return low + (high - low) * share
 
 

@@ -185,11 +185,20 @@ Bar : .bar P = [0,0]  M = P + [L/2,0]  Q = P + [L,0];   Link : .bar A = [0,0]  B
 @0.7 Bar.angle = 14 + 40*.t;
 @1
 """
+PENDULUM = """
+.let L = 100; .let a0 = 40; .let k = 0.3;
+Rod : .bar O = [0,0]  P = [0,-L];   Link : .bar A = [0,0]  B = [2.2*L,0];
+@0  Rod.O = [200,200];  Rod.angle = a;  w = .i(-981*180/.pi/L*.sin(a) - k*w);  a = a0 + .i(w);
+    Link.A = Rod.P;  Link.B = [x, 200];  x > Rod.O.x;
+@0.6 Rod.O = [200 + 10*.t, 200];
+@1.5
+"""
 FAMILIES = {
     "inequality": (WHITWORTH, {"e": (20, 80), "L": (150, 230), "q": (120, 180)}, [".range(Ram.H.x)"]),
     "planets": (PLANETARY, {"w": (200, 260), "q": (20, 30)}, [".range(Planet[1].T.x)", ".last(Carrier.angle)"]),
     "clock": (CLOCKWORK, {"w": (400, 460), "q": (70, 90)}, [".range(Short.H.x)", ".last(Wheel.angle)"]),
     "integrals": (GRAVITY, {"L": (80, 120), "g": (200, 400), "v0": (60, 110)}, [".min(Bar.Q.y)", ".mean(x)"]),
+    "pendulum": (PENDULUM, {"L": (80, 120), "a0": (20, 60), "k": (0, 1)}, [".range(Rod.P.x)", ".last(w)"]),
 }
 
 

@@ -112,7 +112,7 @@ def _integrals(u: FloatArray) -> FloatArray:
 class Slopes:
     """The equation at F instants: ``rates`` gives, from states (F, p) and core values near by (F, n), the core (F, n)
     and the states' rates (F, p), nan where there is no solution. ``slopes`` gives the derivatives (F, p, p) of the
-    rates by the states.
+    rates by the states; of V systems side by side in p, which have nothing to do with each other, (F, V, p/V, p/V).
     """
 
     rates: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
@@ -142,11 +142,13 @@ class Flow:
     core's natural sizes.
     """
 
-    def __init__(self, equation: Equation, nodes: FloatArray, scale: FloatArray, factor: float = 1.0) -> None:
+    def __init__(
+        self, equation: Equation, nodes: FloatArray, scale: FloatArray, factor: float = 1.0, systems: int = 1
+    ) -> None:
         self._equation = equation
         self._nodes = nodes
         self._scale = scale
-        self._factor = factor
+        self._factor, self._systems = factor, systems
         self._low, self._high = float(nodes[0]), float(nodes[-1])
         self._total = self._high - self._low
         self._points = points()
@@ -164,7 +166,7 @@ class Flow:
         x, rate = self._at(tau, x, z)
         z0, largest = z, np.abs(z)
         length = FIRST * total
-        left = MOST_STEPS / (1.0 + (len(z) / MANY) ** 2)
+        left = MOST_STEPS / (1.0 + (len(z) / self._systems / MANY) ** 2)
         while tau < self._high and tau < until and np.isfinite(rate).all():
             charge()
             left -= 1
@@ -257,7 +259,7 @@ class Flow:
     ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """The core (s, n), the states' rates (s, p) and the states at the points; None where they are not found."""
         matrix = step * self._points.matrix
-        dense, far = STAGES * len(z) <= DENSE, np.inf
+        dense, far = self._systems == 1 and STAGES * len(z) <= DENSE, np.inf
         if not dense and step < self._stiff:
             if (found := self._iterated(equation, matrix, x, states, z, size)) is not None:
                 return found
@@ -300,8 +302,9 @@ class Flow:
         return None
 
     def _inverses(self, step: float, slopes: FloatArray) -> NDArray[np.complex128]:
-        """(s/2, p, p) inverses, one for each system into which a step with the mean Jacobian falls apart."""
-        scaled = step * self._points.eigenvalues[:, None, None] * np.mean(slopes, axis=0)
+        """(s/2, …, p, p) inverses, one for each system into which a step with the mean Jacobian falls apart."""
+        mean = np.mean(slopes, axis=0)
+        scaled = step * self._points.eigenvalues.reshape(-1, *[1] * mean.ndim) * mean
         try:
             return np.asarray(np.linalg.inv(np.eye(slopes.shape[-1]) - scaled), dtype=np.complex128)
         except np.linalg.LinAlgError:
@@ -310,8 +313,8 @@ class Flow:
     def _simplified(self, inverses: NDArray[np.complex128], change: FloatArray) -> FloatArray:
         """The Newton step (s, p) with one Jacobian."""
         p = self._points
-        found = inverses @ (p.amplitudes @ change)[:, :, None]
-        return 2.0 * (p.modes @ found[:, :, 0]).real
+        found = inverses @ (p.amplitudes @ change).reshape(*inverses.shape[:-1], 1)
+        return 2.0 * (p.modes @ found.reshape(len(found), -1)).real
 
     @staticmethod
     def _newton(matrix: FloatArray, slopes: FloatArray, change: FloatArray) -> FloatArray:

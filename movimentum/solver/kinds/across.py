@@ -49,7 +49,8 @@ class Across:
     """What is solved: the ``state`` by unknown number, then the constants that vary (None, a number, or an array that
     broadcasts to (V, T)), at ``instants`` whose arrays are (T,) or (V, T), for scenes of ``size`` (V,).
 
-    ``quadrature``: between each two of the instants that count are those of `integral.with_points`.
+    ``path``: the instants are a whole path, from the beginning on; else they are near to one another. ``quadrature``:
+    between each two of the instants that count are those of `integral.with_points`.
 
     ``before``: what continuous angles and integrals were (by unknown, (V,) or a number). What comes of it: ``margins``
     of quadratic blocks and the ``ends`` of loops, by block; ``turned`` (V,) the largest turn between two instants, in
@@ -61,6 +62,7 @@ class Across:
     instants: Instants
     size: FloatArray
     before: dict[int, Any] = field(default_factory=dict[int, Any])
+    path: bool = False
     quadrature: bool = False
     margins: dict[int, Any] = field(default_factory=dict[int, Any])
     ends: dict[int, LoopEnds] = field(default_factory=dict[int, LoopEnds])

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
@@ -11,6 +14,7 @@ from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.block.local import Probe
@@ -21,10 +25,11 @@ from movimentum.solver.block.scaling import RANK_TOLERANCE
 from movimentum.solver.block.sizes import scale_of, track_scale
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
-from movimentum.solver.continuation.ode import Equation, Slopes, flow
-from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, Path, PolynomialTrack, Track
+from movimentum.solver.continuation.ode import Equation, Flow, Slopes, flow
+from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, Path, PolynomialTrack, Track, Trouble
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.kinds import newton
+from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.solutions.newton_starts import Starts
 
@@ -159,6 +164,42 @@ class _Jacobian:
         return whole[:, :p, :p] + whole[:, :p, p:] @ (moved * problem.scale[:, None])
 
 
+def _side_by_side(run: Across, block: Ode) -> Callable[[FloatArray, Sequence[FloatArray]], Slopes]:
+    """The equations of V variants without a core, as one: their states side by side, variant by variant."""
+    count, states = len(run.size), len(block.states)
+    partials = [
+        (i, j) for i, root in enumerate(block.derivatives) for j, n in enumerate(block.states) if n in symbols(root)
+    ]
+    slope = code_of(
+        [with_respect_to(block.derivatives[i], block.states[j]) for i, j in partials], tuple(run.plan.clocks)
+    )
+
+    def equation(tau: FloatArray, clocks: Sequence[FloatArray]) -> Slopes:
+        many = tau.shape[-1]
+
+        def known(z: FloatArray) -> State:
+            state = list(run.state)
+            for j, n in enumerate(block.states):
+                state[n] = z.reshape(many, count, states)[:, :, j].T
+            return state
+
+        def rates(z: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+            found = np.empty((many, count, states))
+            for j, value in enumerate(block.integrands(known(z), clocks)):
+                found[:, :, j] = np.broadcast_to(value, (count, many)).T
+            return x, found.reshape(many, -1)
+
+        def slopes(z: FloatArray, x: FloatArray) -> FloatArray:
+            found = np.zeros((many, count, states, states))
+            for (i, j), value in zip(partials, slope(known(z), clocks), strict=True):
+                found[:, :, i, j] = np.broadcast_to(value, (count, many)).T
+            return found
+
+        return Slopes(rates, slopes)
+
+    return equation
+
+
 class OdeKernel(Kernel[Ode]):
     """See `Kernel`."""
 
@@ -198,6 +239,43 @@ class OdeKernel(Kernel[Ode]):
         return FlowTrack(
             PolynomialTrack.still(path.begin, values[:count]), PolynomialTrack.still(path.begin, values[count:])
         )
+
+    def lifted(self, block: Ode, lift: Lift) -> dict[str, Any]:
+        """The integrands, of what has no equations to be met besides, and is driven by nothing but time."""
+        owner = lift.plan.owner
+        if block.core or block.free or any(lift.plan.blocks[owner[n]].moving for n in block.inputs if n in owner):
+            raise NotImplementedError("differential equations with other equations")
+        derivatives = tuple(map(lift.formula, block.derivatives))
+        return {"derivatives": derivatives, "integrands": lift.code(derivatives)}
+
+    def across(self, run: Across, block: Ode, choice: Any) -> None:
+        """Integrate all variants in the same steps; a variant whose equation leads nowhere leaves all of them rough."""
+        count, states = len(run.size), len(block.states)
+        begun = np.zeros((count, states))
+        for j, n in enumerate(block.states):
+            begun[:, j] = run.before.get(n, 0.0)
+        equation = _side_by_side(run, block)
+        if not run.path:  # nearby instants
+            clocks = run.instants.clocks
+            _, rates = equation(run.instants.tau[..., :1], [clock[..., :1] for clock in clocks]).rates(
+                begun.reshape(1, -1), np.zeros((1, 0))
+            )
+            away = run.instants.tau - run.instants.tau[..., :1]
+            for j, n in enumerate(block.states):
+                run.state[n] = begun[:, j : j + 1] + away * rates.reshape(count, states)[:, j : j + 1]
+            return
+        tau = run.instants.tau
+        offsets = [float(clock[0] - tau[0]) for clock in run.instants.clocks]
+
+        def at(times: FloatArray) -> Slopes:
+            return equation(times, [times + offset for offset in offsets])
+
+        flow = Flow(at, tau, np.zeros(0), systems=count)
+        track = flow.track(np.zeros(0), begun.reshape(-1), float(tau[-1]))
+        run.rough |= bool(track.states.until < tau[-1] or track.trouble is not Trouble.NONE)
+        values = track.states.guess(tau).reshape(count, states, -1)
+        for j, n in enumerate(block.states):
+            run.state[n] = values[:, j]
 
     def follow(self, path: Path, grid: Grid, block: Ode, choice: Choice, gaps: list[Gap]) -> FlowTrack:
         """The tracks of the core and of the states; where there is no solution is added to ``gaps``."""

@@ -14,6 +14,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.start.costs import squared
 from movimentum.solver.start.rejections import Rejection
+from movimentum.tolerances import STRICTLY_BEYOND
 
 CHECK_TOLERANCE = 1e-8
 """Relative residual above which a redundant equation contradicts."""
@@ -74,7 +75,7 @@ class Judgements:
                 value = np.broadcast_to(self.plan.selectors[i](self.state, self.clocks)[0], 2)
                 # where it is just met, what comes next decides; what stays at equality does not satisfy a strict one
                 meets = abs(value[0]) <= tolerance
-                least = 1e-3 * tolerance if self.plan.system.selectors[i].strict else -100.0 * tolerance
+                least = STRICTLY_BEYOND * tolerance if self.plan.system.selectors[i].strict else -100.0 * tolerance
                 if not value[0] >= -tolerance or (meets and not value[1] >= least):
                     self.decisive.add(i)
                     return Rejection(float(value[0]), selector=i)

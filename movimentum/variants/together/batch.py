@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from movimentum.analysis.diagnose.meshing import PLAY, meshings
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.expressions import Expr, walk
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
@@ -16,6 +19,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.kinds.across import column
 from movimentum.things.kinds.toothed import RACK
+from movimentum.tolerances import BEYOND_VIOLATION, JUMPED, LEAST_BEYOND, SAME_DIRECTION
 from movimentum.variants.lowered import FrameMoments, LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
@@ -24,18 +28,16 @@ from movimentum.variants.together.pattern import (
     NotTogether,
     Pattern,
     SegmentPattern,
-    anchors_read,
     filled,
     numbered,
 )
 from movimentum.variants.together.poses import BodyPose, Places
+from movimentum.variants.tracing import Varied
 
 ELEMENTS = 60_000
 """Variants times instants that are solved at once: few enough for the processor's caches."""
 FEW_UNSURE = 2
 """Variants for which more instants are not worth a trial."""
-SAME_PLACE = 1e-7
-"""Of the scene's size: what is farther from where it was at a step has jumped, or nearly."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +90,7 @@ class Batch:
 
     def __post_init__(self) -> None:
         expressions = self.lowered.read if self.lowered is not None else ()
-        self.payloads = anchors_read(expressions)
+        self.payloads = _payloads_of(expressions)
         for payload in self.payloads:
             if not isinstance(payload, AnchorCoordinate | ThingAngle | VariableComponent):
                 raise NotTogether("what is measured")
@@ -103,6 +105,8 @@ class Batch:
             for each in expressions
         ]
         self.meshings = list(meshings(self.pattern.scene))
+        self.seen = {payload.thing for payload in self.payloads if not isinstance(payload, VariableComponent)}
+        self.seen |= {thing.number for item in self.meshings for thing in (item.first, item.second)}
         self.clocks = Clocks()
         self.reading = compiled(made, self.clocks)
         self.moments = None if self.lowered is None else FrameMoments(self.lowered.timeline)
@@ -148,7 +152,7 @@ class Batch:
         """The rows of variants (V, C), and which of them (V,) have to be solved by themselves."""
         course = BatchCourse.of(self.pattern, constants)
         read = _Read(self, course.places)
-        for run in self.follow(course):
+        for run in self.follow(course, measured=True):
             read.add(run.segment, run.grid, run.state, run.poses)
         measured = len(self.lowered.outer) if self.lowered is not None else 0
         measures = np.full((len(constants), measured), np.nan)
@@ -161,8 +165,10 @@ class Batch:
             measures[ok] = values[ok]
         return VariantRows(constants, measures, course.outcomes, course.times), course.unsure
 
-    def follow(self, course: BatchCourse, *, timed: bool = True) -> Iterator[SegmentRun]:
-        """Solve the segments one after the other, judging the variants on the way. ``timed``: see `follow_together`."""
+    def follow(self, course: BatchCourse, *, timed: bool = True, measured: bool = False) -> Iterator[SegmentRun]:
+        """Solve the segments one after the other, judging the variants on the way. ``timed``: see `follow_together`;
+        ``measured``: nothing is wanted at all instants but what measures read.
+        """
         places, size, outcomes = course.places, course.size, course.outcomes
         carried: Carried | None = None
         choices: dict[int, FloatArray] = {}
@@ -178,7 +184,8 @@ class Batch:
                 else:
                     outcomes[began.none] = VariantOutcome.UNASSEMBLED.code
                     course.times[began.none] = float(segment.segment.start)
-            followed = follow_together(segment, places.varied, choices, angles, grid, size, timed=timed)
+            idle = self._idle if measured else ()
+            followed = follow_together(segment, places.varied, choices, angles, grid, size, timed=timed, without=idle)
             moving = outcomes == 0
             course.unsure |= followed.unsure & moving
             course.lost |= followed.off & moving
@@ -191,7 +198,9 @@ class Batch:
             outcomes[bound] = VariantOutcome.BINDS.code
             course.times[bound] = float(segment.segment.start) + binds[bound]
             before = carried
-            poses = places.solved(segment, followed.state, carried.poses if carried is not None else {})
+            poses = places.solved(
+                segment, followed.state, carried.poses if carried is not None else {}, self.seen if measured else None
+            )
             course.unsure |= self._misplaced(segment, places, poses) & (outcomes == 0)
             if before is not None:
                 jumped = self._jumped(segment, places, poses, before, size) & (outcomes == 0)
@@ -200,6 +209,12 @@ class Batch:
             yield SegmentRun(segment, grid, followed.state, poses, choices, places.count)
             choices = _at_end(segment, followed.state, choices)
             carried = _carried(segment, poses, followed.state, before)
+
+    @cached_property
+    def _idle(self) -> frozenset[int]:
+        """The blocks of angles that neither measures nor anything else reads."""
+        first, *others = self.pattern.segments
+        return first.idle(self.payloads) if all(each.continues for each in others) else frozenset()
 
     def _ends(
         self,
@@ -222,7 +237,7 @@ class Batch:
             state = segment.solve(segment.run(places.varied, tau[:, None], size), own, continued=False).state
             poses = places.solved(segment, state, {} if carried is None else _some(carried, some).poses)
             there = _carried(segment, poses, state, None if carried is None else _some(carried, some))
-            resume = np.minimum(tau + max(1e-9 * length, 1e-15), length)
+            resume = np.minimum(tau + max(BEYOND_VIOLATION * length, LEAST_BEYOND), length)
             for _ in range(40):  # just far enough for the violation to be seen
                 run = segment.solve(segment.run(places.varied, resume[:, None], size), own, continued=False)
                 slack = segment.selectors(filled(run.state), run.instants.clocks)
@@ -267,9 +282,9 @@ class Batch:
                 local = places.local(thing.number, k)
                 (x, y), (u, v) = first.world(local), here.world(local)
                 far = np.broadcast_to(np.hypot(u - x, v - y), (len(size), 1))[:, 0]
-                jumped |= ~(far <= SAME_PLACE * size)
+                jumped |= ~(far <= JUMPED * size)
             turned = np.broadcast_to(first.c * here.c + first.s * here.s, (len(size), 1))[:, 0]
-            jumped |= ~(turned > 1.0 - 1e-13)
+            jumped |= ~(turned > 1.0 - SAME_DIRECTION)
         return jumped
 
 
@@ -287,7 +302,7 @@ def _at_end(segment: SegmentPattern, state: State, choices: dict[int, FloatArray
     """The choices with which the same constraints go on."""
     found = dict(choices)
     for item in segment.blocks:
-        if item.block.iterative:
+        if isinstance(item.block, Newton):
             last = [column(state[n], -1) for n in item.block.core]
             found[item.block.number] = np.concatenate(np.broadcast_arrays(*last), axis=1)
     return found
@@ -354,3 +369,12 @@ class _Read:
 
 def _side_by_side(parts: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:
     return [np.concatenate(column, axis=1) for column in zip(*parts, strict=True)]
+
+
+def _payloads_of(expressions: Sequence[Expr]) -> list[Any]:
+    """The payloads that expressions of a scene read, but for varied constants."""
+    found: dict[Any, None] = {}
+    for node in walk(*expressions):
+        if node.op == "symbol" and not isinstance(node.payload, Varied):
+            found[node.payload] = None
+    return list(found)

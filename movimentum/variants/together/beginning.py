@@ -26,6 +26,7 @@ from movimentum.solver.start.costs import SAME, TIE, TURN
 from movimentum.solver.start.judgements import CHECK_TOLERANCE, SELECTOR_TOLERANCE, Judgements
 from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.search import independent_parts
+from movimentum.tolerances import CLOSE_COSTS, COST_FLOOR, SAME_ROOT, SINGULAR_AT_FIRST, STRICTLY_BEYOND
 from movimentum.variants.together.pattern import (
     MOST_CHOICES,
     NotTogether,
@@ -34,16 +35,9 @@ from movimentum.variants.together.pattern import (
     instants_of,
 )
 from movimentum.variants.together.poses import BodyPose, Places, laid
-from movimentum.variants.together.roots import SAME as SAME_ROOT
 from movimentum.variants.together.roots import all_roots
 
-CLOSE = 1e-7
-"""Costs that differ by less are a close call, and so is a margin that is nearer to zero (times its tolerance)."""
-
-
 FAR_AHEAD = 0.05
-SINGULAR = 1e-7
-"""A determinant (rows and unknowns of size one) below which a block's solution is left to be found by itself."""
 
 
 @dataclass(slots=True, eq=False)
@@ -158,7 +152,7 @@ class VariantBeginning:
         every = np.ones(self.count, dtype=np.bool_)
         block = item.block
         if not isinstance(block, Newton):
-            signs = (1.0, -1.0) if block.branches else (1.0,)
+            signs = (1.0, -1.0) if block.branches and not block.iterative else (1.0,)
             return [(np.full((self.count, 1), sign), every) for sign in signs]
         scale, system = self.run.scale(block), self.pattern.plan.system
         if self.carried is not None and any(system.unknowns[n].thing in self.carried.poses for n in block.core):
@@ -169,7 +163,7 @@ class VariantBeginning:
                 block, here, [c[..., :1] for c in self.instants.clocks], core, scale
             )
             stays = converged & (np.max(np.abs(x - core) / scale, axis=1) < SAME_ROOT)
-            self.unsure |= ~stays | (np.abs(determinant) < SINGULAR)
+            self.unsure |= ~stays | (np.abs(determinant) < SINGULAR_AT_FIRST)
             return [(x, every)]
         found = all_roots(item, self.state, self.instants.clocks, scale)
         self.unsure |= found.unsure
@@ -180,7 +174,7 @@ class VariantBeginning:
             clocks = [c[..., :1] for c in self.instants.clocks]
             x, converged, determinant = newton_across(block, here, clocks, start, scale)
             exist = found.exist[:, k]
-            self.unsure |= exist & (~converged | (np.abs(determinant) < SINGULAR))
+            self.unsure |= exist & (~converged | (np.abs(determinant) < SINGULAR_AT_FIRST))
             result.append((x, exist))
         return result
 
@@ -235,7 +229,7 @@ class VariantBeginning:
                 here, later = value[:, 0], value[:, 1]
                 meets = np.abs(here) <= tolerance
                 strict = pattern.plan.system.selectors[i].strict
-                least = 1e-3 * tolerance if strict else -100.0 * tolerance
+                least = STRICTLY_BEYOND * tolerance if strict else -100.0 * tolerance
                 allowed &= (here >= -tolerance) & ~(meets & ~(later >= least))
         return allowed
 
@@ -274,7 +268,7 @@ class _Part:
         choices = dict(zip(self.branching, self.chosen, strict=False))
         for number in self.branching[len(choices) :]:
             block = self.beginning.pattern.blocks[number].block
-            choices[number] = np.ones((count, len(block.core) if block.iterative else 1))
+            choices[number] = np.ones((count, len(block.core) if isinstance(block, Newton) else 1))
         close = _close(self.costs, self.second)
         if self.split:
             close |= np.isfinite(self.second[:, 0])
@@ -390,7 +384,7 @@ def _close(one: FloatArray, other: FloatArray) -> BoolArray:
     open_ = np.ones(len(one), dtype=np.bool_)
     for k in range(one.shape[1]):
         apart = np.abs(other[:, k] - one[:, k])
-        same = ~(apart > CLOSE * (1e-3 + np.abs(one[:, k])))
+        same = ~(apart > CLOSE_COSTS * (COST_FLOOR + np.abs(one[:, k])))
         exactly = other[:, k] == one[:, k]
         if k == one.shape[1] - 1:
             close |= open_ & same & np.isfinite(other[:, k])

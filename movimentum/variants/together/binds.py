@@ -8,28 +8,24 @@ chooses between the two solutions may come to equality exactly where they meet.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Container, Sequence
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.change_points import ROUNDING
-from movimentum.variants.together.pattern import SegmentPattern, directed, filled
+from movimentum.tolerances import CLEAR_MARGIN, EQUAL_AT_BIND, NEAR_A_BIND
+from movimentum.variants.together.pattern import SegmentPattern, filled
 
-HALVINGS = 80
+ROUNDS = 24
 LAST = 4
 """Instants before a bind that are looked at more closely."""
 SHARES = np.linspace(1.0, 0.0, 33)
 """Where: roots of shares of the time that is left."""
 FARTHEST_TURN = 0.2
 """Change of a direction's cosine or sine between two instants, beyond which it is not followed closely enough."""
-CLEAR = 1e-6
-"""A margin below which two solutions are too near to one another for a sign to be certain."""
-NEAR_A_BIND = 1e-4
-"""Of the scene's size: an inequality that is nearer to equality where a variant binds may have been violated before,"""
-MET = 1e-5
-"""unless it comes to equality there: as near to it as that share of how it falls, which is 1e-12 in time."""
 EVEN = 0.2
 """And it falls evenly: no part of the way by less than that share of another."""
 EVENLY = np.linspace(0.0, 1.0, 17)
@@ -53,17 +49,25 @@ def bind_times(
     bad = instants.tau[places].copy()
     some = [value[bound] for value in varied]
     own = {number: sign[bound] for number, sign in signs.items()}
-    for _ in range(HALVINGS):
-        middle = 0.5 * (good + bad)
-        if ((middle <= good) | (middle >= bad)).all():
-            break
-        holds = np.ones(len(middle), dtype=np.bool_)
-        run = pattern.solve(pattern.run(some, middle[:, None], size[bound]), own, continued=False)
-        for margin in run.margins.values():
-            holds &= np.broadcast_to(margin, (len(middle), 1))[:, 0] >= -ROUNDING
-        good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
+
+    def holds(tau: FloatArray) -> BoolArray:
+        run = pattern.solve(pattern.run(some, tau, size[bound]), own, continued=False)
+        margins = [np.broadcast_to(margin, tau.shape) for margin in run.margins.values()]
+        return np.asarray(np.min(margins, axis=0) >= -ROUNDING, dtype=np.bool_)
+
+    good = _last(holds, good, bad)
     first = instants.tau[np.maximum(places - LAST - 1, 0)]
     return good, _nothing_else(pattern, some, own, first, good, size[bound])
+
+
+def directed(pattern: SegmentPattern) -> list[tuple[int, int, int]]:
+    """(thing, unknown of its cosine, of its sine) for every thing that has both."""
+    known = pattern.plan.system.number_of
+    return [
+        (payload.thing, n, known[PoseSin(payload.thing)])
+        for payload, n in known.items()
+        if isinstance(payload, PoseCos) and PoseSin(payload.thing) in known
+    ]
 
 
 def violation_times(
@@ -80,27 +84,38 @@ def violation_times(
     good, bad = (bound.copy() for bound in between)
     several = np.arange(len(good))
 
-    def looked(tau: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+    def looked(tau: FloatArray, without: Container[int] = ()) -> tuple[FloatArray, list[FloatArray]]:
         """(S, B, U) the slack of all inequalities at offsets (B, U), and the blocks' margins there, (B, U) each."""
-        run = pattern.solve(pattern.run(varied, tau, size), signs, continued=False)
+        run = pattern.solve(pattern.run(varied, tau, size), signs, continued=False, without=without)
         margins = [np.broadcast_to(value, tau.shape) for value in run.margins.values()]
         slack = pattern.selectors(filled(run.state), run.instants.clocks)
         return np.stack([np.broadcast_to(value, tau.shape) for value in slack]) / size[:, None], margins
 
     slack, margins = looked(good[:, None] + (bad - good)[:, None] * EVENLY)
     own = slack[selector, several]
-    clear = (np.diff(own, axis=1) < 0.0).all(axis=1) & (own[:, 0] > CLEAR) & (own[:, -1] < -CLEAR)
+    clear = (np.diff(own, axis=1) < 0.0).all(axis=1) & (own[:, 0] > CLEAR_MARGIN) & (own[:, -1] < -CLEAR_MARGIN)
     for margin in margins:
-        clear &= (margin > CLEAR).all(axis=1)
+        clear &= (margin > CLEAR_MARGIN).all(axis=1)
     for number, value in enumerate(slack):
-        clear &= (value > CLEAR).all(axis=1) | (selector == number)
-    for _ in range(HALVINGS):
-        middle = 0.5 * (good + bad)
-        if ((middle <= good) | (middle >= bad)).all():
+        clear &= (value > CLEAR_MARGIN).all(axis=1) | (selector == number)
+    return _last(lambda tau: looked(tau, pattern.unjudged)[0][selector, several] > 0.0, good, bad), clear
+
+
+def _last(holds: Callable[[FloatArray], BoolArray], good: FloatArray, bad: FloatArray) -> FloatArray:
+    """The last offsets (B,), to the last digit, at which something ``holds`` (for offsets (B, U)) that does so at
+    ``good`` and does not at ``bad``: sixteen parts of what is left at a time.
+    """
+    several = np.arange(len(good))
+    for _ in range(ROUNDS):
+        tau = good[:, None] + (bad - good)[:, None] * EVENLY
+        tau[:, -1] = bad
+        fails = np.concatenate([~holds(tau[:, 1:-1]), np.ones((len(good), 1), dtype=np.bool_)], axis=1)
+        place = np.argmax(fails, axis=1)
+        before, after = good, bad
+        good, bad = tau[several, place], tau[several, place + 1]
+        if ((good <= before) & (bad >= after)).all():
             break
-        holds = looked(middle[:, None])[0][selector, several, 0] > 0.0
-        good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
-    return good, clear
+    return good
 
 
 def _nothing_else(
@@ -118,9 +133,9 @@ def _nothing_else(
     clear = np.ones(len(first), dtype=np.bool_)
     meeting = np.zeros(len(first), dtype=np.int64)
     for margin in margins:
-        meets = _falls(margin, SHARES**2, np.full(len(first), CLEAR))
+        meets = _falls(margin, SHARES**2, np.full(len(first), CLEAR_MARGIN))
         meeting += meets
-        clear &= meets | _stays(margin, np.full(len(first), CLEAR))
+        clear &= meets | _stays(margin, np.full(len(first), CLEAR_MARGIN))
     clear &= meeting == 1
     for _, c, s in directed(pattern):
         for n in (c, s):
@@ -131,7 +146,7 @@ def _nothing_else(
         for value in pattern.selectors(filled(state), run.instants.clocks):
             slack = np.broadcast_to(value, shape) / size[:, None]
             slope = slack[:, 0] / SHARES[0]
-            clear &= _stays(slack, np.full(len(first), NEAR_A_BIND)) | _falls(slack, SHARES, MET * slope)
+            clear &= _stays(slack, np.full(len(first), NEAR_A_BIND)) | _falls(slack, SHARES, EQUAL_AT_BIND * slope)
     return clear
 
 

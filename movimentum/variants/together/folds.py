@@ -18,26 +18,28 @@ from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.kinds.across import Across
 from movimentum.solver.kinds.kernels import across
+from movimentum.tolerances import (
+    FIRST_FOLD_STEP,
+    FOLD_MET,
+    FOLD_STEP_DONE,
+    LEAST_BEND,
+    MARGIN_BESIDE_FOLD,
+    SHORTEST_FOLD_STEP,
+    SINGULAR_AT_FOLD,
+    SLACK_BESIDE_FOLD,
+    SURE_CORRECTION,
+    TIME_DIFFERENCE,
+    TURNED_BACK,
+)
 from movimentum.variants.together.pattern import SegmentPattern, filled
 
-MET = 1e-11
 STEPS = 120
-SHORTEST, LONGEST = 1e-6, 0.1
+LONGEST = 0.1
 """Of a step, in units of the unknowns' scale (and of the segment's length)."""
-CORRECTED, SURE = 0.1, 1e-5
-"""How much of a step the corrector may move, or how far where that is less."""
+CORRECTED = 0.1
+"""How much of a step the corrector may move."""
 STRAIGHT = 0.95
 """The least cosine of the angle between two tangents."""
-BENT = 1e-3
-"""The least curvature of a path at its fold: how fast time turns back."""
-TURNED = 1e-9
-"""The tangent's component of time at a fold: the error in time is of the size of its square."""
-DIFFERENCE = 1e-6
-"""Of the segment's length: half the width of differences by time."""
-LEAST_MARGIN = 1e-3
-"""A margin of another block that is nearer to zero on the last part of the way may have been zero."""
-LEAST_SLACK = 1e-4
-"""Of the scene's size: so far from equality stays every inequality there."""
 
 
 @dataclass(eq=False)
@@ -64,7 +66,7 @@ class FoldSearch:
         """Walk along all paths from ``y`` (B, n + 1) in the direction ``way`` until time turns back."""
         count, width = y.shape
         found = np.full(count, np.nan)
-        step = np.clip(np.linalg.norm(way, axis=1), 1e-3, 0.05)
+        step = np.clip(np.linalg.norm(way, axis=1), FIRST_FOLD_STEP, 0.05)
         tangent = way / np.linalg.norm(way, axis=1)[:, None]
         everyone: IntArray = np.arange(count, dtype=np.int64)
         y, good, matrix = self._corrected(y, everyone, tangent, np.einsum("bi,bi->b", tangent, y))
@@ -80,11 +82,11 @@ class FoldSearch:
             landed, good, matrix = self._corrected(guess, who, towards, offset)
             after, sign = _tangent(matrix)
             moved = np.max(np.abs(landed - here), axis=1)
-            good &= np.max(np.abs(landed - guess), axis=1) <= np.maximum(CORRECTED * moved, SURE)
+            good &= np.max(np.abs(landed - guess), axis=1) <= np.maximum(CORRECTED * moved, SURE_CORRECTION)
             good &= (moved <= 2.0 * LONGEST) & (np.einsum("bi,bi->b", towards, after) >= STRAIGHT)
             good &= sign == side[who]
             step[who] = np.where(good, np.minimum(1.5 * h, LONGEST), 0.5 * h)
-            lost = step[who] < SHORTEST
+            lost = step[who] < SHORTEST_FOLD_STEP
             lost |= good & ~self._clear(landed, who)
             turned = good & ~lost & (after[:, -1] <= 0.0)
             if turned.any():
@@ -117,7 +119,7 @@ class FoldSearch:
             landed, good, matrix = self._corrected(y + (middle - begin)[:, None] * tangent, who, tangent, middle)
             value = _tangent(matrix)[0][:, -1]
             point = np.where(converged[:, None], point, landed)
-            converged |= good & (np.abs(value) <= TURNED)
+            converged |= good & (np.abs(value) <= TURNED_BACK)
             if (converged | ~good).all():
                 break
             upper = value <= 0.0
@@ -125,7 +127,7 @@ class FoldSearch:
             value_high = np.where(upper, value, np.where(side < 0, 0.5 * value_high, value_high))
             low, high = np.where(upper, low, middle), np.where(upper, middle, high)
             side = np.where(upper, 1.0, -1.0)
-        certain = converged & (curvature > BENT) & self._clear(point, who)
+        certain = converged & (curvature > LEAST_BEND) & self._clear(point, who)
         return np.where(certain, point[:, -1], np.nan)
 
     def _corrected(
@@ -145,13 +147,13 @@ class FoldSearch:
             right = np.column_stack([residual / lengths, np.einsum("bi,bi->b", normal, y) - offset])
             able = np.asarray(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1))
             matrix = np.where(able[:, None, None], matrix, np.eye(width))
-            able &= np.abs(np.linalg.det(matrix)) > 1e-12
+            able &= np.abs(np.linalg.det(matrix)) > SINGULAR_AT_FOLD
             step = np.linalg.solve(
                 np.where(able[:, None, None], matrix, np.eye(width)), np.where(able[:, None], right, 0.0)[..., None]
             )[..., 0]
             moved = np.max(np.abs(step), axis=1)
-            met = able & (np.max(np.abs(right), axis=1) <= MET) & (moved <= MET)
-            if (met & (moved <= 1e-14) | ~able).all():
+            met = able & (np.max(np.abs(right), axis=1) <= FOLD_MET) & (moved <= FOLD_MET)
+            if (met & (moved <= FOLD_STEP_DONE) | ~able).all():
                 break
             y = y - step
         return y, met, matrix
@@ -163,14 +165,14 @@ class FoldSearch:
         assert block.jacobian is not None
         scale, length = self.scale[who], self.pattern.length
         tau = y[:, -1:] * length
-        run = self._until_loop(y, who, tau + length * np.array([0.0, DIFFERENCE, -DIFFERENCE]))
+        run = self._until_loop(y, who, tau + length * np.array([0.0, TIME_DIFFERENCE, -TIME_DIFFERENCE]))
         state, clocks = run.state, run.instants.clocks
         values = [np.broadcast_to(value, run.shape) for value in block.residual(state, clocks)]
         rows, n = len(block.residuals), scale.shape[1]
         residual = np.stack([value[:, 0] for value in values], axis=1)
         slopes = np.zeros((len(who), rows, n + 1))
         for i, value in enumerate(values):
-            slopes[:, i, n] = (value[:, 1] - value[:, 2]) / (2.0 * DIFFERENCE)
+            slopes[:, i, n] = (value[:, 1] - value[:, 2]) / (2.0 * TIME_DIFFERENCE)
         for (i, j), value in zip(block.entries, block.jacobian(state, clocks), strict=True):
             slopes[:, i, j] = np.broadcast_to(value, run.shape)[:, 0] * scale[:, j]
         return residual, slopes
@@ -182,7 +184,7 @@ class FoldSearch:
         for item in self.pattern.blocks:
             if item.block.number == self.block.number:
                 break
-            if not item.block.continued:
+            if not item.goes_on:
                 across(run, item.block, signs.get(item.block.number, 1.0))
         for j, n in enumerate(self.block.core):
             run.state[n] = (y[:, j] * self.scale[who, j])[:, None]
@@ -197,15 +199,15 @@ class FoldSearch:
         state, clocks, signs = run.state, run.instants.clocks, self._signs(who)
         fill_explicit(self.block, state, clocks)
         for item in self.pattern.blocks:
-            if item.block.number > self.block.number and not item.block.continued:
+            if item.block.number > self.block.number and not item.goes_on:
                 across(run, item.block, signs.get(item.block.number, 1.0))
         margins = run.margins.values()
         clear = np.ones(len(who), dtype=np.bool_)
         for margin in margins:
-            clear &= np.broadcast_to(margin, (len(who), 1))[:, 0] > LEAST_MARGIN
+            clear &= np.broadcast_to(margin, (len(who), 1))[:, 0] > MARGIN_BESIDE_FOLD
         if self.pattern.selectors.count:
             for value in self.pattern.selectors(filled(state), clocks):
-                clear &= np.broadcast_to(value, (len(who), 1))[:, 0] / self.size[who] > LEAST_SLACK
+                clear &= np.broadcast_to(value, (len(who), 1))[:, 0] / self.size[who] > SLACK_BESIDE_FOLD
         return clear
 
 
@@ -215,7 +217,7 @@ def _tangent(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     width = matrix.shape[-1]
     determinant = np.linalg.det(matrix)
-    able = np.abs(determinant) > 1e-12
+    able = np.abs(determinant) > SINGULAR_AT_FOLD
     right = np.zeros((len(matrix), width, 1))
     right[:, -1] = 1.0
     found = np.linalg.solve(np.where(able[:, None, None], matrix, np.eye(width)), right)[..., 0]

@@ -8,7 +8,7 @@ by itself, with all that following a path takes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,20 +23,17 @@ from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.kinds.across import LoopEnds
 from movimentum.solver.kinds.integral import with_points
 from movimentum.timeline.model import Timeline
-from movimentum.variants.together.binds import CLEAR, FARTHEST_TURN, LAST, bind_times, violation_times
+from movimentum.tolerances import BEFORE_FOLD, CLEAR_MARGIN, HOLDS_WITHIN, LEAST_DIVISOR, NEARLY_ONE_CIRCLE
+from movimentum.variants.together.binds import FARTHEST_TURN, LAST, bind_times, directed, violation_times
 from movimentum.variants.together.folds import FoldSearch
-from movimentum.variants.together.pattern import SegmentPattern, directed, filled, instants_of
+from movimentum.variants.together.pattern import SegmentPattern, filled, instants_of
 
 INTERVALS = 96
 FARTHEST_PHASE = 20.0
 FARTHEST_ANGLE = 60.0
 """Degrees that a driving angle, or any thing, may turn between two instants."""
-FIRST_STEPS = np.array([1e-4, 5e-4, 2e-3, 0.01, 0.03, 0.08, 0.2, 0.4, 0.7])
+FIRST_STEPS = np.array([1, 5, 20, 100, 300, 800, 2000, 4000, 7000]) / 10_000
 """Of the distance of two instants."""
-NEARLY_ONE = 1e-3
-"""Of its largest value: a squared distance of a dyad's two centres, below which they may meet between instants."""
-WITHIN = 1e-9
-"""Of the scene's size: what an equation may be off by in a frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +93,7 @@ def segment_grid(
     )
     frames, more = len(of_frames.tau), len(of_times.tau)
     found = SegmentGrid(Instants(tau[order], clocks), back[:frames], back[frames : frames + more])
-    return _with_quadrature(pattern, found) if pattern.integrates else found
+    return _with_quadrature(pattern, found) if pattern.quadrature else found
 
 
 def _with_quadrature(pattern: SegmentPattern, grid: SegmentGrid) -> SegmentGrid:
@@ -117,24 +114,24 @@ def follow_together(
     size: FloatArray,
     *,
     timed: bool = True,
+    without: Container[int] = (),
 ) -> FollowedVariants:
-    """Solve a segment at all instants of ``grid``, with the ``choices`` that it begins with. ``timed`` False: the time
-    at which a variant binds is that of the last instant before.
+    """Solve a segment at all instants of ``grid``, with the ``choices`` that it begins with, but for the blocks
+    ``without``. ``timed`` False: the time at which a variant binds is that of the last instant before.
     """
     count, instants = len(size), grid.instants
     shape = count, len(instants)
     with np.errstate(all="ignore"):
-        run = pattern.solve(pattern.run(varied, instants, size, angles, quadrature=pattern.integrates), choices)
+        run = pattern.solve(pattern.run(varied, instants, size, angles, path=True), choices, without=without)
         state, margins, loops = run.state, run.margins, run.ends
         stuck, lost = np.full(count, shape[1]), np.zeros(count, dtype=np.bool_)
         for each in loops.values():
             stuck, lost = np.minimum(stuck, each.end), lost | each.lost
         end, certain = _ends(margins, shape, stuck)
         slack = _slack(pattern, state, instants, shape, size)
-        whole = end
         selector, violated = _first_violated(slack, shape)
         breaks = violated < end - 1
-        end = np.where(breaks, violated, end)
+        whole, end = end, np.where(breaks, violated, end)
         inside = np.arange(shape[1]) < end[:, None]
         alone = not (loops or pattern.turns)  # then the last instants before a bind are looked at more closely
         before = inside & (np.arange(shape[1]) < np.where(alone & (end < shape[1]), end - LAST, end)[:, None])
@@ -212,19 +209,24 @@ def _clear(values: FloatArray, end: IntArray, falls: BoolArray) -> BoolArray:
     """(V,) whether values (V, T) stay clear of zero before ``end``: no minimum among them may reach it in between, but
     (where it ``falls``) for the last descent before the end.
     """
-    _count, many = values.shape
+    many = values.shape[1]
     place: IntArray = np.arange(many, dtype=np.int64)
     inside: BoolArray = place < end[:, None]
     if many < 2:
-        return np.asarray((values[:, 0] > CLEAR) | (end == 0))
+        return np.asarray((values[:, 0] > CLEAR_MARGIN) | (end == 0))
+    steps = np.abs(np.diff(values, axis=1))
+    least = np.min(values, axis=1) if (end == many).all() else np.min(np.where(inside, values, np.inf), axis=1)
+    far = least > np.maximum(CLEAR_MARGIN, np.max(steps, axis=1))  # nearly always
+    if far.all():
+        return np.asarray(far, dtype=np.bool_)
     padded = np.concatenate([values[:, :1], values, values[:, -1:]], axis=1)
     before, after = padded[:, :-2], padded[:, 2:]
     bend = np.maximum(np.abs(before - values), np.abs(after - values))
     bend = np.where((before >= values) & (after >= values), np.maximum(before, after) - values, bend)
     low = (values <= before) & (values <= after) & inside  # a minimum, or flat
     falling = falls[:, None] & (end[:, None] < many) & (place >= end[:, None] - 2)  # at the end it goes through zero
-    doubt = low & ~falling & ~(values > np.maximum(CLEAR, bend))
-    doubt |= inside & ~falling & ~(values > CLEAR)
+    doubt = low & ~falling & ~(values > np.maximum(CLEAR_MARGIN, bend))
+    doubt |= inside & ~falling & ~(values > CLEAR_MARGIN)
     return np.asarray(~doubt.any(axis=1), dtype=np.bool_)
 
 
@@ -257,7 +259,7 @@ def _nearly_one(pattern: SegmentPattern, state: State, instants: Instants, shape
             continue
         (square,) = item.apart(state, instants.clocks)
         values = np.broadcast_to(square, shape)
-        near |= ~(np.min(values, axis=1) > NEARLY_ONE * np.max(values, axis=1))
+        near |= ~(np.min(values, axis=1) > NEARLY_ONE_CIRCLE * np.max(values, axis=1))
     return near
 
 
@@ -276,7 +278,7 @@ def _near_infinity(
                 changes = np.sign(values[:, 1:]) * np.sign(values[:, :-1]) <= 0.0
                 near |= (changes & (np.arange(1, shape[1]) < end[:, None])).any(axis=1)
                 size = np.abs(values)
-                size = size / np.maximum(np.nanmax(size, axis=1, keepdims=True), 1e-300)
+                size = size / np.maximum(np.nanmax(size, axis=1, keepdims=True), LEAST_DIVISOR)
                 near |= ~_clear(size, end, falls=np.zeros_like(near)) & (end > 0)
     return near
 
@@ -315,10 +317,10 @@ def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: Bool
         amount = np.broadcast_to(value, inside.shape)
         if pattern.stated_turns[k]:
             amount = amount - 360.0 * np.rint(amount / 360.0)
-        limit = WITHIN * (size[:, None] if pattern.stated_sizes[k] != 1.0 else 1.0)
+        limit = HOLDS_WITHIN * (size[:, None] if pattern.stated_sizes[k] != 1.0 else 1.0)
         off |= ((np.abs(amount) > limit) & inside).any(axis=1)
     for value in pattern.checks(state, instants.clocks) if pattern.checks.count else ():
-        limit = WITHIN * np.minimum(size[:, None], 1.0)
+        limit = HOLDS_WITHIN * np.minimum(size[:, None], 1.0)
         off |= (~(np.abs(np.broadcast_to(value, inside.shape)) <= limit) & inside).any(axis=1)
     return off
 
@@ -347,6 +349,6 @@ def _fold_times(
     two = np.stack([instants.tau[places - 1], instants.tau[places]], axis=1)
     found = search.times(path[several, places - 1], path[several, places], two)
     after = (
-        found >= instants.tau[ends.end[bound] - 1] - 1e-9 * pattern.length
+        found >= instants.tau[ends.end[bound] - 1] - BEFORE_FOLD * pattern.length
     )  # where it was followed it has a solution
     return np.where(after, found, np.nan)

@@ -8,24 +8,25 @@ same, and their numbers know where they come from (`variants.tracing`). Whether 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.expressions import Expr, const, substitute, symbol, symbols, walk
-from movimentum.planning.blocks.kinds import Block, Integral, Newton, Quadratic
+from movimentum.expressions import Expr, const, substitute, symbol, symbols
+from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic, Winding
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.equations import Equation
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.planning.lowering.equations import Equation, Form
+from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import compile_structure, structure_of
-from movimentum.records import dataclass
-from movimentum.scene.model import AnchorCoordinate, Relation, Scene, ThingAngle, VariableComponent
+from movimentum.records import dataclass, field
+from movimentum.scene.model import Relation, Scene, ThingAngle
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.basis.scene_size import scene_size
@@ -35,6 +36,7 @@ from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.kernels import across, lifted
 from movimentum.solver.start.deceptive import deceptive
 from movimentum.timeline.model import Segment, Timeline
+from movimentum.tolerances import LOOK_AHEAD
 from movimentum.variants.tracing import OriginUnfolding, Varied
 
 MOST_CHOICES = 8
@@ -90,6 +92,11 @@ class BlockFormulas:
     divisors: SegmentFormulas | None = None
     rows: PolynomialRows | None = None
 
+    @property
+    def goes_on(self) -> bool:
+        """Whether its values depend on what was before."""
+        return self.block.continued or isinstance(self.block, Ode)
+
 
 @dataclass(eq=False)
 class SegmentPattern:
@@ -116,17 +123,47 @@ class SegmentPattern:
     @property
     def loops(self) -> bool:
         """Whether Newton's method solves any of its blocks."""
-        return any(item.block.iterative for item in self.blocks)
+        return any(isinstance(item.block, Newton) for item in self.blocks)
 
     @property
     def integrates(self) -> bool:
         """Whether something is integrated."""
+        return any(isinstance(item.block, Integral | Ode) for item in self.blocks)
+
+    @property
+    def quadrature(self) -> bool:
+        """Whether integrands are looked at between instants."""
         return any(isinstance(item.block, Integral) for item in self.blocks)
+
+    def idle(self, read: Container[Any]) -> frozenset[int]:
+        """The blocks of continuous angles that nothing reads, where the payloads ``read`` are."""
+        system = self.plan.system
+        used = {n for item in self.blocks for n in item.block.inputs}
+        used |= symbol_numbers(*(selector.value for selector in system.selectors))
+        used |= {n for e in system.equations if e.form is Form.PLAIN for n in e.unknowns}
+        return frozenset(
+            item.block.number
+            for item in self.blocks
+            if isinstance(item.block, Winding)
+            and not any(n in used or system.unknowns[n].payload in read for n in item.block.unknowns)
+        )
+
+    @cached_property
+    def unjudged(self) -> frozenset[int]:
+        """The blocks that no inequality depends on."""
+        wanted = symbol_numbers(*(selector.value for selector in self.plan.system.selectors))
+        found: set[int] = set()
+        for item in reversed(self.blocks):
+            if wanted.isdisjoint(item.block.unknowns):
+                found.add(item.block.number)
+            else:
+                wanted |= item.block.inputs
+        return frozenset(found)
 
     @property
     def turns(self) -> bool:
         """Whether a block reads what goes on from before: a continuous angle that follows a direction, an integral."""
-        found = {n for item in self.blocks if item.block.continued for n in item.block.unknowns}
+        found = {n for item in self.blocks if item.goes_on for n in item.block.unknowns}
         return any(not found.isdisjoint(item.block.inputs) for item in self.blocks)
 
     @property
@@ -137,7 +174,7 @@ class SegmentPattern:
     @property
     def ahead(self) -> float:
         """How far to look ahead to tell apart what meets at the beginning."""
-        return 1e-4 * self.length if self.length > 0.0 else 1e-4
+        return LOOK_AHEAD * (self.length if self.length > 0.0 else 1.0)
 
     def run(
         self,
@@ -146,16 +183,18 @@ class SegmentPattern:
         size: FloatArray,
         before: dict[int, Any] | None = None,
         *,
-        quadrature: bool = False,
+        path: bool = False,
     ) -> Across:
         """What solves variants with the constants ``varied``, (V, 1) each, at instants or offsets (T,) or (V, T)."""
         instants = tau if isinstance(tau, Instants) else instants_of(self, tau)
-        return Across(self.plan, self.state(varied), instants, size, before or {}, quadrature)
+        return Across(self.plan, self.state(varied), instants, size, before or {}, path, path and self.quadrature)
 
-    def solve(self, run: Across, choices: Mapping[int, FloatArray], *, continued: bool = True) -> Across:
-        """Solve all blocks of ``run``; without what is ``continued``, for nothing but the instants themselves."""
+    def solve(
+        self, run: Across, choices: Mapping[int, FloatArray], *, continued: bool = True, without: Container[int] = ()
+    ) -> Across:
+        """Solve blocks of ``run``: not those ``without``; if nothing is ``continued``, not what depends on the past."""
         for item in self.blocks:
-            if continued or not item.block.continued:
+            if (continued or not item.goes_on) and item.block.number not in without:
                 across(run, item.block, choices.get(item.block.number, 1.0))
         return run
 
@@ -179,6 +218,7 @@ class Pattern:
     unfolding: OriginUnfolding
     places: Compiled
     place_of: dict[tuple[int, int], int]
+    frames: dict[tuple[int, int], Compiled] = field(default_factory=dict[tuple[int, int], Compiled])
 
     @property
     def scene(self) -> Scene:
@@ -253,7 +293,7 @@ def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
 
 def _known_kind(block: Block) -> bool:
     """Whether blocks of that kind are solved for many variants at once."""
-    return not block.iterative or 0 < len(block.core) <= MOST_UNKNOWNS
+    return not isinstance(block, Newton) or 0 < len(block.core) <= MOST_UNKNOWNS
 
 
 def _segment_pattern(
@@ -347,30 +387,6 @@ def numbered(root: Expr, names: Sequence[str], first: int) -> Expr:
 def filled(state: State) -> State:
     """``state`` with nan for what is not known."""
     return [np.nan if value is None else value for value in state]
-
-
-def directed(pattern: SegmentPattern) -> list[tuple[int, int, int]]:
-    """(thing, unknown of its cosine, of its sine) for every thing that has both."""
-    known = pattern.plan.system.number_of
-    return [
-        (payload.thing, n, known[PoseSin(payload.thing)])
-        for payload, n in known.items()
-        if isinstance(payload, PoseCos) and PoseSin(payload.thing) in known
-    ]
-
-
-def anchors_read(expressions: Sequence[Expr]) -> list[Any]:
-    """The payloads that expressions of a scene read, but for varied constants."""
-    found: dict[Any, None] = {}
-    for node in walk(*expressions):
-        if node.op == "symbol" and not isinstance(node.payload, Varied):
-            found[node.payload] = None
-    return list(found)
-
-
-def readable(payload: Any) -> bool:
-    """Whether a payload of a measure can be read off many variants at once."""
-    return isinstance(payload, AnchorCoordinate | ThingAngle | VariableComponent)
 
 
 def instants_of(pattern: SegmentPattern, tau: FloatArray) -> Instants:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import Any
 
 import numpy as np
@@ -67,21 +67,33 @@ class Places:
         key = segment.segment.number, thing
         if key in self._frames:
             return self._frames[key]
-        frame = segment.plan.system.frame(thing)
-        unfolding = self.pattern.unfolding
-        expressions = [*frame.stated_origin, *frame.stated_axis]
-        names = self.pattern.names
-        made = [numbered(unfolding.unfolded(each), names, 0) for each in expressions]
-        x, y, ax, ay = compiled(made, Clocks())(list(self.varied), [])
+        code = self.pattern.frames.get(key)
+        if code is None:
+            frame = segment.plan.system.frame(thing)
+            unfolding, names = self.pattern.unfolding, self.pattern.names
+            made = [numbered(unfolding.unfolded(each), names, 0) for each in (*frame.stated_origin, *frame.stated_axis)]
+            code = self.pattern.frames[key] = compiled(made, Clocks())
+        x, y, ax, ay = code(list(self.varied), [])
         self._frames[key] = x, y, ax, ay
         return x, y, ax, ay
 
-    def solved(self, segment: SegmentPattern, state: State, before: dict[int, BodyPose]) -> dict[int, BodyPose]:
-        """The pose of each thing that a segment's constraints mention, see `assembly.placements`."""
+    def solved(
+        self,
+        segment: SegmentPattern,
+        state: State,
+        before: dict[int, BodyPose],
+        whole: Container[int] | None = None,
+    ) -> dict[int, BodyPose]:
+        """The pose of each thing that a segment's constraints mention, see `assembly.placements`; of those that are not
+        among ``whole`` (None: of none), at the first and the last instant only.
+        """
         system = segment.plan.system
+        ends: State = [value if np.ndim(value) < 1 else np.asarray(value)[..., [0, -1]] for value in state]
+        everywhere = state
         dx, dy = system.shift
         result: dict[int, BodyPose] = {}
         for body in segment.plan.bodies:
+            state = everywhere if whole is None or body.thing in whole else ends
             old = before.get(body.thing, BodyPose())
             rx, ry, ax, ay = self.frame(segment, body.thing)
             angle = None if body.angle is None else state[body.angle]

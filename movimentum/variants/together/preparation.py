@@ -12,16 +12,17 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Block, Newton, Quadratic
+from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic
 from movimentum.planning.lowering.unknowns import Accumulated, Unknown
 from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.scene_size import scene_size
-from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.kinds.across import Across
 from movimentum.solver.kinds.kernels import across
 from movimentum.things.kinds.toothed import Toothed
 from movimentum.timeline.model import Timeline
+from movimentum.tolerances import SAME_FORMULA, SAME_ZERO
 from movimentum.variants.lowered import lower_measures
 from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.together.batch import Batch
@@ -39,8 +40,6 @@ from movimentum.workflow.stages import arranged, built
 PROBES = 2
 ATTEMPTS = 8
 """Variants that are tried as the one that the pattern is made of."""
-SAME = 1e-7
-"""What formulas may differ by, of the size of their values."""
 
 
 def prepare(variants: Variants, fixed: Mapping[str, float], intervals: Mapping[str, tuple[float, float]]) -> Batch:
@@ -171,6 +170,10 @@ def _solution(
         assert block.residual is not None
         assert block.jacobian is not None
         return [*block.residual(state, clocks), *block.jacobian(state, clocks)]
+    if isinstance(block, Integral | Ode):
+        integrands = block.integrand if isinstance(block, Integral) else block.integrands
+        fill_explicit(block, state, clocks)
+        return [*integrands(state, clocks), *(state[n] for n in block.targets)]
     run = Across(segment.plan, list(state), Instants(np.zeros((1, 1)), tuple(clocks)), np.ones(1))
     across(run, block, sign)
     return [*run.margins.values(), *(run.state[n] for n in block.unknowns)]
@@ -184,5 +187,5 @@ def _same(mine: Any, other: Any, what: str) -> None:
         both = np.isfinite(x), np.isfinite(y)
         if both != (True, True) and not any(both):
             continue
-        if not abs(x - y) <= SAME * (abs(x) + abs(y)) + 1e-9:
+        if not abs(x - y) <= SAME_FORMULA * (abs(x) + abs(y)) + SAME_ZERO:
             raise NotTogether(f"{what} depends on it in another way")

@@ -18,12 +18,8 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.solutions.homotopy import REAL, ComplexArray, followed
+from movimentum.tolerances import LEAST_DIVISOR, NEARLY_REAL
 from movimentum.variants.together.pattern import BlockFormulas, NotTogether, PolynomialRows
-
-NEARLY_REAL = 1e-4
-"""An imaginary part between `REAL` and this: two real solutions have just met, or are about to."""
-SAME = 1e-6
-"""In units of the unknowns' scale: solutions nearer than that are one."""
 
 
 class VariantPolynomials:
@@ -137,7 +133,7 @@ def all_roots(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], s
     typical = np.nanmedian(table, axis=0)
     for row in range(size):  # rows of size one, the same for all variants: numbers stay numbers
         mine = [t for t, (r, _) in enumerate(item.rows.terms) if r == row]
-        weight = max(float(np.max(np.abs(typical[mine]))), 1e-300)
+        weight = max(float(np.max(np.abs(typical[mine]))), LEAST_DIVISOR)
         table[:, mine] /= weight
         typical[mine] /= weight
     rows = VariantPolynomials(item.rows, size)

@@ -1,0 +1,51 @@
+"""Kernels across variants: what they compute on a common grid, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from movimentum.solver.continuation.ode import Flow, Slopes
+from movimentum.solver.kinds.integral import _GAUSS_X, _WITHIN, with_points
+from movimentum.solver.kinds.winding import unwound_from
+
+
+def test_the_points_of_a_quadrature_lie_between_those_that_are_there():
+    tau = np.array([0.0, 0.1, 0.1, 2.0])
+    found = with_points(tau)
+    np.testing.assert_array_equal(found[:: len(_GAUSS_X) + 1], tau)
+    assert (np.diff(found) >= 0.0).all()
+
+
+@pytest.mark.parametrize("power", range(8))
+def test_polynomials_are_integrated_exactly_up_to_each_point(power):
+    whole = (_GAUSS_X ** (power + 1) - (-1.0) ** (power + 1)) / (power + 1)
+    np.testing.assert_allclose(_WITHIN @ _GAUSS_X**power, whole, rtol=0.0, atol=1e-14)
+
+
+def test_angles_of_many_variants_go_on_through_whole_turns():
+    turned = np.stack([np.linspace(350.0, 1200.0, 60), np.linspace(-10.0, -900.0, 60)])
+    wrapped = (turned + 180.0) % 360.0 - 180.0
+    first, steps = unwound_from(wrapped, np.array([[350.0], [0.0]]))
+    np.testing.assert_allclose(first + np.cumsum(steps, axis=1), turned[:, 1:], atol=1e-9)
+
+
+def test_systems_side_by_side_are_each_solved_as_alone():
+    speeds = np.array([1.0, 3.0, 50.0])
+
+    def equation(tau):
+        def slopes(z, x):
+            found = np.zeros((len(tau), 3, 2, 2))
+            found[:, :, 0, 1], found[:, :, 1, 0] = 1.0, -(speeds**2)
+            return found
+
+        def rates(z, x):
+            place, speed = z.reshape(len(tau), 3, 2).transpose(2, 0, 1)
+            return x, np.stack([speed, -(speeds**2) * place], axis=2).reshape(len(tau), 6)
+
+        return Slopes(rates, slopes)
+
+    tau = np.linspace(0.0, 2.0, 41)
+    begun = np.stack([np.ones(3), np.zeros(3)], axis=1).reshape(-1)
+    track = Flow(equation, tau, np.zeros(0), systems=3).track(np.zeros(0), begun, 2.0)
+    np.testing.assert_allclose(track.states.guess(tau)[::2], np.cos(speeds[:, None] * tau), rtol=0.0, atol=1e-10)
