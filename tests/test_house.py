@@ -112,20 +112,15 @@ def test_one_name_stands_for_one_class() -> None:
 
 
 UNSORTED = {
-    "analysis",
     "drawing",
     "encoding",
     "fitting",
     "golden",
-    "interop",
-    "planning",
     "rendering",
     "repl",
-    "scene",
     "solver",
     "studio",
     "text.py",
-    "timeline",
     "tradeoff",
     "variants",
     "vector",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import overload
 
@@ -27,6 +26,7 @@ from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.planning.blocks.kinds import Free
+from movimentum.records import dataclass, replace
 from movimentum.settings import Advice
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
 from movimentum.solver.continuation.tracks import FlowTrack, NodeTrack
@@ -34,6 +34,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
+from movimentum.tolerances import ROUNDING
 
 MOST_NOTES = 8
 """Up to this many things have a note each; more are reported together."""
@@ -215,7 +216,7 @@ def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     for found in nearly_singular(motion, segment_motion, *span):
         names = listed([f"`{scene.things[t].name}`" for t in things_of(segment_motion, (found.block,))])
         when = time_text(float(segment_motion.segment.start) + found.time)
-        known = number(motion.size * found.condition * 2.2e-16, 1)
+        known = number(motion.size * found.condition * ROUNDING, 1)
         yield Diagnostic(
             code="solve/ill-conditioned",
             severity=Severity.NOTE,

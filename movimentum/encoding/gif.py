@@ -88,7 +88,7 @@ class GifCoder(Coder):
             changed[top:bottom, left:right] |= differs
         return FramePiece(box, self._ways.shortest(now, changed), seen.missed, seen.worst)
 
-    def _update(self, frame: Frame) -> tuple[Indices, _Seen]:
+    def _update(self, frame: Frame) -> tuple[Indices, _LookedUp]:
         """The indices of a frame, of which only those are looked up that changed, and what is to be said of these."""
         if self._mapper is None:
             self._mapper = Mapper(self._palette)
@@ -112,10 +112,10 @@ class GifCoder(Coder):
             if self._mapper.worst > SEEN:
                 off = self._mapper.off(part)
                 missed, worst = missed + int((off > SEEN).sum()), max(worst, int(off.max(initial=0)))
-        return self._indices, _Seen(changed, missed, worst)
+        return self._indices, _LookedUp(changed, missed, worst)
 
 
-class _Seen(NamedTuple):
+class _LookedUp(NamedTuple):
     """Of a frame: the boxes in which indices ``changed``, and where in them; how many pixels have colours that are seen
     to be wrong, and by how much at most.
     """

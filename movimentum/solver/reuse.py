@@ -8,7 +8,6 @@ text is exchanged. Nothing is a warm start, so a motion never depends on what wa
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
 from itertools import count
 
 from movimentum.expressions import Expr, walk
@@ -21,6 +20,7 @@ from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure, compile_structure, structure_of
 from movimentum.planning.restated import chooses, introduced, restated
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import Anchor, Constraint, Scene, ThingProperty
 from movimentum.solver.basis.memory import Memory
 from movimentum.solver.path.piece import Piece
@@ -56,6 +56,11 @@ class Known:
     def blocks_made(self) -> int:
         """How many blocks had to be made so far, of those that are kept."""
         return self._blocks.made
+
+    @property
+    def plans_made(self) -> int:
+        """How many plans had to be made so far."""
+        return self._plans.made
 
     def begin(self) -> None:
         """Another timeline is solved: forget what the last ones had no use for."""
@@ -139,6 +144,26 @@ class Known:
         return last
 
 
+class _Plans(Known):
+    """Plans for those who keep nothing themselves. What a timeline finds beside its plans is forgotten with it."""
+
+    def begin(self) -> None:
+        super().begin()
+        self._blocks, self.memory = KeptBlocks(KEPT), Memory(KEPT)
+
+
+_PLANS = _Plans()
+FEW = 200
+"""Things of a scene whose plans are kept for the process."""
+
+
+def plans_of_this_process(scene: Scene) -> Known:
+    """Where plans of ``scene`` are kept: so a script that is solved again is not planned again. Large ones are not, as
+    nobody could give their memory back.
+    """
+    return _PLANS if len(scene.things) <= FEW else Known()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _OfScene:
     """The number that stands for a scene's key, its shift, and the frames that its segments have needed."""
@@ -190,12 +215,11 @@ def scene_key(scene: Scene) -> Hashable:
         (
             thing.number,
             thing.name,
-            thing.shape,
+            thing.kind.word,
             tuple(_anchor_key(anchor, text) for anchor in thing.anchors),
             thing.radius,
-            thing.scale,
             thing.through,
-            thing.color if colors else None,
+            thing.look.paint if colors else None,
         )
         for thing in scene.things
     )

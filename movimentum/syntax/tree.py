@@ -7,9 +7,9 @@ comments and the spelling of numbers and functions are not kept; names are unres
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from enum import StrEnum
 
+from movimentum.records import dataclass, field
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import NOWHERE, Comparison, Expression, Node, Operator
 
@@ -71,7 +71,7 @@ class Suffix(Node):
 
 @dataclass(frozen=True, slots=True)
 class ShapeWord(Node):
-    """What a thing is: ``word`` is "sprite" (its argument: the file) or one of `words.SHAPES`."""
+    """What a thing is: ``word`` is "sprite" (its argument: the file) or the word of a kind of thing."""
 
     word: str
     arguments: tuple[Expression | Text, ...] = ()

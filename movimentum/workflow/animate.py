@@ -6,13 +6,13 @@ import itertools
 import math
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError, ScriptError, usage_error
+from movimentum.records import replace
 from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices, Outcome, Picture, Progress
@@ -156,7 +156,7 @@ def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark
 
 
 def _color(text: str) -> tuple[int, int, int]:
-    from movimentum.scene.colors import color, color_names
+    from movimentum.things.colors import color, color_names
 
     found = color(text)
     if found is None:

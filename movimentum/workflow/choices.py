@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic
+from movimentum.records import dataclass
 from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.workflow.limits import MAX_DIGITS, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS, MAX_PIXELS
 
@@ -16,6 +16,16 @@ if TYPE_CHECKING:
 
 FrameChoice = Callable[[int], tuple[int, int]]
 """From the number of frames to the first chosen one and the end (not included)."""
+
+
+def frames_in(some: slice) -> FrameChoice:
+    """The frames of a slice, counted as Python counts: half-open, either end may be left out or negative."""
+
+    def chosen(count: int) -> tuple[int, int]:
+        first, end, _ = some.indices(count)
+        return first, max(first, end)
+
+    return chosen
 
 
 Progress = Callable[[int, int], None]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.errors import script_error, usage_error
+from movimentum.records import dataclass, field
 from movimentum.source import SourceText, UnfoldedText, drawing_file
 from movimentum.workflow.limits import MAX_SCRIPT_BYTES
 
@@ -123,7 +123,7 @@ def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
     included = [file.path for file in files]
     return (
         source.path,
-        *dict.fromkeys(included + [drawing_file(each.image) for each in scene.things if each.image is not None]),
+        *dict.fromkeys(included + [drawing_file(own.image) for each in scene.things if (own := each.picture)]),
     )
 
 

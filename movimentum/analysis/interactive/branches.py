@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from movimentum.analysis.diagnose.conditioning import conditions
 from movimentum.arrays import FloatArray
-from movimentum.planning.blocks.kinds import Block, Integral, Newton, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Block, Newton, Quadratic
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.records import dataclass
 from movimentum.solver.block import closed_form
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.tolerances import NEARLY_MEETS
 
 CLOSE = 0.01
 """Of the scene's size: if a rival solution comes nearer than that, the choice was close."""
@@ -46,7 +47,7 @@ def branches(motion: PathMotion) -> Iterator[BranchReport]:
             if isinstance(piece, Unsolved):
                 continue
             for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
-                if isinstance(block, Winding | Integral) or not block.moving:
+                if block.continued or not block.moving:
                     continue
                 with np.errstate(all="ignore"):
                     found = None
@@ -103,4 +104,4 @@ def _newton(segment_motion: SegmentMotion, piece: Piece, block: Newton, track: N
     worst = int(np.argmax(found))
     time = float(segment_motion.segment.start) + float(track.tau[worst])
     least = 1.0 / float(found[worst])
-    return BranchReport(block.number, _names(segment_motion, block), least, time, None, time, least < 1e-3)
+    return BranchReport(block.number, _names(segment_motion, block), least, time, None, time, least < NEARLY_MEETS)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,15 +12,11 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY
 from movimentum.planning.structure.linear_rows import LinearMap
+from movimentum.records import dataclass
+from movimentum.tolerances import DEFINITE, UNWEIGHTED
 
 Entries = tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]
 """Rows, columns and values of a sparse matrix, each place at most once."""
-
-UNWEIGHTED = 1e-9
-"""Of the largest weight: that of unknowns that move no anchor, so that they too stay where nothing drives them."""
-DEFINITE = 1e-12
-"""Of its own weight: what an unknown's weight gets besides, so that M is positive definite where two unknowns move the
-same anchors. It is the relative error of a least velocity."""
 
 
 @dataclass(frozen=True, eq=False)

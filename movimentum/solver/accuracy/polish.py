@@ -10,7 +10,6 @@ a Jacobian of all digits.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,9 +17,11 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import ONE, ZERO, Expr, add, mul, sub, symbol, symbols
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.block.closed_form import State

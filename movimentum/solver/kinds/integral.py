@@ -2,40 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Integral
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.poles import first_pole
-from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, TotalTrack
-from movimentum.solver.kinds.context import Beginning, Found
-
-
-def begin(start: Beginning, block: Integral) -> Found:
-    """The total so far."""
-    return Found([Choice(values=(start.totals.get(block.core[0], 0.0),))])
-
-
-def take(start: Beginning, block: Integral, choice: Choice) -> None:
-    """Set the total, at both instants."""
-    (value,) = block.integrand(start.state, start.instants.clocks)
-    value = np.broadcast_to(value, 2)
-    step = start.ahead * 0.5 * float(value[0] + value[1])
-    start.state[block.core[0]] = choice.values[0] + np.array([0.0, step])
-
-
-def evaluate(path: Path, block: Integral, track: TotalTrack, state: State, instants: Instants) -> None:
-    """Set the total."""
-    state[block.core[0]] = accumulated(path, block, track, instants.tau)
-
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, TotalTrack, Track
+from movimentum.solver.kinds.across import Across, Lift
+from movimentum.solver.kinds.context import Beginning, Found, Kernel
 
 HALVINGS = 20
 AIM, COARSE = 1e-13, 1e-5
 """What the two halves of an interval may differ by from the whole, relative to the largest; at most, see `follow`."""
+ROUGH = 1e-12
+"""Of an integral: what may be missed at the ends of intervals, across variants."""
 UNSETTLED = 1e6
 """In units of what is aimed at: what an interval at a pole disagrees by is no smaller than a millionth of the whole."""
 JUMPS_EVERY = 4
@@ -44,41 +30,6 @@ JUMP = 1e-3
 """Of the change over an interval: what is left of it in no time at all is a jump."""
 END = 1e-9
 """Of an interval: how far from its ends the integrand is looked at, so that it is this side of a jump there."""
-
-
-def follow(path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[Gap]) -> TotalTrack:
-    """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves, at jumps
-    first of all. What comes behind a pole is a gap.
-    """
-    total, wrong = np.zeros(len(grid.tau)), np.zeros(len(grid.tau) - 1)
-    behind = (path.tracks[number] for number in path.upstream(block.number))
-    # what is integrated itself is smooth to the error of its steps, and no finer
-    aim = max([AIM, *(min(track.tolerance, COARSE) for track in behind if isinstance(track, NodeTrack))])
-    low = high = halves = apart = np.zeros(0)
-    for left in reversed(range(HALVINGS)):
-        before, low, high = (low, high, halves, apart), grid.tau[:-1], grid.tau[1:]
-        with np.errstate(all="ignore"):
-            halves, apart = _judged(path, block, low, high, before)
-        wrong = apart / (aim * (float(np.max(np.abs(halves), initial=0.0)) or 1.0))
-        change = np.where(np.isfinite(wrong) & (wrong > 1.0), 2.0, 0.0)
-        if not left or not change.any():
-            break
-        if left % JUMPS_EVERY == 0:
-            with np.errstate(all="ignore"):
-                jumps = _jumps(path, block, low[change > 1.0], high[change > 1.0])
-            if len(jumps):
-                grid.insert(jumps)
-                continue
-        if not grid.refine(change, 1.0):
-            break
-    gaps[:] = [gap for gap in gaps if gap.block != block.number]
-    unsettled = wrong > UNSETTLED
-    if unsettled.any():
-        with np.errstate(all="ignore"):
-            pole = first_pole(path, block, low[unsettled], high[unsettled])
-        gaps += [] if pole is None else [Gap(pole, path.end, block.number)]
-    total = float(choice.values[0]) + np.concatenate([[0.0], np.cumsum(np.nan_to_num(halves, posinf=0.0, neginf=0.0))])
-    return TotalTrack(grid.tau, total)
 
 
 def _judged(
@@ -138,6 +89,18 @@ _TO_THE_END = np.array([np.prod([(1.0 - other) / (x - other) for other in _GAUSS
 """Of values at these points: what a polynomial through them comes to at 1."""
 
 
+_ANTIDERIVATIVES = np.column_stack([_GAUSS_X ** (k + 1) / (k + 1) - (-1.0) ** (k + 1) / (k + 1) for k in range(8)])
+_WITHIN = _ANTIDERIVATIVES @ np.linalg.inv(_GAUSS_X[:, None] ** np.arange(8))
+"""Of values at these points: what a polynomial through them integrates to, from -1 to each of them."""
+
+
+def with_points(tau: FloatArray) -> FloatArray:
+    """``tau`` (T,) with the points of the quadrature between each two."""
+    low, high = tau[:-1, None], tau[1:, None]
+    inner = np.concatenate([low, 0.5 * (low + high) + 0.5 * (high - low) * _GAUSS_X], axis=1)
+    return np.append(inner.reshape(-1), tau[-1:])
+
+
 def accumulated(path: Path, block: Integral, track: TotalTrack, tau: FloatArray) -> FloatArray:
     """(F,) the integral at ``tau``: the last node's total plus Gauss–Legendre quadrature from there.
 
@@ -165,3 +128,93 @@ def _at(path: Path, block: Integral, tau: FloatArray) -> FloatArray:
     instants = path.instants(tau.reshape(-1))
     (values,) = block.integrand(path.before(block.number, instants), instants.clocks)
     return np.broadcast_to(values, tau.size).reshape(tau.shape)
+
+
+class IntegralKernel(Kernel[Integral]):
+    """See `Kernel`."""
+
+    def begin(self, start: Beginning, block: Integral) -> Found:
+        """The total so far."""
+        return Found([Choice(values=(start.totals.get(block.core[0], 0.0),))])
+
+    def take(self, start: Beginning, block: Integral, choice: Choice) -> None:
+        """Set the total, at both instants."""
+        (value,) = block.integrand(start.state, start.instants.clocks)
+        value = np.broadcast_to(value, 2)
+        step = start.ahead * 0.5 * float(value[0] + value[1])
+        start.state[block.core[0]] = choice.values[0] + np.array([0.0, step])
+
+    def first_track(self, path: Path, block: Integral, choice: Choice) -> TotalTrack:
+        """The track where a path is one instant long."""
+        return TotalTrack(np.array([path.begin]), np.array(choice.values))
+
+    def lifted(self, block: Integral, lift: Lift) -> dict[str, Any]:
+        """The integrand."""
+        (equation,) = (lift.plan.system.equations[e] for e in block.equations)
+        assert equation.integrand is not None
+        return {"integrand": lift.code([lift.formula(equation.integrand)])}
+
+    def across(self, run: Across, block: Integral, choice: Any) -> None:
+        """Set the total. Where the integrand does not go on as between the quadrature's points, it is rough."""
+        (n,) = block.core
+        (value,) = block.integrand(run.state, run.instants.clocks)
+        values, tau = np.broadcast_to(value, run.shape), np.broadcast_to(run.instants.tau, run.shape)
+        begun = np.reshape(run.before.get(n, 0.0), (-1, 1))
+        if not run.quadrature:  # nearby instants
+            steps = 0.5 * np.diff(tau, axis=1) * (values[:, 1:] + values[:, :-1])
+            run.state[n] = begun + np.concatenate([np.zeros((len(values), 1)), np.cumsum(steps, axis=1)], axis=1)
+            return
+        points = len(_GAUSS_X)
+        parts = values[:, :-1].reshape(len(values), -1, points + 1)
+        half = 0.5 * np.diff(tau[:, :: points + 1], axis=1)
+        totals = np.concatenate([begun + np.zeros_like(half[:, :1]), half * (parts[:, :, 1:] @ _GAUSS_W)], axis=1)
+        totals = np.cumsum(totals, axis=1)
+        within = totals[:, :-1, None] + half[:, :, None] * (parts[:, :, 1:] @ _WITHIN.T)
+        inside = np.concatenate([totals[:, :-1, None], within], axis=2).reshape(len(values), -1)
+        run.state[n] = np.concatenate([inside, totals[:, -1:]], axis=1)
+        ends = np.abs(parts[:, :, 1:] @ _TO_THE_END[::-1] - parts[:, :, 0])
+        ends += np.abs(parts[:, :, 1:] @ _TO_THE_END - values[:, points + 1 :: points + 1])
+        missed = np.sum(half * (1.0 - _GAUSS_X[-1]) * ends, axis=1)
+        run.rough |= ~(missed <= ROUGH * np.maximum(np.sum(half * np.abs(parts[:, :, 1]), axis=1), 1e-300))
+
+    def follow(self, path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[Gap]) -> TotalTrack:
+        """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves, at
+        jumps first of all. What comes behind a pole is a gap.
+        """
+        wrong = np.zeros(len(grid.tau) - 1)
+        behind = (path.tracks[number] for number in path.upstream(block.number))
+        # what is integrated itself is smooth to the error of its steps, and no finer
+        aim = max([AIM, *(min(track.tolerance, COARSE) for track in behind if isinstance(track, NodeTrack))])
+        low = high = halves = apart = np.zeros(0)
+        for left in reversed(range(HALVINGS)):
+            before, low, high = (low, high, halves, apart), grid.tau[:-1], grid.tau[1:]
+            with np.errstate(all="ignore"):
+                halves, apart = _judged(path, block, low, high, before)
+            wrong = apart / (aim * (float(np.max(np.abs(halves), initial=0.0)) or 1.0))
+            change = np.where(np.isfinite(wrong) & (wrong > 1.0), 2.0, 0.0)
+            if not left or not change.any():
+                break
+            if left % JUMPS_EVERY == 0:
+                with np.errstate(all="ignore"):
+                    jumps = _jumps(path, block, low[change > 1.0], high[change > 1.0])
+                if len(jumps):
+                    grid.insert(jumps)
+                    continue
+            if not grid.refine(change, 1.0):
+                break
+        gaps[:] = [gap for gap in gaps if gap.block != block.number]
+        unsettled = wrong > UNSETTLED
+        if unsettled.any():
+            with np.errstate(all="ignore"):
+                pole = first_pole(path, block, low[unsettled], high[unsettled])
+            gaps += [] if pole is None else [Gap(pole, path.end, block.number)]
+        total = float(choice.values[0]) + np.concatenate(
+            [[0.0], np.cumsum(np.nan_to_num(halves, posinf=0.0, neginf=0.0))]
+        )
+        return TotalTrack(grid.tau, total)
+
+    def evaluate(self, path: Path, block: Integral, track: Track, state: State, instants: Instants) -> BoolArray | None:
+        """Set the total."""
+        assert isinstance(track, TotalTrack)
+        state[block.core[0]] = accumulated(path, block, track, instants.tau)
+        return None
