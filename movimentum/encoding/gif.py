@@ -8,27 +8,29 @@ transparent again in any other way. Then a frame's box holds everything that it 
 
 from __future__ import annotations
 
-import itertools
 import struct
-from collections.abc import Iterator
-from typing import BinaryIO, TypeAlias
+from collections.abc import Iterable, Iterator, Sequence
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from movimentum.drawing.style import Color
-from movimentum.encoding.lzw import LARGE, image_block
+from movimentum.encoding.lzw import Indices, image_block, stream
 from movimentum.encoding.palette import Mapper, Palette
 from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, parts
 from movimentum.rendering.stamps import Box, Frame, around
-
-Indices: TypeAlias = NDArray[np.uint8]
 
 FASTEST = 50  # frames a second: browsers take a delay of 1/100 s for 1/10 s
 LARGEST = 65535  # pixels each way
 _LONGEST_DELAY = 65535
 _CLEAR = 8  # of 255: what is less opaque cannot be seen
+_WAYS, _MOST, _ALIKE = 5, 4, 1.1  # ways to code a frame; how many are tried, if they are that near to the shortest
+_TRIED, _OTHER = 8, 0.03  # frames of which one is coded in all ways, and so is one whose length is that much another
+_NEAR = 1.003  # ways that are so near to the shortest may be shorter with a full table
+_SHORT, _GAIN = 11_000, 0.003  # bytes: of longer frames, a full table is looked for if that saves so much
+_LARGE, _LOOKED_AT, _STRIPS = 200_000, 12_000, 6  # pixels of a large picture, and which of them tell the best way
 SEEN = 24
 """Levels of a channel: a colour that is farther off is seen to be another."""
 
@@ -48,64 +50,79 @@ class GifCoder(Coder):
         self._matte = matte
         self._mapper: Mapper | None = None
         self._indices: Indices | None = None
+        self._ways = Ways()
 
     def __reduce__(self) -> tuple[type[GifCoder], tuple[Palette, Color | None]]:
         return GifCoder, (self._palette, self._matte)  # the look-up table is made again where it is needed
 
     def forget(self) -> None:
         """See `Coder`."""
-        self._indices = None
+        self._indices, self._ways = None, Ways()
 
     def see(self, frame: Frame) -> None:
         """See `Coder`."""
         self._update(frame)
+        self._ways = Ways()
 
     def code(self, frame: Frame) -> FramePiece | None:
         """See `Coder`."""
         box = around(frame.changed)
         if box is None:
             return None
-        rows, columns = slice(box.top, box.bottom), slice(box.left, box.right)
-        before = None if self._indices is None else self._indices[rows, columns].copy()
-        indices, missed, worst = self._update(frame)
+        first = self._indices is None
+        indices, seen = self._update(frame)
         if frame.image.mode == "RGBA":
             cut = 0 if self._matte else sum(frame.image.getchannel("A").histogram()[_CLEAR : 256 - _CLEAR])
-            box = box if before is None else _box(indices)
+            box = box if first else _box(indices)
             shown = np.ascontiguousarray(indices[box.top : box.bottom, box.left : box.right])
-            return FramePiece(box, image_block([shown]), missed, worst, cut)
-        if before is None:
-            return FramePiece(box, image_block([indices]), missed, worst)
-        now = indices[rows, columns]
-        changed = now != before
-        if not changed.any():
+            return FramePiece(box, image_block(shown)[0], seen.missed, seen.worst, cut)
+        if first:
+            return FramePiece(box, image_block(indices)[0], seen.missed, seen.worst)
+        box = around(box for box, _ in seen.changed)
+        if box is None:
             return None
-        inner = _box(changed)
-        rows, columns = slice(inner.top, inner.bottom), slice(inner.left, inner.right)
-        place = Box(box.left + inner.left, box.top + inner.top, box.left + inner.right, box.top + inner.bottom)
-        ways = _ways(now[rows, columns], changed[rows, columns])
-        some = [*itertools.islice(ways, 2 if now[rows, columns].size > LARGE else None)]
-        return FramePiece(place, image_block(some), missed, worst)
+        now = indices[box.top : box.bottom, box.left : box.right]
+        changed = np.zeros(now.shape, dtype=np.bool_)
+        for place, differs in seen.changed:
+            left, top, right, bottom = place.seen_from(box.left, box.top)
+            changed[top:bottom, left:right] |= differs
+        return FramePiece(box, self._ways.shortest(now, changed), seen.missed, seen.worst)
 
-    def _update(self, frame: Frame) -> tuple[Indices, int, int]:
-        """The indices of a frame, of which only those are looked up that changed; how many pixels of these have colours
-        that are seen to be wrong, and by how much at most.
-        """
+    def _update(self, frame: Frame) -> tuple[Indices, _LookedUp]:
+        """The indices of a frame, of which only those are looked up that changed, and what is to be said of these."""
         if self._mapper is None:
             self._mapper = Mapper(self._palette)
-        boxes = frame.changed
+        boxes, first = frame.changed, self._indices is None
         if self._indices is None:
             self._indices = np.zeros((frame.image.height, frame.image.width), dtype=np.uint8)
             boxes = (Box(0, 0, *frame.image.size),)
         missed = worst = 0
+        changed: list[tuple[Box, NDArray[np.bool_]]] = []
         for box in boxes:
             part = frame.image.crop(box)
             if self._matte:
                 part = blended(part, self._matte)
-            self._indices[box.top : box.bottom, box.left : box.right] = self._mapper.indices(part)
+            before, now = self._indices[box.top : box.bottom, box.left : box.right], self._mapper.indices(part)
+            if not first and (differs := now != before).any():
+                inner = _box(differs)
+                changed.append(
+                    (inner.seen_from(-box.left, -box.top), differs[inner.top : inner.bottom, inner.left : inner.right])
+                )
+            before[:] = now
             if self._mapper.worst > SEEN:
                 off = self._mapper.off(part)
                 missed, worst = missed + int((off > SEEN).sum()), max(worst, int(off.max(initial=0)))
-        return self._indices, missed, worst
+        return self._indices, _LookedUp(changed, missed, worst)
+
+
+class _LookedUp(NamedTuple):
+    """Of a frame: the boxes in which indices ``changed``, and where in them; how many pixels have colours that are seen
+    to be wrong, and by how much at most.
+    """
+
+    changed: list[tuple[Box, NDArray[np.bool_]]]
+    missed: int
+    worst: int
 
 
 def _box(shown: NDArray[np.generic]) -> Box:
@@ -116,33 +133,79 @@ def _box(shown: NDArray[np.generic]) -> Box:
     return Box(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
 
 
-def _ways(indices: Indices, changed: NDArray[np.bool_]) -> Iterator[Indices]:
-    """The same pixels over those of the frame before, with transparent ones in different places: nowhere; in all that
-    is as it was; in what of that has several colours, from one change to the next or in each row; and in what has one,
-    if the next colours are others. Which is shortest depends on the film.
+class Ways:
+    """How what did not change is coded: as it is, or transparent. What is shorter differs from film to film, and hardly
+    from a frame to the next: some frames of a run are coded in all ways, those between in the ways that were shortest.
     """
-    yield np.ascontiguousarray(indices)
-    flat, same = indices.ravel(), ~changed.ravel()
-    yield (flat * ~same).reshape(indices.shape)
-    step = np.append(True, flat[1:] != flat[:-1])
-    turn = np.append(True, same[1:] != same[:-1])
+
+    def __init__(self) -> None:
+        self._since = 0
+        self._length = 0
+        self._best: Sequence[int] = ()
+        self._keeps = True
+
+    def shortest(self, now: Indices, changed: NDArray[np.bool_]) -> bytes:
+        """The block of pixels ``now``, of which those ``changed`` are not shown yet."""
+        trial = self._since % _TRIED == 0
+        coded = [] if trial else [(stream(way), way) for way in written(now, changed, self._best)]
+        if not trial:
+            length = min(len(data) for data, _ in coded)
+            trial = abs(length - self._length) > _OTHER * self._length
+        if trial:
+            self._since = 0
+            if now.size > _LARGE:
+                rows = _strips(now.shape)
+                sizes = [len(stream(way)) for way in written(now[rows], changed[rows], range(_WAYS))]
+            else:
+                coded = [(stream(way), way) for way in written(now, changed, range(_WAYS))]
+                sizes = [len(data) for data, _ in coded]
+            order = sorted(range(_WAYS), key=sizes.__getitem__)
+            alike = [way for way in order if sizes[way] <= _ALIKE * sizes[order[0]]]
+            self._best = alike[: 1 if now.size > _LARGE else _MOST]
+            if now.size > _LARGE:
+                coded = [(stream(way), way) for way in written(now, changed, self._best)]
+        coded.sort(key=lambda each: len(each[0]))
+        least = len(coded[0][0])
+        self._since, self._length = self._since + 1, least
+        keeps = now.size <= _LARGE and (trial or self._keeps)
+        near = [each for each in coded[: 2 if keeps else 1] if len(each[0]) <= _NEAR * least]
+        block, saved = min((image_block(way, data, keeps) for data, way in near), key=lambda each: len(each[0]))
+        if trial:
+            self._keeps = saved is None or len(block) < _SHORT or saved > _GAIN * len(block)
+        return block
+
+
+def _strips(shape: tuple[int, ...]) -> NDArray[np.intp]:
+    """The rows of some strips of a large picture."""
+    height = max(1, _LOOKED_AT // _STRIPS // shape[1])
+    first = np.linspace(0, max(0, shape[0] - height), _STRIPS).astype(np.intp)
+    return (first[:, None] + np.arange(min(height, shape[0]))).ravel()
+
+
+def written(now: Indices, changed: NDArray[np.bool_], ways: Iterable[int]) -> Iterator[Indices]:
+    """The same pixels over those of the frame before, with transparent ones in different places: 0, nowhere; 1, in all
+    that is as it was; in what of that has several colours, 2, from one change to the next, and 3, in each row; 4, as 2
+    and in what has one colour, if the next colours are others.
+    """
+    flat, same = now.ravel(), ~changed.ravel()
+    step = np.append(True, flat[1:] != flat[:-1])  # another colour than before
     steps = np.flatnonzero(step)
-    for rows in (False, True):
-        if rows:
-            turn[:: indices.shape[1]] = True
+    for way in ways:
+        if way == 0:
+            yield np.ascontiguousarray(now)
+            continue
+        if way == 1:
+            yield (flat * ~same).reshape(now.shape)
+            continue
+        turn = np.append(True, same[1:] != same[:-1])
+        if way == 3:
+            turn[:: now.shape[1]] = True
         begin = np.flatnonzero(turn)
         end = np.append(begin[1:], len(flat))
-        plain = np.searchsorted(steps, begin, side="right") == np.searchsorted(steps, end, side="left")
-        ways = [plain] if rows else [plain, plain & (~step[begin] | np.append(~step[begin[1:]], False))]
-        for stays in ways:
-            yield (flat * np.repeat(~same[begin] | stays, end - begin)).reshape(indices.shape)
-        if not rows:  # and where it goes on with the colour before it
-            after = np.append(steps, len(flat))[np.searchsorted(steps, begin, side="right")]
-            head = np.where(step[begin], 0, np.minimum(after, end) - begin)
-            kept = np.stack([np.ones(len(begin), dtype=np.bool_), ~same[begin] | plain], axis=1)
-            yield (flat * np.repeat(kept.ravel(), np.stack([head, end - begin - head], axis=1).ravel())).reshape(
-                indices.shape
-            )
+        stays = np.searchsorted(steps, begin, side="right") == np.searchsorted(steps, end, side="left")
+        if way == 4:
+            stays &= ~step[begin] | np.append(~step[begin[1:]], False)
+        yield (flat * np.repeat(~same[begin] | stays, end - begin)).reshape(now.shape)
 
 
 class GifWriter:

@@ -7,7 +7,6 @@ the full table, to the end or for a while, which no reader minds: only what come
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -15,46 +14,47 @@ from numpy.typing import NDArray
 from PIL import GifImagePlugin, Image
 
 Codes = NDArray[np.int64]
+Indices = NDArray[np.uint8]
 
 _CLEAR, _END, _FIRST, _FULL = 256, 257, 258, 4096
 _RUN = _FULL - _FIRST + 1  # codes between two clear codes; the table is full before the last of them
 _MOST = 3  # clear codes: of longer pictures, the end is too small a part
-_ALIKE = 1.005  # ways that are so near the shortest are tried, too
 _LONGEST = 200_000  # pixels that are coded anew: more take longer than drawing them
 _PARTS, _FINEST = 6, 0.01  # places where a table that was kept may be emptied after all
 _SIDE = 65535  # pixels of a row, for Pillow
-LARGE = 200_000  # pixels: a picture that is coded once, in the way that a part of it tells
-_LOOKED_AT, _STRIPS = 12_000, 6  # pixels that tell which ways of a large picture are tried in full, and where they are
 
 
-def image_block(ways: Sequence[NDArray[np.uint8]]) -> bytes:
-    """The compressed pixels (code size, sub-blocks, terminator) of a GIF: of that of ``ways`` (rows, columns) to say
-    the same that is shortest.
+def stream(indices: Indices) -> bytes:
+    """The codes of a picture (rows, columns) as Pillow's coder writes them, for pixels of 8 bits."""
+    try:
+        _, bits, *parts, end = GifImagePlugin.getdata(Image.fromarray(indices), interlace=0)
+    except OSError as error:
+        raise MemoryError from error  # the coder has no other trouble
+    data = b"".join(parts)
+    if bits != b"\x08" or end != b"\0":
+        raise AssertionError("Pillow wrote a GIF that cannot be read")
+    return b"".join([data[at + 1 : at + 1 + data[at]] for at in range(0, len(data), 256)])
+
+
+def image_block(indices: Indices, coded: bytes | None = None, keep_table: bool = True) -> tuple[bytes, int | None]:
+    """The compressed pixels (code size, sub-blocks, terminator) of a GIF, and how many bytes a full table saved (None:
+    there is none, or too many).
+
+    ``coded``: its `stream`, if it is known. ``keep_table``: look for what is shorter with a full table.
     """
-    if len(ways) > 1 and ways[0].size > 2 * _LOOKED_AT:
-        parts = [_by_pillow(_rows_of(indices)) for indices in ways]
-        best = sorted(range(len(ways)), key=lambda k: len(parts[k]))
-        ways = [ways[k] for k in best[: 1 if ways[0].size > LARGE else 4]]
-    coded = sorted(((_by_pillow(indices), indices) for indices in ways), key=lambda each: len(each[0]))
-    stream, indices = coded[0]
+    coded = stream(indices) if coded is None else coded
     bits = max(2, int(indices.max()).bit_length())
-    clears = (8 * len(stream) - 9 - 12) // _PERIOD
-    if 0 < clears <= _MOST:
-        alike = [each for each in coded[: 2 if clears == 1 else 1] if len(each[0]) <= _ALIKE * len(stream)]
-        kept = [_with_full_table(_runs(each), way) for each, way in alike]
-        stream = _packed(min(kept, key=_size), bits)
+    saved = None
+    if keep_table and 0 < (8 * len(coded) - 9 - 12) // _PERIOD <= _MOST:
+        runs = _runs(coded)
+        kept = _with_full_table(runs, indices)
+        saved = (_size(runs) - _size(kept)) // 8
+        if saved or bits < 8:
+            coded = _packed(kept, bits)
     elif bits < 8:
-        stream = _packed(_runs(stream), bits)
-    blocks = [bytes((len(part),)) + part for at in range(0, len(stream), 255) if (part := stream[at : at + 255])]
-    return bytes((bits,)) + b"".join(blocks) + b"\0"
-
-
-def _rows_of(indices: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Some strips of a picture, one above the other."""
-    rows, columns = indices.shape
-    height = max(1, _LOOKED_AT // _STRIPS // columns)
-    first = np.linspace(0, max(0, rows - height), _STRIPS).astype(np.intp)
-    return np.ascontiguousarray(indices[(first[:, None] + np.arange(min(height, rows))).ravel()])
+        coded = _packed(_runs(coded), bits)
+    blocks = [bytes((len(part),)) + part for at in range(0, len(coded), 255) if (part := coded[at : at + 255])]
+    return bytes((bits,)) + b"".join(blocks) + b"\0", saved
 
 
 @cache
@@ -73,31 +73,15 @@ _PERIOD = int(_widths(_RUN + 1, 8).sum())
 """Bits from one clear code to the end of the next."""
 
 
-def _by_pillow(indices: NDArray[np.uint8]) -> bytes:
-    try:
-        _, bits, *parts, end = GifImagePlugin.getdata(Image.fromarray(indices), interlace=0)
-    except OSError as error:
-        raise MemoryError from error  # the coder has no other trouble
-    data = b"".join(parts)
-    if bits != b"\x08" or end != b"\0":
-        raise AssertionError("Pillow wrote a GIF that cannot be read")
-    blocks: list[bytes] = []
-    at = 0
-    while at < len(data):
-        blocks.append(data[at + 1 : at + 1 + data[at]])
-        at += data[at] + 1
-    return b"".join(blocks)
-
-
-def _runs(stream: bytes) -> list[Codes]:
+def _runs(coded: bytes) -> list[Codes]:
     """The codes between clear codes, and to the end."""
-    data = np.frombuffer(stream + b"\0\0\0", dtype=np.uint8).astype(np.int64)
+    data = np.frombuffer(coded + b"\0\0\0", dtype=np.uint8).astype(np.int64)
     widths = _widths(_RUN + 1, 8)
     offsets = np.cumsum(widths) - widths
     found: list[Codes] = []
     while True:
         where = 9 + len(found) * _PERIOD + offsets
-        where = where[where + 9 <= 8 * len(stream)]
+        where = where[where + 9 <= 8 * len(coded)]
         at = where >> 3
         words = (data[at] | data[at + 1] << 8 | data[at + 2] << 16) >> (where & 7)
         codes = words & (1 << widths[: len(where)]) - 1
@@ -109,7 +93,7 @@ def _runs(stream: bytes) -> list[Codes]:
             return found
 
 
-def _packed(runs: Sequence[Codes], bits: int) -> bytes:
+def _packed(runs: list[Codes], bits: int) -> bytes:
     """The stream of ``runs``, with codes for pixels of ``bits``."""
     codes, widths = [np.array([_CLEAR])], [np.array([bits + 1])]
     for number, run in enumerate(runs):
@@ -117,30 +101,31 @@ def _packed(runs: Sequence[Codes], bits: int) -> bytes:
         widths.append(_widths(len(run) + 1, bits))
     every = np.concatenate(codes)
     every -= np.where(every >= _CLEAR, _CLEAR - (1 << bits), 0)
-    place = np.arange(12)
-    shown = place < np.concatenate(widths)[:, None]
-    return np.packbits((every[:, None] >> place & 1)[shown].astype(np.uint8), bitorder="little").tobytes()
+    each = np.unpackbits(every.astype("<u2").view(np.uint8), bitorder="little").reshape(-1, 16)
+    return np.packbits(each[_MASKS[np.concatenate(widths)]], bitorder="little").tobytes()
 
 
-def _size(runs: Sequence[Codes]) -> int:
+_MASKS = np.arange(16) < np.arange(13)[:, None]
+"""[width]: which of 16 bits a code of so many has."""
+
+
+def _size(runs: list[Codes]) -> int:
     """The bits of ``runs``."""
     return sum(int(_widths(len(run) + 1, 8).sum()) for run in runs)
 
 
-def _with_full_table(runs: list[Codes], indices: NDArray[np.uint8]) -> list[Codes]:
+def _with_full_table(runs: list[Codes], indices: Indices) -> list[Codes]:
     """The same pixels, with the last full table kept to the end or for a while, if that is shorter."""
-    if len(runs) == 1:
-        return runs
     *before, kept, last = runs
-    _, lengths = _strings(last)
-    left = int(np.array(lengths)[last].sum())
+    left = int(_Strings(last).lengths[last].sum())
     if left > _LONGEST:
         return runs
-    pixels = indices.tobytes()[-left:]
-    first, lengths = _strings(kept)
-    found = np.array(_coded(pixels, kept, first))
-    at = np.cumsum(np.array(lengths)[found])
-    best, least, where, step = [kept, last], _size([kept, last]), 0.0, 1.0 / _PARTS
+    pixels = indices.ravel()[-left:]
+    table = _Strings(kept)
+    found = table.parsed(pixels)
+    at = np.cumsum(table.lengths[found])
+    least, best = _size([last]), None
+    where, step = 0.0, 1.0 / _PARTS
     tries = [part * step for part in range(1, _PARTS + 1)]
     while step > _FINEST:
         for share in tries:
@@ -148,37 +133,65 @@ def _with_full_table(runs: list[Codes], indices: NDArray[np.uint8]) -> list[Code
             rest = left - int(at[count - 1])
             if not count or rest > _SIDE:
                 continue
-            after = _runs(_by_pillow(np.frombuffer(pixels[left - rest :], dtype=np.uint8)[None])) if rest else []
-            tried = [np.concatenate([kept, found[:count]]), *after]
-            if (size := _size(tried)) < least:
-                best, least, where = tried, size, share
+            after = stream(pixels[left - rest :][None]) if rest else b""
+            size = 12 * count + max(0, 8 * len(after) - 9)
+            if size < least:
+                least, best, where = size, (count, after), share
         step /= 2.0
         tries = [share for share in (where - step, where + step) if 0.0 < share < 1.0]
-    return [*before, *best]
+    if best is None:
+        return runs
+    count, after = best
+    return [*before, np.concatenate([kept, found[:count]]), *(_runs(after) if after else [])]
 
 
-def _strings(codes: Codes) -> tuple[list[int], list[int]]:
-    """The first pixel and the length of the string of each code that these codes define."""
-    first, length = [*range(256), 0, 0], [1] * _FIRST
-    each: list[int] = codes.tolist()
-    for code in each:
-        first.append(first[code])
-        length.append(length[code] + 1)
-    return first, length
+class _Strings:
+    """The strings that ``codes`` (after a clear code) define. Each but the last code defines one: its own string, and
+    the first pixel of the next code's.
+    """
+
+    def __init__(self, codes: Codes) -> None:
+        self._codes = codes
+        parent = np.arange(_FIRST + max(len(codes) - 1, 0))
+        parent[_FIRST:] = codes[:-1]
+        root, self.lengths = _climbed(parent)
+        self._parent, self._last = parent, np.append(np.arange(_FIRST), root[codes[1:]])
+
+    def parsed(self, pixels: Indices) -> Codes:
+        """The codes of ``pixels``, of the longest strings that there are, one after the other.
+
+        It goes from run to run of equal pixels: strings that differ in how often their last pixel is repeated are one
+        line, along which it jumps.
+        """
+        parent, last = self._parent, self._last
+        # the beginning of each string's line, and its place in it
+        head, place = _climbed(np.where(last[parent] == last, parent, np.arange(len(parent))))
+        order = np.lexsort((place, head))
+        where = np.empty_like(order)
+        where[order] = np.arange(len(order))
+        room = np.bincount(head, minlength=len(head))[head] - place + 1
+        line, at, more = order.tolist(), where.tolist(), room.tolist()
+        longer = dict(zip((parent << 8 | last)[_FIRST:].tolist(), range(_FIRST, len(parent)), strict=True)).get
+        ends = np.append(np.flatnonzero(pixels[1:] != pixels[:-1]) + 1, len(pixels))
+        found: list[int] = []
+        code = -1
+        for pixel, count in zip(pixels[ends - 1].tolist(), np.diff(ends, prepend=0).tolist(), strict=True):
+            while count:
+                follower = longer(code << 8 | pixel)
+                if follower is None:
+                    found.append(code)
+                    follower = pixel
+                step = min(more[follower], count) - 1
+                code = line[at[follower] + step]
+                count -= step + 1
+        return np.array([*found[1:], code])
 
 
-def _coded(pixels: bytes, kept: Codes, first: list[int]) -> list[int]:
-    """The codes of ``pixels`` with the table that ``kept`` has filled; ``first``: of its strings."""
-    codes: list[int] = kept.tolist()
-    table = {codes[k] << 8 | first[codes[k + 1]]: _FIRST + k for k in range(_RUN - 1)}
-    get = table.get
-    found: list[int] = []
-    code = pixels[0]
-    for pixel in pixels[1:]:
-        longer = get(code << 8 | pixel)
-        if longer is None:
-            found.append(code)
-            code = pixel
-        else:
-            code = longer
-    return [*found, code]
+def _climbed(parent: Codes) -> tuple[Codes, Codes]:
+    """The ends of all ways up (what has no ``parent`` is its own), and how many there are on each way."""
+    steps = np.ones(len(parent), dtype=np.int64)
+    steps[parent == np.arange(len(parent))] = 0
+    while (up := parent[parent]).tobytes() != parent.tobytes():
+        steps += steps[parent]
+        parent = up
+    return parent, steps + 1

@@ -37,7 +37,9 @@ class Coder(Protocol):
         """The next frame is the first of a film: nothing is shown before it."""
 
     def see(self, frame: Frame) -> None:
-        """``frame`` is shown, but it is not to be encoded: what comes next is told by how it differs."""
+        """``frame`` is shown before the next run, but it is not to be encoded: how what comes differs from it is. What
+        the coder does for a frame depends on no run before.
+        """
 
     def code(self, frame: Frame) -> FramePiece | None:
         """What ``frame`` changes; None for nothing."""

@@ -26,7 +26,7 @@ from movimentum.encoding.pieces import Coder, FramePiece
 from movimentum.errors import MovimentumError
 from movimentum.records import dataclass
 from movimentum.rendering.painter import Painter, PaintSession
-from movimentum.rendering.stamps import Box
+from movimentum.rendering.stamps import Box, Frame
 from movimentum.rendering.stream import PoseSource, chunks, concatenate, pieces
 from movimentum.solver.poses import Poses
 
@@ -113,9 +113,15 @@ def workers_that_pay(seconds_a_frame: float, frames: int, held: int = 0) -> int:
 def _coded_here(painter: Painter, coder: Coder, source: PoseSource) -> Generator[Pieces, None, None]:
     session = PaintSession(painter)
     coder.forget()  # it may have been timed
+    shown: Image.Image | None = None
     for run in runs(source):
-        poses = run.poses.select(slice(1, None)) if run.lead else run.poses
-        yield [coder.code(frame) for frame in session.changes(poses)]
+        if shown is not None:
+            coder.see(Frame(shown, ()))
+        pieces: Pieces = []
+        for frame in session.changes(run.poses.select(slice(1, None)) if run.lead else run.poses):
+            shown = frame.image
+            pieces.append(coder.code(frame))
+        yield pieces
 
 
 # --- in others ------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from movimentum.encoding.gif import Ways, written
 from movimentum.encoding.lzw import image_block
 from tests.command import ROOT, movimentum
 
@@ -37,15 +38,48 @@ def pictures(bits, size, rng):
 def test_the_pixels_are_the_same(bits, size):
     rng = np.random.default_rng(100 * size + bits)
     for picture in pictures(bits, size, rng):
-        block = image_block([picture])
+        block, _ = image_block(picture)
         assert block[0] == max(2, int(picture.max()).bit_length())
         assert (decoded(block, size, size) == picture).all()
 
 
-def test_the_shortest_of_several_is_taken():
-    rng = np.random.default_rng(1)
-    long, short = rng.integers(0, 256, (50, 50)).astype(np.uint8), np.zeros((50, 50), dtype=np.uint8)
-    assert image_block([long, short]) == image_block([short])
+def test_a_full_table_is_kept_where_that_is_shorter_and_says_what_it_saves():
+    rng = np.random.default_rng(4)
+    some = rng.integers(0, 200, (80, 40)).astype(np.uint8)
+    picture = np.concatenate([some, some[:60]])
+    kept, saved = image_block(picture)
+    plain, nothing = image_block(picture, keep_table=False)
+    assert saved is not None
+    assert saved > 0
+    assert nothing is None
+    assert abs(len(plain) - len(kept) - saved) <= 3  # sub-blocks have bytes of their own
+    assert (decoded(kept, 40, 140) == picture).all()
+
+
+def frames_of(kind, rng):
+    """Indices of frames, one after the other."""
+    ground = rng.integers(1, 200, (120, 160)).astype(np.uint8) if kind == "photo" else np.full((120, 160), 9, np.uint8)
+    for k in range(12):
+        frame = ground.copy()
+        frame[20 + k : 60 + k, 3 * k : 3 * k + 50] = np.arange(1, 51, dtype=np.uint8)
+        yield frame
+
+
+@pytest.mark.parametrize("kind", ["flat", "photo"])
+def test_what_is_not_changed_is_clear_or_as_it_was_and_the_way_is_about_the_shortest(kind):
+    """Laid over the frame before, the pixels are those of the frame; frames between trials are near the best way."""
+    ways, length, best = Ways(), 0, 0
+    before = None
+    for frame in frames_of(kind, np.random.default_rng(3)):
+        if before is not None:
+            changed = frame != before
+            block = ways.shortest(frame, changed)
+            shown = decoded(block, 160, 120)
+            assert (np.where(shown == 0, before, shown) == frame).all()
+            length += len(block)
+            best += min(len(image_block(way)[0]) for way in written(frame, changed, range(5)))
+        before = frame
+    assert length <= 1.01 * best
 
 
 @pytest.mark.slow
