@@ -1,0 +1,60 @@
+"""The site is built without a warning, has every page, and can be searched without a server."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.command import ROOT
+from tests.docs.pages import DOCS, PAGES, name_of
+
+LEFT_OUT = shutil.ignore_patterns("*.py", "*.html")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    pytest.importorskip("zensical", reason="no Zensical: pip install '.[docs]'")
+    folder = tmp_path_factory.mktemp("site")
+    shutil.copytree(DOCS, folder / "docs", ignore=LEFT_OUT)
+    shutil.copy(ROOT / "zensical.toml", folder)
+    command = [sys.executable, "-m", "zensical", "build", "--clean", "--strict"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder / "site"
+
+
+def test_every_page_is_there(site: Path) -> None:
+    for path in PAGES:
+        page = name_of(path).removesuffix(".md") + ".html"
+        assert (site / page.replace("README.html", "index.html")).exists(), page
+
+
+def test_code_is_highlighted_and_nothing_is_left_as_text(site: Path) -> None:
+    start = (site / "start" / "first.html").read_text("utf-8")
+    assert 'class="language-mov highlight"' in start or 'class="language-movimentum highlight"' in start
+    assert re.search(r'<span class="k\w*">', start)
+    for page in site.rglob("*.html"):
+        assert "<p>```" not in page.read_text("utf-8"), page
+
+
+def test_the_search_works_from_a_folder(site: Path) -> None:
+    """The plugin writes the index as a script, which a browser loads without a server."""
+    assert "constraint/conflict" in (site / "search.js").read_text("utf-8")
+
+
+def test_the_gallery_shows_its_scripts() -> None:
+    spec = importlib.util.spec_from_file_location("make_gallery", DOCS / "make_gallery.py")
+    assert spec is not None
+    assert spec.loader is not None
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    page = (DOCS / "gallery.md").read_text("utf-8")
+    assert maker.with_scripts(page) == page, "python docs/make_gallery.py --scripts"
+    for path in (ROOT / "scripts").glob("*.mov"):
+        assert f"scripts/{path.name}</summary>" in page
