@@ -31,9 +31,10 @@ for _library in ("OPENBLAS", "MKL", "OMP"):  # as the commands do
 from penrose import transformable
 
 from movimentum.analysis.interactive.drag import Grip
+from movimentum.errors import MovimentumError
 from movimentum.expressions import symbol
 from movimentum.interop.linkages import linkage_script
-from movimentum.repl.session import Refused, Session, opened
+from movimentum.repl.session import Session, opened
 from movimentum.repl.shell import answer
 from movimentum.scene.model import AnchorCoordinate
 from movimentum.source import SourceText
@@ -97,7 +98,7 @@ def edits(path: Path, rounds: int) -> list[float]:
     try:
         stated(session.at(middle), -1)
         session = session.at(middle)
-    except Refused:  # the middle is in one turn of a loop
+    except MovimentumError:  # the middle is in one turn of a loop
         session = session.at(Fraction(0))
     typed = [milliseconds(lambda n=n: stated(session, n)) for n in range(rounds)]
     return [statistics.median(row) for row in (read, nothing, comment, last, picture, typed)]

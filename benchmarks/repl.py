@@ -13,7 +13,8 @@ import statistics
 import time
 from pathlib import Path
 
-from movimentum.repl.session import Refused, Session, opened
+from movimentum.errors import MovimentumError
+from movimentum.repl.session import Session, opened
 from movimentum.repl.shell import answer
 from movimentum.workflow.choices import Choices
 
@@ -48,7 +49,7 @@ def main() -> None:
                 begin = time.perf_counter()
                 try:
                     answer(session, line)
-                except Refused:
+                except MovimentumError:
                     continue
                 times.append(time.perf_counter() - begin)
             kind = line.split()[0] if not line.endswith("100000") else "a statement"

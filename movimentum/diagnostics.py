@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
+from movimentum.records import dataclass, replace
 from movimentum.source import Edit, FarSpan, SourceText, Span, UnfoldedText
 from movimentum.terminal import visible
 

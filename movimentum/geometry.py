@@ -9,8 +9,9 @@ that samples pixels adds the 0.5 (Pillow's ``transform`` does so by itself).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from movimentum.records import dataclass
 
 
 class Affine(NamedTuple):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from typing import NamedTuple
+
+from movimentum.records import dataclass, field
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 

@@ -27,3 +27,6 @@ the same bound they share the name, and where two bounds only happen to be equal
 # --- linkage files and formulas from elsewhere ----------------------------------------------------
 
 # --- front ends -----------------------------------------------------------------------------------
+
+CONDITION_MET = 1e-9
+"""Of the scene's size: how near two sides must be for an equality in `run until`, as in a claim without `.within`."""

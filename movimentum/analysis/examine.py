@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import overload
 
@@ -27,6 +26,7 @@ from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.planning.blocks.kinds import Free
+from movimentum.records import dataclass, replace
 from movimentum.settings import Advice
 from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
 from movimentum.solver.continuation.tracks import FlowTrack, NodeTrack

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import Expr, clock, ratio, sub, substitute, walk
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import Constraint, Relation
 from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry

@@ -6,14 +6,14 @@ They travel with the poses, as properties of the thing that shows them, to where
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 
-from movimentum.analysis.evaluate import reader
 from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
+from movimentum.query import reader
+from movimentum.records import replace
 from movimentum.scene.appearance import ARROW, Shown, text_number
 from movimentum.scene.model import AnchorCoordinate, Scene, Shape, Thing
 from movimentum.solver.motion import AnyMotion

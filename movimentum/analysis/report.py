@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from movimentum.analysis.freedom.degrees import BlockRank, ConnectedPart
 from movimentum.analysis.freedom.motions import FreeMotion, in_order
 from movimentum.planning.blocks.kinds import Assign, Integral, Winding, method_of
+from movimentum.records import dataclass
 from movimentum.scene.model import Scene
 from movimentum.solver.segment_motion import SegmentMotion
 

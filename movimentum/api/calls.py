@@ -8,13 +8,13 @@ import re
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import cache, wraps
 from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar, Union, cast, get_args, get_origin
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import MovimentumError, UsageError, usage_error
+from movimentum.records import replace
 
 if TYPE_CHECKING:
     from collections.abc import Generator

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ from movimentum.api.calls import called, in_python, spoken
 from movimentum.api.output import Written
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import usage_error
+from movimentum.records import dataclass, fields
 
 if TYPE_CHECKING:
     from movimentum.fitting.fit import FitJob, Fitted

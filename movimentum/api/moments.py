@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Protocol
@@ -12,37 +11,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.api.calls import called
-from movimentum.api.names import Names, Readout
+from movimentum.api.names import Names
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import usage_error
+from movimentum.query import Query
+from movimentum.records import dataclass
 from movimentum.solver.motion import AnyMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import counted
 from movimentum.workflow.stages import Solution
 
 
-def values_of(reading: Readout, chunks: Iterable[Poses]) -> FloatArray:
+def values_of(query: Query, chunks: Iterable[Poses]) -> FloatArray:
     """(F,) or (F, 2)."""
-    parts = [np.stack(reading.values(poses), axis=-1) for poses in chunks]
-    table = np.concatenate(parts) + 0.0
-    return table if reading.is_vector else table[:, 0]
+    return _narrowed(np.concatenate([query.values(poses) for poses in chunks]) + 0.0)
 
 
 def rates_of(
-    motion: AnyMotion, reading: Readout, order: int, ascending: Sequence[Fraction], solved: BoolArray
+    motion: AnyMotion, query: Query, order: int, ascending: Sequence[Fraction], solved: BoolArray
 ) -> FloatArray:
     """(F,) or (F, 2) derivatives; nan where there is no solution."""
-    from movimentum.solver.rates.rates import UndefinedRate, rates_at
+    from movimentum.solver.rates.rates import UndefinedRate
 
     try:
-        table = rates_at(motion.path, reading.expressions, order, ascending)
+        table = query.rates(motion, order, ascending)
     except UndefinedRate as error:
         scene = motion.timeline.scene
         what = "it" if error.thing is None else f"`{scene.things[error.thing].name}`"
-        message = f"`{reading.text}` has no acceleration: {what} follows a wish, which has a velocity and no more"
+        message = f"`{query.text}` has no acceleration: {what} follows a wish, which has a velocity and no more"
         raise usage_error("usage/no-acceleration", message, "an equation in place of the wish has one") from error
-    table[:, ~solved] = np.nan
-    return table.T.copy() if reading.is_vector else table[0]
+    table[~solved] = np.nan
+    return _narrowed(table.copy())
+
+
+def _narrowed(table: FloatArray) -> FloatArray:
+    """(F, n) -> (F, 2), or (F,) of one component."""
+    return table if table.shape[1] == 2 else table[:, 0]
 
 
 class Moving(Protocol):
@@ -96,7 +100,7 @@ class Moments:
     @called
     def __getitem__(self, name: str) -> FloatArray:
         """(T,) or (T, 2); without T for a single time. Otherwise as `Motion`."""
-        return self._given(values_of(self.motion.names.reading(name), (self._poses,)))
+        return self._given(values_of(self.motion.names.query(name), (self._poses,)))
 
     @called
     def velocity(self, name: str) -> FloatArray:
@@ -109,8 +113,8 @@ class Moments:
         return self._rates(name, 2)
 
     def _rates(self, name: str, order: int) -> FloatArray:
-        reading, ascending = self.motion.names.reading(name), [self.exact[i] for i in self._order]
-        return self._given(rates_of(self.motion.solution.motion, reading, order, ascending, self._poses.solved))
+        query, ascending = self.motion.names.query(name), [self.exact[i] for i in self._order]
+        return self._given(rates_of(self.motion.solution.motion, query, order, ascending, self._poses.solved))
 
     def _given(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values in the order of the times asked for."""

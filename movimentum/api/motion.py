@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -33,6 +32,7 @@ from movimentum.api.output import Written, data_frame, silent
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import told_in, usage_error
+from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, Advice, FailurePolicy, FailureWord
 from movimentum.solver.poses import Poses
 from movimentum.text import counted, time_text
@@ -165,7 +165,7 @@ class Motion:
         nan where a variable has no value, as no statement in force mentions it. `UnknownNameError` (a KeyError) for a
         name that there is not, `ScriptError` for what is no expression.
         """
-        return values_of(self.names.reading(name), self._chunks)
+        return values_of(self.names.query(name), self._chunks)
 
     @called
     def velocity(self, name: str) -> FloatArray:
@@ -202,7 +202,7 @@ class Motion:
     def _rates(self, name: str, order: int) -> FloatArray:
         frames, _, solved = self._moments
         exactly = [self.timeline.frame_time(int(frame)) for frame in frames]
-        return rates_of(self.solution.motion, self.names.reading(name), order, exactly, solved)
+        return rates_of(self.solution.motion, self.names.query(name), order, exactly, solved)
 
     @called
     def at(self, time: Number | Iterable[Number]) -> Moments:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterator
-from dataclasses import dataclass, field, replace
 
-from movimentum.analysis.evaluate import Reader, reader
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UnknownNameError
 from movimentum.expressions import Expr, symbol
+from movimentum.query import Query, make_query
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.source import SourceText, Span
 from movimentum.syntax.suggest import nearest
@@ -21,29 +21,15 @@ _DOTTED = re.compile(r"[A-Za-z]\w*(?:\[\d+\]|\.[A-Za-z]\w*)*", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Readout:
-    """What is asked for: one expression of the scene, or two for a vector; ``values`` reads them off poses."""
-
-    text: str
-    expressions: tuple[Expr, ...]
-    values: Reader
-
-    @property
-    def is_vector(self) -> bool:
-        """Whether values are (F, 2), not (F,)."""
-        return len(self.expressions) == 2
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Names:
-    """Everything that can be asked of a scene, which is called ``title``; each reading is understood once."""
+    """Everything that can be asked of a scene, which is called ``title``; each is understood once."""
 
     scene: Scene
     choices: Choices
     title: str
-    known: dict[str, Readout] = field(default_factory=dict[str, Readout])
+    known: dict[str, Query] = field(default_factory=dict[str, Query])
 
-    def reading(self, text: str) -> Readout:
+    def query(self, text: str) -> Query:
         """What a name or an expression stands for; `UnknownNameError` for a name that the scene does not have,
         `ScriptError` for what is no expression.
         """
@@ -53,13 +39,13 @@ class Names:
             expressions = self._named(name)
             if expressions is None:
                 expressions = self._understood(text)
-            found = self.known[text] = Readout(name, expressions, reader(self.scene, expressions))
+            found = self.known[text] = make_query(self.scene, name, expressions)
         return found
 
     def has(self, name: object) -> bool:
         """Whether ``name`` is a name or an expression that has values."""
         try:
-            return isinstance(name, str) and bool(self.reading(name).expressions)
+            return isinstance(name, str) and bool(self.query(name).expressions)
         except ScriptError:
             return False
 
@@ -95,12 +81,14 @@ class Names:
 
     def _understood(self, text: str) -> tuple[Expr, ...]:
         """An expression, as in a claim of the first step: ``.t`` counts from there."""
-        from movimentum.workflow.typed import NOT_A_READING, claimed, parsed_statement
+        from movimentum.query import NOT_A_READING, parsed_statement, understood
+        from movimentum.workflow.stages import rebuilding
 
         source = SourceText('motion["…"]', text)
         try:
             statement = parsed_statement(f"{text} = 0;", text)
-            claim = None if statement is None else claimed(self.scene.source, self.choices, 0, statement.left)
+            rebuild = rebuilding(self.scene.source, self.choices)
+            found = () if statement is None else understood(statement.left, 0, rebuild)
         except ScriptError as error:
             item = error.diagnostics[0]
             if item.code.startswith("name/") or item.code == "claim/undetermined":
@@ -110,10 +98,10 @@ class Names:
                 helps = ('`motion.velocity("…")` is a derivative', "or give it a name in the script: `v = …;`")
                 item = replace(item, message=message, helps=helps)
             raise ScriptError([replace(item, labels=())], source) from None
-        if claim is None:
+        if not found:
             item = Diagnostic("name/expression", Severity.ERROR, f"`{text}` is not an expression", Span(0, len(text)))
             raise ScriptError([item], source)
-        return claim.left
+        return found
 
     def _unknown(self, text: str, item: Diagnostic) -> UnknownNameError:
         """That a name means nothing, with what may be meant."""

@@ -6,13 +6,13 @@ import math
 import operator
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from numbers import Rational, Real
 from typing import Any, Literal, SupportsIndex, TypeGuard, TypeVar
 
 from movimentum.errors import usage_error
+from movimentum.records import dataclass
 from movimentum.syntax.suggest import nearest
 from movimentum.workflow.choices import FrameChoice
 from movimentum.workflow.limits import (

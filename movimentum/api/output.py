@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from movimentum.analysis.diagnose.valueless import never_valued
 from movimentum.diagnostics import Diagnostic
 from movimentum.interop.tables import columns
+from movimentum.records import dataclass
 from movimentum.solver.motion import AnyMotion
 from movimentum.solver.poses import Poses
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +16,7 @@ from movimentum.api.names import Names
 from movimentum.api.options import Limits, Measured, Number, cluster_client, frame_rate, one_of, several, whole
 from movimentum.diagnostics import Diagnostic, limited
 from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, told_in, usage_error
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import Scene
 from movimentum.settings import Accuracy, AccuracyWord, FailurePolicy, FailureWord
 from movimentum.source import SourceText

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from movimentum.api.calls import called
 from movimentum.api.output import Written
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import UnknownNameError
+from movimentum.records import dataclass
 from movimentum.syntax.suggest import nearest
 from movimentum.variants.outcomes import OUTCOMES, VariantOutcome, VariantRows
 

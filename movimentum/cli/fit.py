@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ from movimentum.cli.parameters import files
 from movimentum.cli.work import output_file
 from movimentum.console import Console, answer, answer_json
 from movimentum.errors import MovimentumError
+from movimentum.records import dataclass
 from movimentum.workflow.choices import Choices
 
 if TYPE_CHECKING:

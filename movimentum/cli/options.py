@@ -7,7 +7,6 @@ A command lists its options in the order of its help. Those that belong to `Choi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -17,6 +16,7 @@ from click.core import ParameterSource
 from movimentum import budget
 from movimentum.cli.parameters import FrameRangeType, RationalType, files
 from movimentum.console import Console
+from movimentum.records import fields
 from movimentum.settings import Accuracy, FailurePolicy
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.limits import LARGEST_NESTING, MAX_FRAMES, MAX_NESTING, MAX_OPERATIONS

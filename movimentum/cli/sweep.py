@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from movimentum.cli.parameters import files
 from movimentum.cli.work import output_file
 from movimentum.console import Console
 from movimentum.errors import MovimentumError, UsageError
+from movimentum.records import dataclass
 from movimentum.text import counted
 from movimentum.workflow.choices import Choices
 

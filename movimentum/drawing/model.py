@@ -8,12 +8,12 @@ in a frame is in `solver.poses`, and `drawing.motion` combines the two.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from movimentum.drawing.parts import FigurePart, Point
 from movimentum.drawing.style import Color
 from movimentum.geometry import Affine
+from movimentum.records import dataclass
 from movimentum.scene.appearance import Figure, Piece
 from movimentum.scene.model import Shape
 from movimentum.source import Span

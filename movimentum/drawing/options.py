@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError
+from movimentum.records import dataclass
 from movimentum.scene.model import AnchorRef, Scene
 from movimentum.solver.motion import PathMotion
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.model import Point, TraceMark
 from movimentum.drawing.motion import point_state
+from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 

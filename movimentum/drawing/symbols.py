@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from movimentum.drawing.figures import support
 from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.texts import written
+from movimentum.records import dataclass, replace
 from movimentum.scene.appearance import ARROW
 from movimentum.scene.model import Shape
 from movimentum.solver.poses import Poses

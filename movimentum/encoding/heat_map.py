@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.encoding.plot import ticks
+from movimentum.records import dataclass
 
 SIZE, LEFT, TOP, RIGHT, BOTTOM = 480, 84, 48, 110, 60
 SCALE = 2

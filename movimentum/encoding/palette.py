@@ -11,11 +11,12 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+
+from movimentum.records import dataclass
 
 Floats = NDArray[np.float32]
 Keys = NDArray[np.uint32]

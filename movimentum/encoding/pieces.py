@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import io
 import re
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, Protocol
 
 from PIL import Image
 
+from movimentum.records import dataclass
 from movimentum.rendering.stamps import Box, Frame
 
 

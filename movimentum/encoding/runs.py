@@ -18,13 +18,13 @@ import sys
 import time
 import warnings
 from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
 from movimentum.budget import DEFAULT_MEGABYTES
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.encoding.pieces import Coder, FramePiece
 from movimentum.errors import MovimentumError
+from movimentum.records import dataclass
 from movimentum.rendering.painter import Painter, PaintSession
 from movimentum.rendering.stamps import Box
 from movimentum.rendering.stream import PoseSource, chunks, concatenate, pieces

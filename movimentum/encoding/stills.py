@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from PIL import Image
 
 from movimentum.encoding.apng import AFTER_HEADER, told
 from movimentum.encoding.pieces import Coder, FramePiece, saved
+from movimentum.records import dataclass
 from movimentum.rendering.stamps import Box, Frame
 
 JPEG_LARGEST = 65_500

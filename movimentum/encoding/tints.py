@@ -4,8 +4,6 @@ that they take in the course of time; and frames in which all of them can be see
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from movimentum.arrays import FloatArray
@@ -22,6 +20,7 @@ from movimentum.drawing.model import (
 from movimentum.drawing.motion import arrow_shown, paint_over
 from movimentum.drawing.style import FAINT, PAPER, Color
 from movimentum.encoding.palette import Keys, distinct, packed
+from movimentum.records import dataclass
 from movimentum.rendering.painter import Painter
 from movimentum.rendering.stream import PoseSource, chunks
 from movimentum.solver.poses import Poses

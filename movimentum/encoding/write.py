@@ -19,7 +19,6 @@ import re
 import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
@@ -42,6 +41,7 @@ from movimentum.encoding.video import write_video
 from movimentum.encoding.webp import WebpCoder, WebpWriter
 from movimentum.errors import usage_error
 from movimentum.output.files import whole_file, whole_folder
+from movimentum.records import dataclass, replace
 from movimentum.rendering.painter import Painter, PaintSession
 from movimentum.rendering.stamps import Box, Frame
 from movimentum.rendering.stream import PoseSource, chunks, count, kept_frames, pieces, thinned

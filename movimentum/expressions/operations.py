@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
 
 from movimentum.expressions import floats
 from movimentum.expressions.expr import ONE, ZERO, Expr, add, const, div, mul, neg, sub
+from movimentum.records import dataclass
 
 _DEGREE = const(floats.RADIANS)
 _PER_RADIAN = const(1.0 / floats.RADIANS)

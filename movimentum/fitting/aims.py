@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from movimentum.expressions import ONE, ZERO, Expr, mul, neg, ratio, sub, substitute, symbol, walk
 from movimentum.planning.lowering.calculus import differentiate
+from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Purpose, Relation, ThingAngle, VariableComponent
 from movimentum.timeline.model import HeldClaim, Timeline
 from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied

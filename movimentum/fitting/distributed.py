@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 from movimentum.fitting.fit import FitJob, FitProblem, Work, make_problem, task_done
 from movimentum.fitting.search import Candidates, Task
+from movimentum.records import replace
 from movimentum.workflow.clusters import done_by, unpacked
 
 

@@ -6,7 +6,6 @@ Arrays of values broadcast to (V, F): V variants at F instants; slopes have one 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from movimentum.arrays import FloatArray
 from movimentum.expressions import ONE, ZERO, Expr, substitute, symbol, symbols, walk
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import differentiate
+from movimentum.records import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from movimentum.fitting.moments import Locals, ReadingTimes
 from movimentum.fitting.sides import Evaluation, SideFormulas
 from movimentum.fitting.slopes import AnchorSlopes, BodyDual, SegmentSlopes, read_duals
 from movimentum.fitting.timing import FreeTimes, constants_of_motion
+from movimentum.records import dataclass
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.together.batch import Batch, BatchCourse, SegmentRun
 from movimentum.variants.together.pattern import NotTogether, State

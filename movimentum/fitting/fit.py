@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from movimentum.fitting.search import ONE_BY_ONE, TOGETHER, Candidates, Search, 
 from movimentum.fitting.sides import SideFormulas
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
 from movimentum.fitting.undecided import Undecided, undecided
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.scene.model import Claim
 from movimentum.solver.basis.scene_size import scene_size

@@ -8,11 +8,11 @@ Neither is better everywhere. Unknowns at a bound that the descent leads beyond 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.records import dataclass
 
 Rows = Callable[[FloatArray, BoolArray, FloatArray], tuple[FloatArray, FloatArray]]
 """(V, C) points, which of all starts they belong to, and half sums of squares (V,) -> rows (V, R), slopes (V, R, C);

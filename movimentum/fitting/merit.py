@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.fitting.aims import LoweredAim, LoweredAims
 from movimentum.fitting.sides import Evaluation, SideLayout
+from movimentum.records import dataclass, replace
 
 Evaluate = Callable[..., Evaluation]
 """(V, C) constants, ``slopes`` or not -> `Evaluation`."""

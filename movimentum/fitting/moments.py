@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from movimentum.fitting.slopes import BodyDual, SegmentSlopes, read_duals
 from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.numeric import atan2d
+from movimentum.records import dataclass, field
 from movimentum.variants.together.batch import SegmentRun
 from movimentum.variants.together.pattern import BlockFormulas, State
 from movimentum.variants.together.roots import newton_together

@@ -7,7 +7,6 @@ pieces may be done anywhere, in any order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any, Protocol
 
@@ -18,6 +17,7 @@ from movimentum.fitting.least_squares import Rows, inside, minimize_together
 from movimentum.fitting.merit import Evaluate, Lagrangian, Merit
 from movimentum.fitting.sides import Evaluation
 from movimentum.fitting.timing import FreeTimes
+from movimentum.records import dataclass, field, replace
 
 PENALTIES = (1.0, 10.0, 100.0)
 """Of what requirements are off by, round by round."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.fitting.aims import LoweredAim, LoweredAims, frames_of
 from movimentum.fitting.dual import Dual, SlopesOf, dual_function, full, units
 from movimentum.planning.codegen.generate import Clocks
+from movimentum.records import dataclass
 from movimentum.variants.reducing import influence, reduced
 from movimentum.variants.tracing import Reduced, Varied
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
 
-from movimentum.analysis.evaluate import reader
 from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, symbol
 from movimentum.fitting.dual import Dual
 from movimentum.fitting.moments import times_of
 from movimentum.fitting.sides import Evaluation, SideFormulas
+from movimentum.query import reader
+from movimentum.records import dataclass, field, replace
 from movimentum.solver.motion import PathMotion
 from movimentum.timeline.model import Timeline
 from movimentum.variants.outcomes import VariantOutcome, outcome_of

@@ -8,7 +8,6 @@ last column does the same for time, J x_t = -(F_t + F_y y_t), for what is read a
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.numeric import sincosd
 from movimentum.planning.lowering.unknowns import BodyUnknowns
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.variants.together.pattern import Pattern, SegmentPattern, State
 from movimentum.variants.tracing import Varied

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from movimentum.fitting.fit import Fitted
 from movimentum.fitting.programming import Program
 from movimentum.fitting.single import SingleMotion
 from movimentum.fitting.timing import varied_names
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import Claim, Relation
 from movimentum.text import counted, number, time_text
 from movimentum.variants.outcomes import VariantOutcome

@@ -9,7 +9,6 @@ their order are found by dynamic programming over the instants at which a mechan
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from movimentum.expressions import Expr, walk
 from movimentum.fitting.aims import ReducedExpr
 from movimentum.fitting.dual import Dual
 from movimentum.fitting.sides import SideFormulas, signed
+from movimentum.records import dataclass
 from movimentum.variants.together.pattern import Pattern
 from movimentum.variants.tracing import Reduced, Varied
 

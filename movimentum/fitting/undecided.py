@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.fitting.search import Search
+from movimentum.records import dataclass
 
 NOTHING = 1e-12
 """In sizes of the scene, for the whole of a constant's interval: what changes by no more does not depend on it."""

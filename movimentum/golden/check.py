@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from movimentum.golden.manifest import Manifest, picture_name, read_manifest
 from movimentum.golden.record import Golden, Rendition, renderer, rendition
 from movimentum.interop.tables import columns
 from movimentum.output.files import read_limited
+from movimentum.records import dataclass
 from movimentum.rendering.images import picture_file
 from movimentum.source import SourceText
 from movimentum.terminal import typed

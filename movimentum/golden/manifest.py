@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
 from movimentum.output.files import read_limited
+from movimentum.records import dataclass
 
 FORMAT = 1
 

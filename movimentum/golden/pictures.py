@@ -8,11 +8,11 @@ similarity do not.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
+
+from movimentum.records import dataclass
 
 SIGMA = 1.5
 """Of the blur, in pixels."""

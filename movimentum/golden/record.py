@@ -10,7 +10,6 @@ import json
 import os
 import platform
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from movimentum.golden.manifest import FORMAT, picture_name, read_manifest
 from movimentum.output.files import made_folder, remove_own, whole_folder
+from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 from movimentum.arrays import FloatArray
@@ -20,6 +19,7 @@ from movimentum.interop.formula_values import (
 )
 from movimentum.interop.formulas import Formula, Formulas, literal
 from movimentum.interop.names import script_name
+from movimentum.records import dataclass, field
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formulas, evaluate, literal
+from movimentum.records import replace
 
 USUAL_FPS = Fraction(24)
 _STARTS = range(0, 360, 15)  # degrees of the trial values for the beginning of a free angle

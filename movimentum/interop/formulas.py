@@ -24,7 +24,6 @@ import json
 import math
 import re
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,6 +33,7 @@ from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formula_words import SHAPES, without_comments
 from movimentum.interop.triangle_functions import FUNCTIONS, Fault
+from movimentum.records import dataclass, field
 from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText, Span
 

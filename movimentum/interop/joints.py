@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from movimentum.expressions import symbols
+from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Relation, Scene, ThingAngle
 
 

@@ -12,12 +12,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, ParseError, fromstring
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.mechanisms import GROUND, MechanismJoint, link_names, mechanism_script, point_text
+from movimentum.records import dataclass, field
 from movimentum.source import SourceText
 from movimentum.syntax.printer import float_text
 

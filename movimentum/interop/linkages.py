@@ -12,10 +12,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 from movimentum.diagnostics import Diagnostic, Label, Severity, the_first
 from movimentum.errors import ScriptError
+from movimentum.records import dataclass, replace
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
 

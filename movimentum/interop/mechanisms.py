@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UsageError
 from movimentum.interop.names import script_name
+from movimentum.records import dataclass
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
 from movimentum.text import counted

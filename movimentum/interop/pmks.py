@@ -14,11 +14,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.mechanisms import GROUND, TURN, MechanismJoint, link_names, mechanism_script
+from movimentum.records import dataclass
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
 

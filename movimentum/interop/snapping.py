@@ -7,7 +7,6 @@ by the amount of the rounding. Such a linkage can be drawn but cannot move.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.interop.linkages import Linkage, turn
+from movimentum.records import dataclass, replace
 
 NEARLY = 1e-4
 """Lengths that differ by less, relative to their size, are taken as equal."""

@@ -18,11 +18,11 @@ import json
 import tempfile
 import zipfile
 from collections.abc import Callable, Container, Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from movimentum.arrays import FloatArray
+from movimentum.records import dataclass
 from movimentum.scene.model import Scene
 
 if TYPE_CHECKING:

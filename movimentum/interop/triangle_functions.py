@@ -5,13 +5,13 @@ is none.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.numeric import sincosd
+from movimentum.records import dataclass
 
 TOUCHING = 1e-12
 """Relative gap up to which two circles count as touching."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
@@ -14,8 +13,9 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formula, Formulas, evaluate
 from movimentum.interop.joints import Joint, scene_joints
-from movimentum.planning.blocks.kinds import Block, Newton, Ode, Quadratic
+from movimentum.planning.blocks.kinds import Block, Quadratic
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
@@ -63,7 +63,7 @@ def _only_plan(motion: PathMotion) -> Plan:
             scene, "export/steps", "formulas are the same all the time, and this step changes them", step.span
         )
     for block in plans[0].blocks:
-        if isinstance(block, Newton | Ode):
+        if block.iterative:
             numbers = {plans[0].system.unknowns[n].thing for n in block.unknowns} - {None}
             names = listed([f"`{scene.things[t].name}`" for t in sorted(n for n in numbers if n is not None)])
             spans = [scene.constraints()[c].span for e in block.equations

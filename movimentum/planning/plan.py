@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 from movimentum.expressions import Expr
@@ -14,6 +13,7 @@ from movimentum.planning.codegen.generate import Clocks, Compiled
 from movimentum.planning.codegen.kept_code import KeptCode
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
+from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle
 
 

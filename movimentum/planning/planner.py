@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Set
-from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 
@@ -25,6 +24,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.structure.decompose import Decomposition, Group, driven_angles
 from movimentum.planning.structure.rates import with_needed_rates
 from movimentum.planning.structure.turns import without_repetitions
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import Anonymous, Bearing, Scene
 from movimentum.timeline.model import Segment
 

@@ -7,7 +7,6 @@ that then becomes an unknown. So another inequality, or one more, leaves the str
 from __future__ import annotations
 
 from collections.abc import Container, Hashable, Iterable, Sequence
-from dataclasses import replace
 
 from movimentum.expressions import Expr, symbols
 from movimentum.planning.lowering.builder import can_be_seen_turning
@@ -15,6 +14,7 @@ from movimentum.planning.lowering.equations import Equation, Inequality, System
 from movimentum.planning.lowering.system import lowered_inequality
 from movimentum.planning.lowering.unknowns import Accumulated
 from movimentum.planning.planner import Structure
+from movimentum.records import replace
 from movimentum.scene.model import (
     AnchorCoordinate,
     Constraint,

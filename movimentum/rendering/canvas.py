@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from PIL import Image
 
 from movimentum.drawing.style import Color
 from movimentum.geometry import Affine
+from movimentum.records import dataclass
 from movimentum.rendering.coverage import Coverage, Outline, covered
 from movimentum.rendering.sprites import Sprite
 from movimentum.rendering.stamps import Box, Faded, Stamp, Stamps, around

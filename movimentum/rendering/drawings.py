@@ -14,13 +14,13 @@ import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from xml.parsers import expat
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
+from movimentum.records import dataclass
 from movimentum.rendering.affines import transform_of
 from movimentum.source import drawing_file
 

@@ -11,11 +11,12 @@ import os
 import re
 import unicodedata
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from PIL import ImageFont
+
+from movimentum.records import dataclass
 
 SHIPPED = ("Inter-Regular.otf", "DejaVuSans.ttf")
 SYSTEM = (

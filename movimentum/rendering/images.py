@@ -11,7 +11,6 @@ import stat
 import warnings
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from PIL import Image, UnidentifiedImageError
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.options import MAX_SPRITE_BYTES, MAX_SPRITE_PIXELS
 from movimentum.errors import ScriptError
+from movimentum.records import dataclass, replace
 from movimentum.source import Span, drawing_file
 
 FORMATS = ("PNG", "GIF", "JPEG", "WEBP", "BMP", "TIFF")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +23,7 @@ from movimentum.drawing.motion import arrow_ends, arrow_shown, paint_at, state
 from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, PAPER, Color
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
+from movimentum.records import replace
 from movimentum.rendering.canvas import Canvas
 from movimentum.rendering.coverage import HERE, disc
 from movimentum.rendering.prepare import PreparedMark

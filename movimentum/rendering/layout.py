@@ -6,9 +6,9 @@ Letters are as far apart as the font's design says, not as whole pixels would ha
 from __future__ import annotations
 
 import unicodedata
-from dataclasses import dataclass
 from functools import cache
 
+from movimentum.records import dataclass
 from movimentum.rendering.faces import Face, normal, runs
 
 _FINE = 1024

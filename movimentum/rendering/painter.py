@@ -11,7 +11,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -21,6 +20,7 @@ from PIL import Image, ImageChops
 from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.drawing.style import Color
 from movimentum.geometry import View
+from movimentum.records import dataclass
 from movimentum.rendering.canvas import Canvas, stamped
 from movimentum.rendering.items import Item
 from movimentum.rendering.prepare import Trace, prepare_drawing

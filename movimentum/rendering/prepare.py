@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +30,7 @@ from movimentum.drawing.paths import frame_path, paths
 from movimentum.drawing.style import NOTE_HEIGHT
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
+from movimentum.records import dataclass, replace
 from movimentum.rendering.images import is_drawing, load_premultiplied
 from movimentum.rendering.sprites import Sprite, framed, prepare
 from movimentum.rendering.stream import PoseSource, chunks

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
 from movimentum.drawing.options import PictureOptions
+from movimentum.records import replace
 from movimentum.rendering.painter import Painter, make_painter
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+
+from movimentum.records import dataclass
 
 WIDTH, GAP, CAPTION = 240, 10, 22
 PAPER, INK, FAILED, BLANK = (255, 255, 255), (30, 30, 30), (176, 32, 32), (238, 238, 238)

@@ -8,13 +8,13 @@ jumping), and only the pixels that the turned outline can reach.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from movimentum.geometry import Affine, image_to_local
+from movimentum.records import dataclass, field
 from movimentum.rendering.coverage import FARTHEST
 from movimentum.rendering.images import STRIP_PIXELS, Loaded
 

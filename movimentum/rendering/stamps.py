@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 from PIL import Image, ImageChops
 
 from movimentum.drawing.style import Color
+from movimentum.records import dataclass
 from movimentum.rendering.coverage import STRIP
 
 

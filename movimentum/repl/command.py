@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
+from movimentum.records import dataclass
 from movimentum.repl.session import Session, refused
 
 Answer = tuple[Session, str]

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager
 from typing import NoReturn
 
 from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.output.files import whole_file
+from movimentum.records import replace
 from movimentum.repl.command import Answer, Command, plain
-from movimentum.repl.session import Refused, Session, refused
-from movimentum.repl.text_edits import stated, statement_of, typed_item, without
+from movimentum.repl.session import Session, refused, typed
 from movimentum.scene.model import Constraint
-from movimentum.source import SourceText, edited
+from movimentum.scene.text_edits import stated, statement_of, typed_item, without, written_step
+from movimentum.source import edited
 from movimentum.syntax.suggest import nearest
 from movimentum.text import time_text
 
@@ -43,7 +44,7 @@ def _numbered(item: Diagnostic, suggestions: list[str | Fix]) -> Diagnostic:
 def check(session: Session, argument: str) -> Answer:
     """``check``: all messages about the script as it is now."""
     plain(argument, "check")
-    diagnostics = session.work.advice
+    diagnostics = session.advice
     if not diagnostics:
         return replace(session, suggestions=()), "there are no messages"
     return told(session, diagnostics)
@@ -53,7 +54,7 @@ def conflicts(session: Session, argument: str) -> Answer:
     """``conflicts``: what contradicts, or has no solution."""
     plain(argument, "conflicts")
     codes = ("constraint/conflict", "solve/unreachable", "solve/not-converged", "constraint/redundant", "claim/broken")
-    found = [d for d in session.work.advice if d.code in codes or d.severity is Severity.ERROR]
+    found = [d for d in session.advice if d.code in codes or d.severity is Severity.ERROR]
     return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 
 
@@ -63,7 +64,7 @@ def _changed(after: Session) -> Answer:
         after.tell(said)
     if after.tell is not None and (said := _without_solution(after)):
         after.tell(said)
-    serious = [d for d in after.work.advice if d.severity is not Severity.NOTE]
+    serious = [d for d in after.advice if d.severity is not Severity.NOTE]
     said = f"now {_summary(after)}"
     if not serious:
         return after, said
@@ -79,7 +80,7 @@ def _at_first_sight(session: Session) -> str:
     timeline = work.timeline
     time = min(max(session.time, timeline.start), timeline.end)
     try:
-        poses = work.revision.glimpse(time)
+        poses = work.glimpse(time)
     except MovimentumError:
         return ""
     return "" if poses is None else f"it can hold at t = {time_text(float(time))}; the whole film is being solved …"
@@ -92,7 +93,7 @@ def _without_solution(session: Session) -> str:
         return ""
     try:
         segment_motions = work.motion.segments
-    except Refused:
+    except MovimentumError:
         return ""
     found = (float(each.segment.start) + trouble.begin for each in segment_motions for trouble in each.troubles)
     begin = min(found, default=None)
@@ -102,7 +103,7 @@ def _without_solution(session: Session) -> str:
 
 
 def _summary(session: Session) -> str:
-    diagnostics = session.work.advice
+    diagnostics = session.advice
     errors = sum(d.severity is Severity.ERROR for d in diagnostics)
     warnings = sum(d.severity is Severity.WARNING for d in diagnostics)
     parts = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in ((errors, "error"), (warnings, "warning")) if n]
@@ -121,7 +122,7 @@ def try_statement(session: Session, text: str, commands: Iterable[str] = ()) -> 
         statement = statement_of(text)
     except ScriptError as error:
         found = [replace(item, helps=(*item.helps, *helps)) if near else item for item in error.diagnostics[:1]]
-        raise Refused(found, SourceText("<prompt>", text)) from error
+        raise ScriptError(found, typed(text)) from error
     if statement is None:
         raise refused("unknown-command", f"`{word}` is not a command, and `{text}` is not a statement", *helps)
     return _stated(session, text)
@@ -140,17 +141,29 @@ def near_commands(word: str, commands: Iterable[str]) -> list[str]:
 def _stated(session: Session, text: str) -> Answer:
     scene = session.work.scene
     step = session.step
-    trial = stated(scene, step, text)
+    with _in_its_step(session):
+        trial = stated(scene, step, text)
     after = session.edited(trial)
     if not after.work.moves:
         _refuse_typed(after, text, trial)
     new_scene = after.work.scene
-    typed = typed_item(scene, new_scene, step, text)
-    own = tuple(
-        item for item in scene.steps[step].statements if (item.key, item.relation) == (typed.key, typed.relation)
-    )
-    changed = stated(scene, step, text, own)
+    new = typed_item(scene, new_scene, step, text)
+    own = tuple(item for item in scene.steps[step].statements if (item.key, item.relation) == (new.key, new.relation))
+    with _in_its_step(session):
+        changed = stated(scene, step, text, own)
     return _changed(after if changed == trial else session.edited(changed))
+
+
+@contextmanager
+def _in_its_step(session: Session) -> Generator[None, None, None]:
+    """Where the step of the moment has no place of its own in the script, say what to do."""
+    try:
+        yield
+    except ScriptError as error:
+        item, scene = error.diagnostics[0], session.work.scene
+        before = scene.steps[written_step(scene, session.step)].time
+        there = (f"at {time_text(float(before))}",) if item.code == "edit/turn" else ()
+        raise refused("elsewhere", item.message, *there, *item.helps) from error
 
 
 def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
@@ -162,7 +175,7 @@ def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
             span = replace(item.span, start=item.span.start - offset, end=item.span.end - offset)
             inside = span.start >= 0 and span.end <= len(text) + 1
             shifted.append(replace(item, span=span if inside else None, labels=()))
-    raise Refused(shifted[:3] or after.work.diagnostics[:3], SourceText("<prompt>", text))
+    raise ScriptError(shifted[:3] or after.work.diagnostics[:3], typed(text))
 
 
 def drop(session: Session, argument: str) -> Answer:
@@ -188,10 +201,11 @@ def drop(session: Session, argument: str) -> Answer:
             *dict.fromkeys(f"drop {c.key} {c.relation}" for c in found),
         )
     own = [c for c in found if c.step == session.step]
-    if not own or _stated_before(session, found[0]):  # otherwise an earlier step's would be in force again
-        text = stated(work.scene, session.step, f"{found[0].key} {found[0].relation} _", own)
-    else:
-        text = without(work.scene, own)
+    with _in_its_step(session):
+        if not own or _stated_before(session, found[0]):  # otherwise an earlier step's would be in force again
+            text = stated(work.scene, session.step, f"{found[0].key} {found[0].relation} _", own)
+        else:
+            text = without(work.scene, own)
     return _changed(session.edited(text))
 
 

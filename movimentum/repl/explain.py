@@ -3,80 +3,61 @@
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Sequence
-from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 
 from movimentum.output.files import whole_file
+from movimentum.records import replace
 from movimentum.repl.command import Answer, Command, plain, split_output, table
-from movimentum.repl.expressions import lowered, reading
+from movimentum.repl.expressions import at_the_prompt, query
 from movimentum.repl.session import Session, refused
-from movimentum.repl.sheet import write_film, write_sheet
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.text import counted, number, time_text
 
-PATIENCE_S, LEAST_S = 1.4, 0.5
-"""The time for finding a formula in all (the user waits two seconds), and the least time that it gets."""
+PATIENCE_S = 1.4
+"""The time for finding a formula: the user waits two seconds in all."""
 
 
 def why(session: Session, argument: str) -> Answer:
     """``why NAME``."""
-    from movimentum.analysis.interactive.determination import determination
-
     text = _name(argument, "why Rod.B")
-    scene, work = session.work.scene, session.work
-    thing = next((t for t in scene.things if t.name == text), None)
+    thing = session.thing(text)
     if thing is not None and not thing.anchors:
         raise refused("name", f"`{text}` has no anchors, so nothing can be said about where it is")
-    asked = [thing.name + "." + a.name for a in thing.anchors] if thing is not None else [text]
-    expressions = [e for name in asked for e in lowered(session, name)]
-    found = determination(session.segment_motion.plan, expressions)
-    numbers = {c.number: c for c in scene.constraints()}
-    lines: list[str] = []
-    for place, reason in enumerate(found.reasons, 1):
-        if reason.constraint is None:
-            assert reason.thing is not None
-            body = scene.things[reason.thing]
-            line, what = work.scene.source.position(body.span.start).line, f"`{body.name}` is rigid"
-        else:
-            item = numbers[reason.constraint]
-            line = work.scene.source.position(item.span.start).line
-            what = f"`{work.scene.source.statement(item.span)}`"
-        lines.append(f"{place:3}. line {line}: {what}")
-    names = [unknown.name for unknown in session.segment_motion.plan.system.unknowns]
-    for block in found.free:
-        members = ", ".join(names[n] for n in session.segment_motion.plan.blocks[block].unknowns[:6])
+    with at_the_prompt(session, text):
+        found = session.causes(text)
+    lines = [
+        f"{place:3}. line {cause.line}: `{cause.text}`{' is rigid' if cause.rigid else ''}"
+        for place, cause in enumerate(found.chain, 1)
+    ]
+    for block, names in found.free:
+        members = ", ".join(names[:6])
         lines.append(f"     not determined by that alone: block {block} ({members}) leaves free motion, which is least")
-    lines += [f"     `{scene.things[t].name}` stays as drawn: nothing in this step says otherwise" for t in found.drawn]
+    lines += [f"     `{name}` stays as drawn: nothing in this step says otherwise" for name in found.drawn]
     return session, "\n".join(lines) or f"nothing in this step says anything about `{text}`"
 
 
 def formula(session: Session, argument: str) -> Answer:
     """``formula NAME``."""
-    from movimentum.analysis.interactive.formula import UNREASONABLE, Obstacle, short_formula
+    from movimentum.analysis.interactive.formula import UNREASONABLE, Obstacle
 
-    begun = time.monotonic()
     text = _name(argument, "formula Rod.B")
-    segment_motion = session.segment_motion
-    tau = float(session.time - segment_motion.segment.start)
-    expressions = lowered(session, text)
-    lines: list[str] = []
+    with at_the_prompt(session, text):
+        formulas = session.formulas(text, PATIENCE_S)
     import sympy
 
-    patience = max(LEAST_S, PATIENCE_S - (time.monotonic() - begun))
-    for label, expression in zip(
-        (text,) if len(expressions) == 1 else (f"{text}.x", f"{text}.y"), expressions, strict=True
-    ):
-        found = short_formula(segment_motion, tau, expression, patience / len(expressions))
+    lines: list[str] = []
+    for label, found in formulas:
         if isinstance(found, Obstacle) and found.words == UNREASONABLE:
             lines.append(f"{label} has {found.words}")
         elif isinstance(found, Obstacle):
             lines.append(f"{label} has no closed form: {found.words}")
         else:
             lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
-    since = time_text(float(segment_motion.segment.start))
+    since = time_text(float(session.segment_motion.segment.start))
     return session, "\n".join([*lines, f"(t counts from {since}, where this step begins; angles in radians inside)"])
 
 
@@ -94,20 +75,16 @@ def free(session: Session, argument: str) -> Answer:
         return session, _matrices(session, name.strip())
     if word:
         raise refused("argument", f"`free` takes `--matrix` or nothing, found `{argument.strip()}`", "free --matrix")
-    from movimentum.analysis.diagnose.trials import Trials, first_that_works
-    from movimentum.analysis.freedom.motions import free_motions_at, remedy
+    from movimentum.analysis.freedom.motions import remedy
 
-    motions = free_motions_at(session.work.motion, session.time)
-    if not motions:
+    found = session.freedom()
+    if not found:
         return session, "nothing can move in a way that is not determined"
-    trials = Trials(session.work.motion)
-    index = session.work.timeline.segment_at(session.time)
-    holds = [first_that_works(trials, index, motion.holds, len(motions)) for motion in motions]
     lines = [
         f"{n}. {motion.words}{' (a wish says where it goes)' if motion.drawn else ''}\n   {remedy(motion, statement)}"
-        for n, (motion, statement) in enumerate(zip(motions, holds, strict=True), 1)
+        for n, (motion, statement) in enumerate(found, 1)
     ]
-    suggestions = tuple(statement for statement in holds if statement is not None)
+    suggestions = tuple(statement for _, statement in found if statement is not None)
     lines += [f"apply {n}: {text}" for n, text in enumerate(suggestions, 1)]
     return replace(session, suggestions=suggestions), "\n".join(lines)
 
@@ -144,8 +121,18 @@ def wiggle(session: Session, argument: str) -> Answer:
     found = list(wiggles(session.segment_motion, piece, tau))
     if not found:
         return session, "nothing can move in a way that is not determined"
-    write_film(session, [moment for _, moments in found for moment in moments], session.refuse_overwriting(name))
+    _write_film(session, [moment for _, moments in found for moment in moments], session.refuse_overwriting(name))
     return session, "\n".join([*(f"{n}. {motion.words}" for n, (motion, _) in enumerate(found, 1)), f"wrote {name}"])
+
+
+def _write_film(session: Session, moments: Sequence[Snapshot], path: Path) -> None:
+    """The scene in each of ``moments``, one after the other, as an animation in the format that the suffix names."""
+    from movimentum.encoding.write import write_animation
+    from movimentum.rendering.painter import make_painter
+
+    poses = session.poses_of(moments)
+    painter = make_painter(session.work.scene, (poses,))
+    write_animation(painter, (poses,), path, fps=Fraction(20), workers=1)
 
 
 def drag(session: Session, argument: str) -> Answer:
@@ -160,8 +147,9 @@ def drag(session: Session, argument: str) -> Answer:
             "argument", "say what to drag where", "drag Rod.B to [300, 200]", "drag Rod.B to [300, 200] -o drag.gif"
         )
     left, goal = match[1], match[2]
-    expressions = lowered(session, left)
-    values = reading(session, goal).values(session.poses())[0]
+    with at_the_prompt(session, left):
+        expressions = session.expressions(left)
+    values = query(session, goal).values(session.poses())[0]
     if len(values) != len(expressions):
         raise refused("kind", f"`{left}` and `{goal}` are a scalar and a vector", "drag Rod.B to [300, 200]")
     piece, tau = session.piece
@@ -184,7 +172,7 @@ def drag(session: Session, argument: str) -> Answer:
     suggestion = f"{left} ~ {goal};"
     lines.append(f"apply 1: {suggestion}")
     if target is not None:
-        write_film(session, found.moments, session.refuse_overwriting(target))
+        _write_film(session, found.moments, session.refuse_overwriting(target))
         lines.append(f"wrote {target}")
     return replace(session, suggestions=(suggestion,)), "\n".join(lines)
 
@@ -212,12 +200,9 @@ def _displaced(session: Session, moments: Sequence[Snapshot]) -> list[str]:
 
 def solutions(session: Session, argument: str) -> Answer:
     """``solutions [-o FILE]``: every solution at this moment."""
-    from movimentum.analysis.interactive.all_solutions import alternatives
-
     rest, target = split_output(argument, (".png",))
     plain(rest, "solutions")
-    piece, tau = session.piece
-    found = [part for part in alternatives(session.segment_motion, piece, tau) if len(part.solutions) > 1]
+    found = session.solutions()
     if not found:
         return session, "there is one solution only at this moment"
     scene = session.work.scene
@@ -234,8 +219,11 @@ def solutions(session: Session, argument: str) -> Answer:
                 suggestions.append(solution.selects)
                 lines.append(f"      apply {len(suggestions)}: {solution.selects}")
     if target is not None:
+        from movimentum.rendering.sheet import write_thumbnails
+
+        poses = session.poses_of([solution.pose for part in found for solution in part.solutions])
         with whole_file(session.refuse_overwriting(target)) as part_file:
-            write_sheet(session, [s.pose for part in found for s in part.solutions], part_file)
+            write_thumbnails(scene, poses, part_file)
         lines.append(f"wrote {target}")
     return replace(session, suggestions=tuple(suggestions)), "\n".join(lines)
 

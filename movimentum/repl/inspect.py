@@ -13,8 +13,9 @@ from movimentum.analysis.diagnose.valueless import lacks
 from movimentum.arrays import FloatArray
 from movimentum.output.files import whole_file
 from movimentum.planning.blocks.kinds import method_of
+from movimentum.query import reader
 from movimentum.repl.command import Answer, Command, plain, split_output, table
-from movimentum.repl.expressions import reading
+from movimentum.repl.expressions import query
 from movimentum.repl.session import Session, refused
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
@@ -27,7 +28,7 @@ COLUMNS, ROWS = 64, 12
 def shown_values(session: Session, texts: Sequence[str]) -> str:
     """``EXPR = value``, one on each line; if there is no value, the reason."""
     poses = session.poses()
-    return "\n".join(_shown(session, text, reading(session, text).values(poses)[0].tolist()) for text in texts)
+    return "\n".join(_shown(session, text, query(session, text).values(poses)[0].tolist()) for text in texts)
 
 
 def _shown(session: Session, text: str, components: Sequence[float]) -> str:
@@ -100,8 +101,6 @@ def residuals(session: Session, argument: str) -> Answer:
 
 
 def _constraint_rows(session: Session, key: str) -> list[list[str]]:
-    from movimentum.analysis.evaluate import reader
-
     work, poses = session.work, session.poses()
     segment = work.timeline.segments[work.timeline.segment_at(session.time)]
     wanted = key.strip().removesuffix(";").strip()
@@ -227,7 +226,7 @@ def plot(session: Session, argument: str) -> Answer:
         raise refused("argument", "`plot` needs an expression", "plot Rod.B.x")
     work = session.work
     poses = work.motion.poses(0, work.timeline.frame_count)
-    values = reading(session, text).values(poses)
+    values = query(session, text).values(poses)
     values[~poses.solved] = np.nan
     if target is not None:
         from movimentum.encoding.plot import write_curves
@@ -278,7 +277,7 @@ def picture(session: Session, argument: str) -> Answer:
     from movimentum.workflow.choices import Picture
 
     show_all = Picture(at=session.time, show=frozenset({"names", "anchors", "free"}), workers=1)
-    choices = session.work.choices
+    choices = session.work.engine.choices
     animate(SourceText(session.file, session.text), Path(name), choices, show_all, lambda _done, _all: None)
     return session, f"wrote {name}"
 

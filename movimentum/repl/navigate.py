@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from fractions import Fraction
 
+from movimentum.records import replace
 from movimentum.repl.command import Answer, Command, plain, table
 from movimentum.repl.expressions import condition
 from movimentum.repl.inspect import shown_values

@@ -12,7 +12,8 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.lexers import Lexer
 
-from movimentum.repl.session import Refused, Session
+from movimentum.errors import MovimentumError
+from movimentum.repl.session import Session
 from movimentum.text import time_text
 
 _WORD = re.compile(r"[A-Za-z_.][A-Za-z0-9_.]*$")
@@ -22,7 +23,7 @@ def names(session: Session) -> list[str]:
     """Everything that can be named: things, their anchors and angles, variables."""
     try:
         scene = session.work.scene
-    except Refused:
+    except MovimentumError:
         return []
     found = [
         name for t in scene.things for name in (t.name, *(f"{t.name}.{a.name}" for a in t.anchors), f"{t.name}.angle")
@@ -34,7 +35,7 @@ def keys(session: Session) -> list[str]:
     """The keys under which something is in force."""
     try:
         timeline = session.work.timeline
-    except Refused:
+    except MovimentumError:
         return []
     return list(dict.fromkeys(c.key for c in timeline.segments[timeline.segment_at(session.time)].active))
 

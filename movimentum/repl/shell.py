@@ -6,15 +6,15 @@ import io
 import re
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from movimentum.console import is_terminal, wants_color
 from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.errors import MovimentumError, UsageError
+from movimentum.records import replace
 from movimentum.repl import edit, explain, inspect, navigate
 from movimentum.repl.command import Answer, Command, table
-from movimentum.repl.session import Refused, Session, refused
+from movimentum.repl.session import Session, refused, typed
 from movimentum.signals import answered
 from movimentum.source import SourceText
 from movimentum.terminal import visible_lines
@@ -31,7 +31,7 @@ _RELATION = re.compile(r"\s*[=<>~]|\.")
 
 
 def answer(session: Session, line: str) -> Answer:
-    """Carry out a line: a command, or a statement to try. `Refused` if it cannot be done."""
+    """Carry out a line: a command, or a statement to try. `MovimentumError` if it cannot be done."""
     text = line.strip()
     if not text:
         return session, ""
@@ -65,7 +65,7 @@ def _help(name: str) -> str:
     return table(rows)
 
 
-def _unknown(name: str) -> Refused:
+def _unknown(name: str) -> UsageError:
     near = [f"did you mean `{other}`?" for other in edit.near_commands(name, _words())]
     return refused("unknown-command", f"there is no command `{name}`", *near, "help")
 
@@ -84,10 +84,9 @@ def _put(text: str) -> None:
     sys.stdout.flush()
 
 
-def complain(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> None:
+def complain(diagnostics: Iterable[Diagnostic], source: SourceText | None = None) -> None:
     """A refusal, in the form of all diagnostics."""
-    shown = source or SourceText("<prompt>", "")
-    _put(render_text(diagnostics, shown, color=wants_color(sys.stdout)).rstrip("\n"))
+    _put(render_text(diagnostics, source or typed(""), color=wants_color(sys.stdout)).rstrip("\n"))
 
 
 def step(session: Session, line: str) -> tuple[Session, bool]:
@@ -95,28 +94,25 @@ def step(session: Session, line: str) -> tuple[Session, bool]:
     try:
         session, text = answer(session, line)
         say(text)
-    except Refused as error:
-        complain(error.diagnostics, error.source)
-        return session, False
     except MovimentumError as error:
-        complain(error.diagnostics, session.work.source)
+        complain(error.diagnostics, error.source or session.work.source)
         return session, False
     except (OSError, RecursionError, ArithmeticError, NotImplementedError, MemoryError) as error:
         message = f"this could not be done: {str(error) or type(error).__name__}"
-        complain([Diagnostic("repl/failed", Severity.ERROR, message)], None)
+        complain([Diagnostic("repl/failed", Severity.ERROR, message)])
         return session, False
     return session, True
 
 
 def greet(session: Session) -> Session:
     """The errors of the script, if any, and where the session begins."""
-    diagnostics = [d for d in session.work.advice if d.severity is not Severity.NOTE]
+    diagnostics = [d for d in session.advice if d.severity is not Severity.NOTE]
     if diagnostics:
         session, text = edit.told(session, diagnostics)
         say(text)
     try:
         say(navigate.where(session))
-    except Refused:
+    except MovimentumError:
         say("the script has errors, so there is no motion to look at; `help` lists the commands")
     return session
 
@@ -148,7 +144,7 @@ def interact(session: Session, commands: str | None) -> int:
                 raise
             answered()
             done = False
-            complain([INTERRUPTED], None)
+            complain([INTERRUPTED])
         failed |= not done
         if session.ended:
             break
@@ -181,7 +177,7 @@ def _typed(session: Session) -> int:
     prompt: PromptSession[Any] = make_prompt(lambda: current[0], [*COMMANDS, "help", "quit"])
     message = prompt.message
 
-    def typed(question: str | None = None) -> str | None:
+    def reply_to(question: str | None = None) -> str | None:
         """The typed line; None for the end of the input, empty for Ctrl-C."""
         try:
             with patch_stdout():
@@ -193,11 +189,11 @@ def _typed(session: Session) -> int:
             return ""
 
     while True:
-        line = typed()
+        line = reply_to()
         if line is None or line.strip().rstrip(";") in QUIT:
             if current[0].text == current[0].original:
                 return 0
-            reply = typed("there are unsaved changes, which `write` would save; quit anyway? [y/N] ")
+            reply = reply_to("there are unsaved changes, which `write` would save; quit anyway? [y/N] ")
             if reply is None or reply.strip().lower() in ("y", "yes", *QUIT):
                 return 0
             prompt.message = message  # otherwise a question asked in between stays
@@ -206,4 +202,4 @@ def _typed(session: Session) -> int:
             current[0], _ = step(current[0], line)
         except KeyboardInterrupt:  # the session is as it was before the command
             answered()
-            complain([INTERRUPTED], None)
+            complain([INTERRUPTED])

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from itertools import repeat
 
 from movimentum.diagnostics import Fix, Label, replacement
 from movimentum.expressions import ZERO, Expr, const
+from movimentum.records import replace
 from movimentum.scene.constants import constant_expression
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from movimentum.expressions import Expr
+from movimentum.records import dataclass
 from movimentum.source import Span
 
 Color: TypeAlias = tuple[int, int, int]

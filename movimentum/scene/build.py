@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, real, replacement, the_first
 from movimentum.errors import ScriptError, script_error
 from movimentum.expressions import Expr
+from movimentum.records import replace
 from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config
 from movimentum.scene.constants import exact

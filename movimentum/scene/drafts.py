@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
+from movimentum.records import dataclass
 from movimentum.scene.model import Relation
 from movimentum.scene.resolve import Meanings
 from movimentum.syntax.expression_tree import Comparison, Expression

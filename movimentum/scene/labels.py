@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
 from movimentum.diagnostics import replacement
 from movimentum.errors import ScriptError
 from movimentum.expressions import walk
+from movimentum.records import replace
 from movimentum.scene.appearance import Piece, Shown, formatted
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind

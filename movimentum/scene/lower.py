@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeVar
 
@@ -32,6 +31,7 @@ from movimentum.expressions import (
     sub,
     symbol,
 )
+from movimentum.records import dataclass, field
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.model import (

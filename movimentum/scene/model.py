@@ -7,12 +7,12 @@ local coordinates for world coordinates. Angles are in degrees, counter-clockwis
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr, const
+from movimentum.records import dataclass, field
 from movimentum.scene.appearance import Figure, Look, Piece
 from movimentum.scene.colors import INK, NOTED, PALE
 from movimentum.scene.expansion.placement import HERE, CopyFrame

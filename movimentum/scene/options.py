@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from movimentum.diagnostics import Fix, Label, replacement
+from movimentum.records import dataclass
 from movimentum.scene.colors import color, color_names
 from movimentum.scene.constants import constant
 from movimentum.scene.findings import Findings

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from movimentum.expressions import Expr, walk
+from movimentum.records import replace
 from movimentum.scene.findings import Findings
 from movimentum.scene.values import Value
 from movimentum.syntax.expression_tree import (

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 from movimentum.diagnostics import Fix, Label, insertion, replacement
 from movimentum.expressions import Expr
+from movimentum.records import dataclass, replace
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import AnchorRef, GearPair, Thing
 from movimentum.scene.pairs import PAIRED, is_crossed, pair_of

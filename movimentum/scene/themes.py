@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 
+from movimentum.records import dataclass, replace
 from movimentum.scene.appearance import Color
 from movimentum.scene.looks import EDGE_WIDTH, FILLED
 from movimentum.scene.model import AnchorRef, Shape, Thing

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any
 
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
 from movimentum.errors import MovimentumError
 from movimentum.expressions import const, mul, sub
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.anchors import build_anchors, moved
 from movimentum.scene.appearance import PIN_RADIUS, Figure, Look
 from movimentum.scene.expansion.placement import CopyFrame

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.codegen.numeric import sincosd
 from movimentum.planning.lowering.unknowns import PosePart, Rate
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.scene.model import Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from movimentum.planning.blocks.velocities import look_for_demands
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import Scene
 from movimentum.solver.basis.memory import remembering
 from movimentum.solver.basis.pose_state import Carry

@@ -6,10 +6,10 @@ motion). Where there are several such poses, the path may come to another one: i
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
 from movimentum.arrays import BoolArray
+from movimentum.records import replace
 from movimentum.scene.model import Scene, ThingProperty
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.effort import GivenUp, limited

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
+from movimentum.records import dataclass
 from movimentum.solver.assembly import Assembly
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.poses import Poses

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.records import dataclass, field
 
 
 class SpelledPoses(Protocol):

@@ -8,7 +8,6 @@ text is exchanged. Nothing is a warm start, so a motion never depends on what wa
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
 from itertools import count
 
 from movimentum.expressions import Expr, walk
@@ -21,6 +20,7 @@ from movimentum.planning.lowering.shift import scene_shift
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure, compile_structure, structure_of
 from movimentum.planning.restated import chooses, introduced, restated
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import Anchor, Constraint, Scene, ThingProperty
 from movimentum.solver.basis.memory import Memory
 from movimentum.solver.path.piece import Piece

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection

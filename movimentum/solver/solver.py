@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from movimentum.arrays import first_of
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, replace
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.effort import is_limited
 from movimentum.solver.basis.memory import remembering

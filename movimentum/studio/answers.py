@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
+
+from movimentum.records import dataclass
 
 FORMATS = (".gif", ".png", ".apng", ".webp", ".mp4", ".webm", ".svg", ".html", ".jpg")
 """What a film or a still can be written as (``.mp4`` and ``.webm`` with the ``video`` extra)."""

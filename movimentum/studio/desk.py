@@ -12,7 +12,6 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from threading import Condition, Thread
@@ -21,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
+from movimentum.records import dataclass, field
 from movimentum.source import SourceText
 from movimentum.studio.answers import ClaimsJudged, FilmShown, PictureKept, StageDone, Told
 from movimentum.studio.messages import TextTyped, WorkStopped
@@ -196,7 +196,7 @@ class Desk:
             job.todo.popleft()
 
     def _say(self, job: TextJob, stage: str, found: tuple[Diagnostic, ...], *, final: bool = False) -> None:
-        from movimentum.studio.pictures import diagnostics_told
+        from movimentum.studio.descriptions import diagnostics_told
 
         told = diagnostics_told(found, job.revision.source)
         self.send(StageDone(job.rev, stage, told, final, job.revision.moves))
@@ -219,7 +219,7 @@ class Desk:
             return
         items = items_of(revision.timeline.scene.source)
         if self._items is not None and self.shown is not None and self._items.same_as(items):
-            from movimentum.studio.pictures import scene_told
+            from movimentum.studio.descriptions import scene_told
 
             assert revision.motion is not None  # the same, found at once
             job.moved, job.film, job.frames, self.shown = True, self.shown.film, self.shown.frames, job
@@ -228,7 +228,8 @@ class Desk:
         self._say(job, "read", revision.scene.diagnostics)
 
     def _begin(self, job: TextJob) -> None:
-        from movimentum.studio.pictures import scene_told, some_pictures
+        from movimentum.studio.descriptions import scene_told
+        from movimentum.studio.pictures import some_pictures
 
         timeline = job.revision.timeline
         if self._took <= QUICK_S:
@@ -243,7 +244,8 @@ class Desk:
         self.send(FilmShown(job.rev, True, float(poses.times[0]), scene_told(timeline), film))
 
     def _path(self, job: TextJob) -> None:
-        from movimentum.studio.pictures import frames_soon, scene_told, whole_film
+        from movimentum.studio.descriptions import scene_told
+        from movimentum.studio.pictures import frames_soon, whole_film
 
         begun = time.perf_counter()
         try:
@@ -264,7 +266,8 @@ class Desk:
             gc.collect()
 
     def _rest(self, job: TextJob) -> None:
-        from movimentum.studio.pictures import frames_shown, scene_told, whole_film
+        from movimentum.studio.descriptions import scene_told
+        from movimentum.studio.pictures import frames_shown, whole_film
 
         timeline = job.motion.timeline
         if job.frames >= frames_shown(timeline):
@@ -274,7 +277,7 @@ class Desk:
         self.send(FilmShown(job.rev, False, float(job.time), scene_told(timeline), film))
 
     def _examine(self, job: TextJob) -> None:
-        from movimentum.studio.judged import claims_told
+        from movimentum.studio.descriptions import claims_told
 
         self._say(job, "examine", job.revision.diagnostics)
         self.send(ClaimsJudged(job.rev, claims_told(job.motion)))

@@ -6,11 +6,11 @@ import hashlib
 import json
 import os
 import shutil
-from dataclasses import dataclass
 from pathlib import Path
 
 from movimentum.errors import MovimentumError
 from movimentum.output.files import whole_file
+from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.studio.security import inside, outside_files
 from movimentum.terminal import visible

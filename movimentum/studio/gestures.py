@@ -13,17 +13,15 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from movimentum.errors import MovimentumError
-from movimentum.repl.session import Refused
-from movimentum.repl.text_edits import without
 from movimentum.scene.expansion.placement import HERE
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Shape, Thing
-from movimentum.scene.text_edits import removed
+from movimentum.scene.text_edits import removed, without
 from movimentum.source import Edit, SourceText, Span, edited
 from movimentum.studio.answers import TextEdited
+from movimentum.studio.descriptions import about
 from movimentum.studio.desk import Desk, TextJob, exact_time
 from movimentum.studio.hands import Hands
 from movimentum.studio.messages import ToolUsed
-from movimentum.studio.pictures import about
 from movimentum.studio.sheet import NothingToDo, Sheet, number_text, own, point_text
 from movimentum.studio.turning import turn
 from movimentum.workflow.choices import Choices
@@ -49,10 +47,9 @@ def use(desk: Desk, hands: Hands, message: ToolUsed) -> None:
         words, edits = after.words, edits_between(before, after.text)
     except NothingToDo as why:
         words = str(why)
-    except Refused as error:
-        words = error.diagnostics[0].message if error.diagnostics else "that cannot be stated here"
     except MovimentumError as error:
-        words = f"the script has errors: {error.diagnostics[0].message}"
+        item = error.diagnostics[0]
+        words = item.message if item.code.startswith("edit/") else f"the script has errors: {item.message}"
     desk.send(TextEdited(message.rev, edits, [], words))
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Hashable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +14,15 @@ from movimentum.analysis.interactive.drag import Grip
 from movimentum.analysis.live import texts_of, with_numbers
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import Expr, add, const, mul, symbol
-from movimentum.scene.model import AnchorCoordinate
+from movimentum.records import replace
+from movimentum.scene.model import AnchorCoordinate, VariableComponent
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.studio.answers import Grabbed, MotionsFree, PlacesMoved
+from movimentum.studio.descriptions import why
 from movimentum.studio.desk import Desk, TextJob, exact_time
 from movimentum.studio.messages import HandMoved, PartGrabbed, PoseLeft, TimeLooked
-from movimentum.studio.moments import piece_at, placed_poses
 from movimentum.studio.pictures import moved_marks
+from movimentum.workflow.inspector import Inspector
 
 if TYPE_CHECKING:
     from movimentum.solver.motion import PathMotion
@@ -70,8 +71,8 @@ class Hands:
             self._desk.send(Grabbed(message.grip, "late", "the motion is not known yet"))
             return
         motion, instant = job.motion, exact_time(message.time)
-        piece, tau = piece_at(motion, instant)
-        segment_motion = motion.segments[motion.timeline.segment_at(instant)]
+        inspector = Inspector(job.revision, instant)
+        piece, tau = inspector.part
         thing = motion.timeline.scene.things[message.thing]
         if isinstance(piece, Unsolved) or not thing.anchors:
             unsolved = isinstance(piece, Unsolved)
@@ -84,13 +85,14 @@ class Hands:
             self._grip, self._places = None, self._before.copy()
         held = grabbed_point(motion, message, self._places[message.thing])
         try:
-            grip = Grip(segment_motion, piece, tau, held)
+            grip = Grip(inspector.segment_motion, piece, tau, held)
         except (KeyError, ValueError):  # it is not among what the step is about
             words = f"nothing in this step says anything about `{thing.name}`: it stays as drawn"
             self._desk.send(Grabbed(message.grip, "fixed", words))
             return
         if grip.fixed:
-            self._desk.send(Grabbed(message.grip, "fixed", self._why(job, thing.name, message.anchor, instant)))
+            name = f"{thing.name}.{message.anchor}" if message.anchor else thing.name
+            self._desk.send(Grabbed(message.grip, "fixed", why(inspector, name)))
             return
         if self._grip is not None:
             grip.follow_on(self._grip)
@@ -144,11 +146,6 @@ class Hands:
         held = self._grip is not None and self._held == (job.rev, instant)
         return self.poses() if held else None
 
-    def _why(self, job: TextJob, thing: str, anchor: str, instant: Fraction) -> str:
-        from movimentum.studio.questions import asked
-
-        return asked(job, "why", f"{thing}.{anchor}" if anchor else thing, instant)[0]
-
 
 def grabbed_point(motion: PathMotion, message: PartGrabbed, place: Sequence[float] | FloatArray) -> tuple[Expr, Expr]:
     """x and y of the point of a thing that was grabbed, which is at ``place`` (see `PlacesMoved`)."""
@@ -177,3 +174,24 @@ def grabbed_point(motion: PathMotion, message: PartGrabbed, place: Sequence[floa
 
 def _coordinate(thing: int, anchor: int, axis: int) -> Expr:
     return symbol(AnchorCoordinate(thing, anchor, axis))
+
+
+def placed_poses(poses: Poses, places: FloatArray, others: dict[Hashable, float] | None = None) -> Poses:
+    """``poses`` (F = 1) with all things at ``places`` (N, 4; see `movimentum.studio.answers.PlacesMoved`), and with the
+    variables of ``others``.
+    """
+    c, s = poses.direction[:, 0, 0], poses.direction[:, 0, 1]
+    turned = np.degrees(np.arctan2(c * places[:, 3] - s * places[:, 2], c * places[:, 2] + s * places[:, 3]))
+    variables = dict(poses.variables)
+    for payload, value in (others or {}).items():
+        if isinstance(payload, VariableComponent) and payload.name in variables:
+            array = variables[payload.name].copy()
+            array[(0,) if payload.axis is None else (0, payload.axis)] = value
+            variables[payload.name] = array
+    return replace(
+        poses,
+        origin=places[:, None, :2].copy(),
+        direction=places[:, None, 2:].copy(),
+        angle=poses.angle + turned[:, None],
+        variables=variables,
+    )

@@ -6,7 +6,7 @@ Offsets in texts count characters (code points) from 0, coordinates are the worl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from movimentum.records import dataclass
 
 MAX_MESSAGE_BYTES = 4 * 2**20
 """A larger message ends the connection: a script has 2 MiB at most."""

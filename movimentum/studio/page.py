@@ -15,8 +15,7 @@ from movimentum.studio.desk import Desk
 from movimentum.studio.filing import Filing
 from movimentum.studio.gestures import use
 from movimentum.studio.hands import Hands
-from movimentum.studio.questions import plot, tell
-from movimentum.studio.readings import rates, still
+from movimentum.studio.questions import plot, rates, still, tell
 from movimentum.studio.recorder import Recorder
 from movimentum.studio.renders import Rendering, Work, film_work, recording_work
 from movimentum.studio.thumbnails import Thumbnails

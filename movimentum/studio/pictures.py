@@ -1,39 +1,26 @@
-"""What a page draws of a script: the display list of its motion, and what each part of it is about."""
+"""What a page draws of a script: its motion as films for the page's painter."""
 
 from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from movimentum.diagnostics import Diagnostic, to_json
 from movimentum.drawing.model import SymbolMark, TextMark
 from movimentum.drawing.options import PictureOptions
-from movimentum.expressions import Expr, symbols
+from movimentum.records import replace
 from movimentum.rendering.prepare import PreparedMark, prepare_drawing
 from movimentum.rendering.stream import concatenate
-from movimentum.scene.model import (
-    AnchorCoordinate,
-    Bearing,
-    Ending,
-    GearPair,
-    Relation,
-    Scene,
-    ThingAngle,
-    ThingProperty,
-)
-from movimentum.source import FarSpan, SourceText, Span
+from movimentum.scene.model import Scene
 from movimentum.vector.film import Film, make_film
 from movimentum.vector.page import film_data
 from movimentum.workflow.frames import PoseChunks
 
 if TYPE_CHECKING:
-    from movimentum.scene.model import Claim, Constraint, Thing
     from movimentum.solver.motion import PathMotion
     from movimentum.solver.poses import Poses
     from movimentum.timeline.model import Timeline
@@ -123,106 +110,3 @@ def _data(film: Film) -> dict[str, Any]:
         places = np.concatenate([film.poses.origin, film.poses.direction], axis=2)  # (N, F, 4)
         data["exact"] = base64.b64encode(np.ascontiguousarray(places, dtype="<f8").tobytes()).decode("ascii")
     return data
-
-
-# --- what it is about -----------------------------------------------------------------------------------
-
-
-def scene_told(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
-    """Things, statements, steps and constants of a scene, with their places in the script; ``frames``: how many of the
-    film are sent (None: `frames_shown`), of ``most`` that will be.
-    """
-    scene = timeline.scene
-    return {
-        "start": float(timeline.start),
-        "end": float(timeline.end),
-        "fps": float(timeline.fps),
-        "frames": frames_shown(timeline) if frames is None else frames,
-        "most": frames_shown(timeline),
-        "all": timeline.frame_count,
-        "loops": timeline.loops,
-        "sized": scene.config.size is not None,
-        "steps": [float(step.time) for step in scene.steps],
-        "things": [_thing(thing, scene.source) for thing in scene.things],
-        "statements": [
-            {"span": place, "things": sorted(about(item)), **_held(item)}
-            for step in scene.steps
-            for item in (*step.statements, *step.claims)
-            if not isinstance(item, Ending) and (place := placed(scene.source, item.span)) is not None
-        ],
-        "constants": [
-            {
-                "name": item.name,
-                "value": float(item.value[0].value),
-                "least": item.least,
-                "most": item.most,
-                "unit": item.unit,
-                "span": placed(scene.source, item.expression),
-            }
-            for item in scene.constants
-            if len(item.value) == 1 and item.least is not None and item.most is not None
-        ],
-    }  # fmt: skip
-
-
-def _thing(thing: Thing, source: SourceText) -> dict[str, Any]:
-    return {
-        "name": thing.name,
-        "shape": thing.shape.value,
-        "span": placed(source, thing.span),
-        "body": thing.is_body,
-        "hidden": thing.hidden,
-        "radius": thing.radius,
-        "width": thing.width,
-        "through": [[ref.thing, ref.anchor] for ref in thing.through],
-        "anchors": {anchor.name: list(anchor.local) for anchor in thing.anchors},
-    }
-
-
-def about(item: Any) -> set[int]:
-    """The numbers of the things that a statement or claim mentions."""
-    found: set[int] = set()
-    sides: tuple[Expr, ...] = (*item.left, *item.right)
-    for payload in symbols(*sides):
-        match payload:
-            case AnchorCoordinate() | ThingAngle() | ThingProperty():
-                found.add(payload.thing)
-            case GearPair():
-                found |= {payload.first, payload.second}
-            case Bearing():
-                found |= {payload.start.thing, payload.end.thing}
-            case _:
-                pass
-    return found
-
-
-def _held(item: Constraint | Claim) -> dict[str, list[float] | None]:
-    """An anchor and the place that the script pins it to, or pulls it to (a wish), if those are two numbers."""
-    anchor, pin, wish = getattr(item, "anchor", None), None, None
-    if anchor is not None and len(item.right) == 2:
-        x, y = (side.value for side in item.right)
-        place = None if x is None or y is None else [anchor.thing, anchor.anchor, float(x), float(y)]
-        pin = place if item.relation is Relation.EQUAL else None
-        wish = place if item.relation is Relation.WISH else None
-    return {"pin": pin, "wish": wish}
-
-
-def placed(source: SourceText, span: Span) -> list[int] | None:
-    """Where a span is in the script; None if it is in another file."""
-    real = getattr(source, "real", None)
-    found = real(span) if real is not None else span
-    return None if isinstance(found, FarSpan) else [found.start, found.end]
-
-
-def diagnostics_told(found: Sequence[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
-    """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns."""
-    told = to_json(found, source)
-    for item, diagnostic in zip(told, found, strict=True):
-        span = diagnostic.span
-        here = span is not None and not isinstance(span, FarSpan)
-        item["from"], item["to"] = (span.start, span.end) if here and span is not None else (None, None)
-        tried = [fix for fix in diagnostic.fixes if fix.tried]
-        for fix, each in zip(item.get("fixes", ()), tried, strict=True):
-            for place, edit in zip(fix["edits"], each.edits, strict=True):
-                place["from"], place["to"] = edit.span.start, edit.span.end
-    return told

@@ -1,20 +1,26 @@
-"""Questions about what somebody clicks: why it is where it is, its formula, its other solutions, its values."""
+"""What a page asks about a motion: why something is where it is, its formula, its other solutions, values, velocities,
+and the picture as an SVG.
+"""
 
 from __future__ import annotations
 
+import base64
 import math
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from movimentum.repl.session import Refused, Session, Work
-from movimentum.repl.sheet import poses_of
-from movimentum.repl.shell import answer
-from movimentum.solver.segment_motion import Unsolved
-from movimentum.studio.answers import Answered, Plotted
+import numpy as np
+
+from movimentum.errors import MovimentumError
+from movimentum.expressions import symbol
+from movimentum.scene.model import AnchorCoordinate
+from movimentum.studio.answers import Answered, Plotted, RatesTold, StillMade
+from movimentum.studio.descriptions import why
 from movimentum.studio.desk import Desk, TextJob, exact_time
-from movimentum.studio.messages import NameAsked, PlotAsked
-from movimentum.studio.moments import piece_at
+from movimentum.studio.hands import Hands
+from movimentum.studio.messages import NameAsked, PlotAsked, RatesAsked, StillAsked
 from movimentum.studio.pictures import frames_shown, some_pictures
+from movimentum.workflow.inspector import Inspector
 
 if TYPE_CHECKING:
     from movimentum.solver.motion import PathMotion
@@ -24,59 +30,82 @@ MOST_PLOTTED = 2000
 """Frames that a plot has."""
 MOST_SHOWN = 24
 """Solutions that are shown as pictures."""
-QUESTIONS = ("why", "formula", "solutions", "free")
-
-
-def session_of(job: TextJob, time: Fraction) -> Session:
-    """A debugging session at an instant of a text."""
-    source = job.revision.source
-    session = Session(source.path, source.text, Work(job.revision))
-    return session.at(time) if job.revision.moves else session
-
-
-def asked(job: TextJob, question: str, name: str, time: Fraction) -> tuple[str, tuple[str, ...]]:
-    """The debugger's answer, and the statements that it suggests."""
-    try:
-        session, words = answer(session_of(job, time), f"{question} {name}".strip())
-    except Refused as error:
-        return (error.diagnostics[0].message if error.diagnostics else "there is no answer"), ()
-    return words, tuple(item for item in session.suggestions if isinstance(item, str))
+MOST_RATES = 20_000
+"""Velocities in one answer: some tenths of a second."""
+PATIENCE_S = 1.4
+"""The time for finding a formula: the user waits two seconds in all."""
 
 
 def tell(desk: Desk, message: NameAsked) -> None:
     """Answer a question of a page."""
     job = desk.known(message.rev)
-    if job is None or not job.moved or message.question not in QUESTIONS:
-        desk.send(Answered(message.rev, message.question, message.name, "the motion is not known yet", []))
-        return
-    if message.question == "solutions":
-        desk.send(_solutions(job, message))
-        return
-    words, suggested = asked(job, message.question, message.name, exact_time(message.time))
-    choices: list[dict[str, Any]] = [{"statement": text, "frame": None} for text in suggested]
-    desk.send(Answered(message.rev, message.question, message.name, words, choices))
+    words, choices, film = "the motion is not known yet", list[dict[str, Any]](), None
+    if job is not None and job.moved:
+        inspector = Inspector(job.revision, exact_time(message.time))
+        try:
+            match message.question:
+                case "why":
+                    words = why(inspector, message.name)
+                case "formula":
+                    words = _formula(inspector, message.name)
+                case "solutions":
+                    words, choices, film = _solutions(inspector)
+                case _:
+                    words = "there is no answer"
+        except MovimentumError as error:
+            words = error.diagnostics[0].message
+    desk.send(Answered(message.rev, message.question, message.name, words, choices, film))
 
 
-def _solutions(job: TextJob, message: NameAsked) -> Answered:
-    """Every solution at an instant, with its picture and what selects it."""
-    from movimentum.analysis.interactive.all_solutions import alternatives
+def _formula(inspector: Inspector, name: str) -> str:
+    from movimentum.analysis.interactive.formula import UNREASONABLE, Obstacle
 
-    session = session_of(job, exact_time(message.time))
-    piece, tau = piece_at(job.motion, session.time)
-    if isinstance(piece, Unsolved):
-        return Answered(message.rev, message.question, message.name, "there is no solution at this moment", [])
-    parts = [part for part in alternatives(session.segment_motion, piece, tau) if len(part.solutions) > 1]
+    formulas = inspector.formulas(name, PATIENCE_S)
+    import sympy
+
+    lines: list[str] = []
+    for label, found in formulas:
+        if not isinstance(found, Obstacle):
+            lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
+        elif found.words == UNREASONABLE:
+            lines.append(f"{label} has {found.words}")
+        else:
+            lines.append(f"{label} has no closed form: {found.words}")
+    since = float(inspector.segment_motion.segment.start)
+    return "\n".join([*lines, f"t counts from {since:g}, where this step begins; angles are in radians."])
+
+
+def _solutions(inspector: Inspector) -> tuple[str, list[dict[str, Any]], dict[str, Any] | None]:
+    """Every solution, with its picture and what selects it."""
+    parts = inspector.solutions()
     found = [solution for part in parts for solution in part.solutions][:MOST_SHOWN]
     if not found:
-        return Answered(message.rev, message.question, message.name, "there is one solution only at this moment", [])
-    film = some_pictures(job.motion.timeline, poses_of(session, [solution.pose for solution in found]))
+        return "there is one solution only at this moment", [], None
+    film = some_pictures(inspector.work.timeline, inspector.poses_of([solution.pose for solution in found]))
     choices: list[dict[str, Any]] = [
         {"statement": solution.selects or "", "words": solution.words, "current": solution.current, "frame": frame}
         for frame, solution in enumerate(found)
     ]
     more = "" if all(part.complete for part in parts) else "; found by a search, there may be more"
-    words = f"{len(found)} solutions at this moment{more}"
-    return Answered(message.rev, message.question, message.name, words, choices, film)
+    return f"{len(found)} solutions at this moment{more}", choices, film
+
+
+# --- over the whole film ----------------------------------------------------------------------------------
+
+
+def plot(desk: Desk, message: PlotAsked) -> None:
+    """The values of an expression over the film."""
+    job = desk.known(message.rev)
+    if job is None or not job.moved:
+        return
+    try:
+        query = Inspector(job.revision, job.motion.timeline.start).query(message.expression)
+        values = query.values(_spread(job.motion))
+    except MovimentumError as error:
+        desk.send(Plotted(message.rev, message.expression, [], error.diagnostics[0].message))
+        return
+    rows = [[value if math.isfinite(value) else None for value in row] for row in values.tolist()]
+    desk.send(Plotted(message.rev, message.expression, rows))
 
 
 def _spread(motion: PathMotion) -> Poses:
@@ -89,20 +118,49 @@ def _spread(motion: PathMotion) -> Poses:
     return motion.poses_at([timeline.frame_time(frame) for frame in chosen])
 
 
-def plot(desk: Desk, message: PlotAsked) -> None:
-    """The values of an expression over the film."""
-    from movimentum.repl.expressions import reading
+def rates(desk: Desk, message: RatesAsked) -> None:
+    """Answer with the velocities of all anchors in the frames asked for, not too many at a time."""
+    from movimentum.solver.rates.rates import rates_at
 
     job = desk.known(message.rev)
     if job is None or not job.moved:
         return
-    motion = job.motion
-    try:
-        read = reading(session_of(job, motion.timeline.start), message.expression)
-        values = read.values(_spread(motion))
-    except Refused as error:
-        words = error.diagnostics[0].message if error.diagnostics else "it has no value"
-        desk.send(Plotted(message.rev, message.expression, [], words))
+    timeline = job.motion.timeline
+    anchors = [(thing.number, n) for thing in timeline.scene.things for n in range(len(thing.anchors))]
+    expressions = [symbol(AnchorCoordinate(thing, n, axis)) for thing, n in anchors for axis in (0, 1)]
+    first = min(max(0, message.first), frames_shown(timeline) - 1)
+    count = min(frames_shown(timeline) - first, max(1, MOST_RATES // max(1, len(expressions))))
+    times = [timeline.frame_time(frame) for frame in range(first, first + count)]
+    values = np.ascontiguousarray(rates_at(job.motion, expressions, 1, times).T, dtype="<f4")
+    desk.send(RatesTold(message.rev, first, count, base64.b64encode(values.tobytes()).decode("ascii")))
+
+
+# --- the picture ------------------------------------------------------------------------------------------
+
+
+def still(desk: Desk, hands: Hands, message: StillAsked) -> None:
+    """Answer with the picture on show as an SVG; without a hand in it, it is what ``run -o x.svg --at`` writes."""
+    job = desk.known(message.rev)
+    if job is None or not job.moved:
+        desk.send(StillMade(message.rev, "", "the motion is not known yet"))
         return
-    rows = [[value if math.isfinite(value) else None for value in row] for row in values.tolist()]
-    desk.send(Plotted(message.rev, message.expression, rows))
+    try:
+        desk.send(StillMade(message.rev, _svg(job, hands, exact_time(message.time))))
+    except MovimentumError as error:
+        desk.send(StillMade(message.rev, "", error.diagnostics[0].message))
+
+
+def _svg(job: TextJob, hands: Hands, instant: Fraction) -> str:
+    from movimentum.drawing.options import PictureOptions
+    from movimentum.rendering.prepare import prepare_drawing
+    from movimentum.vector.film import make_film
+    from movimentum.vector.svg import svg_document
+    from movimentum.workflow.frames import PoseChunks
+
+    motion, timeline = job.motion, job.motion.timeline
+    every = PoseChunks(motion, range(timeline.frame_count), skip=False, drawn=True)
+    prepared = prepare_drawing(timeline.scene, every, PictureOptions(motion=motion, until=instant))
+    (poses,) = PoseChunks(motion, (instant,), skip=False, drawn=True)
+    poses = hands.shown(job, instant) or poses
+    title = job.film.title if job.film is not None else ""
+    return "".join(svg_document(make_film(timeline.scene, prepared, poses, title, timeline.fps, 0)))

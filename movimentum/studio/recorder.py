@@ -7,7 +7,6 @@ one that was deleted is not seen at all.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import numpy as np
 
 from movimentum.drawing.options import PictureOptions
 from movimentum.errors import usage_error
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 from movimentum.studio.desk import Desk, TextJob, exact_time

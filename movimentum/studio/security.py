@@ -14,8 +14,9 @@ import os
 import re
 import secrets
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
+
+from movimentum.records import dataclass, field
 
 LOOPBACK = "127.0.0.1"
 _NAMES = (LOOPBACK, "localhost")

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 from movimentum.arrays import FloatArray
-from movimentum.repl.text_edits import stated
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorRef, Constraint, Ending, Relation, Scene, Thing
-from movimentum.scene.text_edits import statement_end
+from movimentum.scene.text_edits import stated, statement_end
 from movimentum.source import SourceText, Span, UnfoldedText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand

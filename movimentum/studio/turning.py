@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from movimentum.errors import MovimentumError
+from movimentum.records import replace
 from movimentum.scene.model import Relation
 from movimentum.source import SourceText
 from movimentum.studio.sheet import NothingToDo, Sheet, number_text

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
+from movimentum.records import dataclass, field
 from movimentum.source import Span
 from movimentum.syntax.grammar import END, Tables, load_tables
 

@@ -6,10 +6,10 @@ Nothing here recurses or keeps state. An error in a node is raised as `Refusal`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.records import dataclass
 from movimentum.source import Span
 from movimentum.syntax.automaton import Token
 from movimentum.syntax.building_values import (

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.records import dataclass
 from movimentum.source import Span
 from movimentum.syntax.automaton import Token
 from movimentum.syntax.expression_tree import (

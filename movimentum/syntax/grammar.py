@@ -13,9 +13,10 @@ import json
 import os
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
+
+from movimentum.records import dataclass
 
 GRAMMAR_NAME = "movimentum.lark"
 TABLES_NAME = "tables.json"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity, insertion, replacement
+from movimentum.records import replace
 from movimentum.source import Edit, Span
 from movimentum.syntax.automaton import Unexpected
 from movimentum.syntax.building_blocks import WORDS, copied, meant, other_word

@@ -5,10 +5,9 @@ A field is an expression of the language and, behind a colon, a format of Python
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
+from movimentum.records import replace
 from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Expression
 from movimentum.syntax.parser import parse

@@ -7,9 +7,9 @@ comments and the spelling of numbers and functions are not kept; names are unres
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from enum import StrEnum
 
+from movimentum.records import dataclass, field
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import NOWHERE, Comparison, Expression, Node, Operator
 

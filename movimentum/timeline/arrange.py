@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import cast
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.expressions import ONE, ZERO, Expr, call, clock, div, ratio, substitute, walk
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Scene
 from movimentum.text import fraction_text
 from movimentum.timeline.model import HeldClaim, Segment, Timeline

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from movimentum.expressions import Expr, add, call, const, evaluate_op, sub, symbol, symbols, walk
+from movimentum.records import dataclass
 from movimentum.scene.model import Anchor, AnchorCoordinate, AnchorRef, Bearing, Constraint, Relation, Scene, ThingAngle
 
 Place = AnchorRef | tuple[float, float]

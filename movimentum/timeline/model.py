@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
+from movimentum.records import dataclass
 from movimentum.scene.model import Claim, Constraint, Scene
 
 

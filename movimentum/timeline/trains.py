@@ -16,10 +16,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from movimentum.expressions import ZERO, Expr, add, call, const, mul, ratio, sub, substitute, symbol, symbols
+from movimentum.records import dataclass, replace
 from movimentum.scene.gears import tooth_direction
 from movimentum.scene.model import (
     AnchorCoordinate,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
@@ -12,6 +11,7 @@ from PIL import Image
 
 from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.encoding.palette import Mapper, choose_palette
+from movimentum.records import dataclass, replace
 from movimentum.rendering.painter import Painter, PaintSession, make_painter
 from movimentum.rendering.stream import PoseSource
 from movimentum.scene.model import Scene

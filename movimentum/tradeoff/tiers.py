@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from statistics import median
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 from movimentum.expressions import Expr
 from movimentum.planning.lowering.equations import Equation, Form
 from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
+from movimentum.records import dataclass
 from movimentum.scene.model import Scene
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.draft import drafted

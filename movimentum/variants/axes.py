@@ -10,7 +10,6 @@ import csv
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ import numpy as np
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError, usage_error
+from movimentum.records import dataclass
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.syntax.suggest import nearest
 from movimentum.text import counted, listed, number

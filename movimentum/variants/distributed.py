@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 from movimentum.arrays import IntArray
+from movimentum.records import dataclass, replace
 from movimentum.variants.family import Family, block_size
 from movimentum.variants.outcomes import VariantRows
 from movimentum.variants.sweep import Solver, SweepJob, pieces

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import gc
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.records import dataclass, field
 from movimentum.variants.axes import VariantGrid
 from movimentum.variants.outcomes import OUTCOMES, VariantRows, joined
 from movimentum.variants.single import Variants

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,8 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.expressions import Expr, symbols
+from movimentum.query import parsed_statement, understood
+from movimentum.records import dataclass
 from movimentum.scene.model import Relation
 from movimentum.source import SourceText
 from movimentum.syntax.expression_tree import Constant, Expression, Name, children, rebuilt
@@ -22,10 +23,10 @@ from movimentum.variants.reducing import reduced
 from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, traced
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import ScriptFiles
-from movimentum.workflow.typed import claimed, parsed_statement
+from movimentum.workflow.stages import rebuilding
 
 if TYPE_CHECKING:
-    from movimentum.analysis.evaluate import Reader
+    from movimentum.query import Reader
 
 EQUAL_WITHIN = 1e-9
 """Of the scene's size: the tolerance of a claim without ``.within`` (as in `analysis.diagnose.claims`)."""
@@ -193,19 +194,19 @@ class _Lowering:
         """A scalar expression, as in a claim of the first step."""
         try:
             statement = parsed_statement(f"{text} = 0;", text)
-            claim = None
+            found: tuple[Expr, ...] = ()
             if statement is not None:
-                tree = _with_reductions(statement.left)
-                claim = claimed(self.source, self.choices, 0, tree, self.files)
+                rebuild = rebuilding(self.source, self.choices, self.files)
+                found = understood(_with_reductions(statement.left), 0, rebuild)
         except UsageError:
             raise
         except MovimentumError as error:
             raise retold(told, error.diagnostics[0]) from None
-        if claim is None:
+        if not found:
             raise wrong(told, "it is not an expression", example())
-        if len(claim.left) != 1:
+        if len(found) != 1:
             raise wrong(told, f"`{text}` is a vector", f"its length `({text}).l`, or `({text}).x`")
-        return claim.left[0]
+        return found[0]
 
 
 def _has_clock(root: Expr) -> bool:

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UsageError, usage_error
+from movimentum.records import dataclass, replace
 from movimentum.source import Span
 from movimentum.text import rational
 from movimentum.variants.axes import OWN_COLUMNS
@@ -129,9 +129,9 @@ def retold(text: str, item: Diagnostic) -> UsageError:
 
 def _split(text: str, parts: dict[ReducedPart, int]) -> str:
     """``text`` with a name in place of each reduction; these are added to ``parts``."""
+    from movimentum.query import parsed_statement
     from movimentum.scene.reductions import is_reduction
     from movimentum.syntax.expression_tree import Call, postorder
-    from movimentum.workflow.typed import parsed_statement
 
     def placed(part: ReducedPart) -> str:
         return f"{PLACE}{parts.setdefault(part, len(parts))}"

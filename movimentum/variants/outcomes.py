@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
+from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import FailureKind
 

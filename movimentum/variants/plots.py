@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from movimentum.encoding.heat_map import HeatMap, write_heat_map
 from movimentum.encoding.plot import COLORS, write_curves
 from movimentum.errors import usage_error
 from movimentum.output.files import refuse_unwritable, whole_file
+from movimentum.records import dataclass
 from movimentum.syntax.suggest import nearest
 from movimentum.text import number
 from movimentum.variants.axes import VariantGrid

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from movimentum.errors import MovimentumError, usage_error
 from movimentum.output.files import refuse_unwritable, whole_file
+from movimentum.records import replace
 from movimentum.rendering.small_multiples import SheetCell, write_small_multiples
 from movimentum.settings import FailurePolicy
 from movimentum.text import number

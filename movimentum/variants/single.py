@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError, UsageError
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import Scene
 from movimentum.solver.motion import PathMotion
 from movimentum.source import SourceText
@@ -82,7 +82,7 @@ class Variants:
     def _measured(self, motion: PathMotion, values: Mapping[str, float]) -> FloatArray:
         if not self.measures.measures:
             return np.zeros(0)
-        from movimentum.analysis.evaluate import reader
+        from movimentum.query import reader
 
         timeline = motion.timeline
         lowered = self.lowered_for(timeline, values)

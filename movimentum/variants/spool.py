@@ -11,7 +11,6 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
@@ -19,6 +18,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.errors import usage_error
+from movimentum.records import dataclass
 from movimentum.terminal import typed
 from movimentum.variants.axes import VariantGrid
 from movimentum.variants.outcomes import VariantRows

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.output.files import explained, refuse_overwriting, refuse_unwritable, whole_file
+from movimentum.records import dataclass, field
 from movimentum.source import SourceText
 from movimentum.variants.axes import VariantGrid, check_constants
 from movimentum.variants.family import LARGEST, SMALLEST, Family, block_size

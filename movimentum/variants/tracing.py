@@ -8,10 +8,10 @@ afterwards be written as an expression of them.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from movimentum.expressions import Expr, substitute, symbol
 from movimentum.expressions.walk import rebuild
+from movimentum.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+
+from movimentum.records import dataclass, field
 
 
 @dataclass(slots=True)

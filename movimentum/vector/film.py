@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -21,6 +20,7 @@ from movimentum.drawing.model import (
 )
 from movimentum.drawing.motion import arrow_shown, paint_over
 from movimentum.drawing.symbols import symbol_shown
+from movimentum.records import dataclass, replace
 from movimentum.rendering.prepare import PreparedDrawing, PreparedMark
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses

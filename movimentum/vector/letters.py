@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from movimentum.drawing.style import MIDDLE, SLANT, UNITS
 from movimentum.geometry import Affine
+from movimentum.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

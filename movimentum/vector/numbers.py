@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.records import dataclass
 
 LEAD = 0.001
 """Seconds by which an animation is ahead of its frames' times: at the very time of a frame, the frame is shown, and not

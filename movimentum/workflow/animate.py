@@ -6,13 +6,13 @@ import itertools
 import math
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError, ScriptError, usage_error
+from movimentum.records import replace
 from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices, Outcome, Picture, Progress

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity, limited
 from movimentum.errors import MovimentumError, UsageError
+from movimentum.records import dataclass
 from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices

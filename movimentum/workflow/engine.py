@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from functools import cached_property
@@ -18,19 +17,23 @@ from typing import TYPE_CHECKING
 
 from movimentum.cancellation import cancellable
 from movimentum.diagnostics import Diagnostic, limited
-from movimentum.errors import MovimentumError
+from movimentum.errors import MovimentumError, ScriptError, script_error
+from movimentum.records import dataclass
 from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.same_statements import Items, items_of, shifted
-from movimentum.workflow.stages import arranged, built, moved, parsed, visible
+from movimentum.workflow.stages import arranged, built, moved, parsed, rebuilding, visible
 
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
+    from movimentum.expressions import Expr
+    from movimentum.query import Query
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
     from movimentum.solver.poses import Poses
     from movimentum.solver.reuse import Known
+    from movimentum.syntax.expression_tree import Expression
     from movimentum.syntax.tree import ScriptTree
     from movimentum.timeline.model import Timeline
 
@@ -136,6 +139,8 @@ class Revision:
         self.engine = engine
         self.number = number
         self.source = source
+        self._advice: dict[float, tuple[Diagnostic, ...]] = {}
+        self._queries: dict[tuple[str, int], Query] = {}
 
     @property
     def outdated(self) -> bool:
@@ -218,6 +223,11 @@ class Revision:
 
     def advice(self, seconds: float) -> tuple[Diagnostic, ...]:
         """The diagnostics with the fixes that work, which are tried for so many ``seconds`` at most."""
+        if seconds not in self._advice:
+            self._advice[seconds] = self._advised(seconds)
+        return self._advice[seconds]
+
+    def _advised(self, seconds: float) -> tuple[Diagnostic, ...]:
         from movimentum.analysis.examine import examine
         from movimentum.solver.basis.memory import remembering
         from movimentum.workflow.fixes import with_fixes
@@ -238,6 +248,35 @@ class Revision:
         be awaited.
         """
         return self.engine.glimpse(self.timeline, time)
+
+    def expressions(self, text: str, step: int) -> tuple[Expr, ...]:
+        """The components of the expression ``text``, as it is understood in step number ``step``.
+
+        `ScriptError` (``query/expression``) for what is no expression with a value, and with the code
+        `query.NOT_A_READING` for one that has to be solved for.
+        """
+        from movimentum.query import understood
+
+        return understood(_typed(text), step, rebuilding(self.source, self.engine.choices))
+
+    def query(self, text: str, step: int) -> Query:
+        """The value of the expression ``text``, as it is understood in step number ``step``, which is solved for if it
+        has to be; `ScriptError` for what is no expression with a value.
+        """
+        from movimentum.query import NOT_A_READING, make_query, solved_query
+
+        known = self._queries.get((text, step))
+        if known is not None:
+            return known
+        try:
+            found = make_query(self.scene, text, self.expressions(text, step))
+        except ScriptError as error:
+            if error.diagnostics[0].code != NOT_A_READING:
+                raise
+            again = rebuilding(self.source, self.engine.choices)
+            found = solved_query(text, self.scene, _typed(text), step, again, moved)
+        self._queries[text, step] = found
+        return found
 
     def reports(self, time: Fraction | None = None) -> Iterator[StageReport]:
         """What there is to say, stage by stage, the instant ``time`` first (default: the beginning).
@@ -269,3 +308,16 @@ class Revision:
         if stage is Stage.PATH:
             return StageReport(self.number, stage, scene.diagnostics)
         return StageReport(self.number, stage, self.diagnostics, final=True)
+
+
+def _typed(text: str) -> Expression:
+    """The expression that somebody has typed."""
+    from movimentum.query import parsed_statement
+    from movimentum.syntax.expression_tree import Blank, postorder
+
+    statement = parsed_statement(f"{text} = 0;", text)
+    if statement is None:
+        raise script_error("query/expression", f"`{text.strip()}` is not a single expression or condition")
+    if any(isinstance(node, Blank) for node in postorder(statement.left)):
+        raise script_error("query/expression", "`_` is any value, so there is none to show")
+    return statement.left

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import ScriptError, usage_error
 from movimentum.output.text import write_text
+from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.terminal import visible
 from movimentum.workflow.choices import Choices, Outcome

@@ -14,13 +14,13 @@ import re
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
 from movimentum.cancellation import Cancelled, cancellable, look
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError, UsageError
+from movimentum.records import dataclass, replace
 from movimentum.settings import Advice
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.source import Edit, SourceText, Span, edited, edited_place

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from movimentum.errors import usage_error
+from movimentum.records import dataclass
 from movimentum.workflow.choices import FrameChoice
 
 if TYPE_CHECKING:

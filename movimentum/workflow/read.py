@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.errors import script_error, usage_error
+from movimentum.records import dataclass, field
 from movimentum.source import SourceText, UnfoldedText, drawing_file
 from movimentum.workflow.limits import MAX_SCRIPT_BYTES
 

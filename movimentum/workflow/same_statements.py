@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Label
+from movimentum.records import dataclass, replace
 from movimentum.source import FarSpan, SourceText, Span, UnfoldedText
 
 if TYPE_CHECKING:

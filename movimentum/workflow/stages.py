@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import NoSolutionError, ScriptError
+from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, Advice, FailurePolicy
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.limits import MAX_PIXELS
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
+    from movimentum.query import Rebuild
     from movimentum.scene.model import Scene, Thing
     from movimentum.solver.motion import AnyMotion, PathMotion
     from movimentum.solver.reuse import Known
@@ -75,6 +76,16 @@ def built(
         settings=dict(choices.settings),
         added=added,
     )
+
+
+def rebuilding(source: SourceText, choices: Choices, files: ScriptFiles | None = None) -> Rebuild:
+    """Reads the script again with one more statement, for a query that somebody types (`query.understood`)."""
+    script = source.script
+
+    def rebuild(added: tuple[int, Statement | ClaimStatement]) -> Timeline:
+        return arranged(built(parsed(script, choices), script, choices, added=(added,), files=files), choices)
+
+    return rebuild
 
 
 @contextmanager

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.terminal import visible
 from movimentum.workflow.choices import Choices, Outcome, Progress

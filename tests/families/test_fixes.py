@@ -20,7 +20,8 @@ from movimentum.analysis.examine import examine
 from movimentum.cancellation import look
 from movimentum.cli.check_report import check_json, check_sarif
 from movimentum.diagnostics import Diagnostic, limited, to_json
-from movimentum.repl.session import Refused, opened
+from movimentum.errors import MovimentumError
+from movimentum.repl.session import opened
 from movimentum.repl.shell import answer
 from movimentum.settings import Advice
 from movimentum.source import SourceText
@@ -439,7 +440,7 @@ def test_the_debugger_mends_a_script_that_cannot_be_read(room: Path) -> None:
     assert "= help: apply 1: did you mean `Crank.P`?" in say("check")
     assert say("apply 1").endswith("now everything is determined and agrees")
     assert say.session.text == good
-    with pytest.raises(Refused):
+    with pytest.raises(MovimentumError):
         say("apply 1")
 
 

@@ -10,7 +10,8 @@ import pytest
 import sympy
 
 from movimentum.analysis.interactive.scalar_equations import block_equations, symbol_name
-from movimentum.repl.session import Refused, opened
+from movimentum.errors import MovimentumError
+from movimentum.repl.session import opened
 from movimentum.repl.shell import answer
 from movimentum.workflow.choices import Choices
 
@@ -66,5 +67,5 @@ def test_rigid_things_are_listed_with_their_lengths() -> None:
 
 
 def test_another_word_is_refused() -> None:
-    with pytest.raises(Refused):
+    with pytest.raises(MovimentumError):
         answer(opened(str(SCRIPTS / "four-bar.mov"), Choices()), "plan equations")

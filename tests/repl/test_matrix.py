@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from movimentum.analysis.interactive.matrix import part_matrices
+from movimentum.errors import MovimentumError
 from movimentum.interop.linkages import linkage_script, read_linkage
-from movimentum.repl.session import Refused, opened
+from movimentum.repl.session import opened
 from movimentum.repl.shell import answer
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
@@ -122,7 +123,7 @@ def test_every_line_fits(tmp_path):
     ],
 )
 def test_what_cannot_be_shown_is_refused(text, line, code, tmp_path):
-    with pytest.raises(Refused) as caught:
+    with pytest.raises(MovimentumError) as caught:
         say(session_of(tmp_path, text), line)
     assert caught.value.diagnostics[0].code == code
 

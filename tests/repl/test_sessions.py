@@ -11,7 +11,8 @@ from PIL import Image
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from movimentum.repl.session import Refused, opened
+from movimentum.errors import MovimentumError
+from movimentum.repl.session import opened
 from movimentum.repl.shell import COMMANDS, answer, split, step
 from movimentum.workflow.choices import Choices
 from tests.command import movimentum
@@ -43,7 +44,7 @@ class Talk:
         return text
 
     def refuses(self, line: str) -> str:
-        with pytest.raises(Refused) as caught:
+        with pytest.raises(MovimentumError) as caught:
             self(line)
         return caught.value.diagnostics[0].code
 
@@ -314,7 +315,7 @@ def test_one_turn_of_a_loop_has_no_place_for_a_statement(tmp_path):
     path.write_text(TURNS, encoding="utf-8")
     session = opened(str(path), Choices())
     later, _ = answer(session, "at 2.5")
-    with pytest.raises(Refused) as refusal:
+    with pytest.raises(MovimentumError) as refusal:
         answer(later, "Hand.angle > -90")
     (item,) = refusal.value.diagnostics
     assert item.code == "repl/elsewhere"
@@ -370,7 +371,7 @@ def test_it_opens_on_what_is_broken(talk):
 
 def test_what_is_mistyped_is_shown_where_it_was_typed(talk):
     say = talk()
-    with pytest.raises(Refused) as caught:
+    with pytest.raises(MovimentumError) as caught:
         say("Rod.Q = [1,2]")
     (told,) = caught.value.diagnostics
     assert caught.value.source.text[told.span.start : told.span.end] == "Q"

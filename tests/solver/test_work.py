@@ -23,7 +23,7 @@ from movimentum.solver import beginning
 from movimentum.solver.block import change_points
 from movimentum.solver.block.scaling import null_space
 from movimentum.solver.continuation import coincidences, strides, trace
-from movimentum.solver.kinds import dispatch
+from movimentum.solver.kinds import kernels
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.options import BlockOptions
@@ -71,7 +71,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str) -> Counter[s
 
 def test_a_closed_drawing_is_solved_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The search for a beginning takes over what the look at the drawing has found."""
-    begun = counted(monkeypatch, dispatch, "begin")
+    begun = counted(monkeypatch, kernels, "begin")
     motion_of(chain(6))
     once = begun["begin"]
     original = BlockOptions.candidates

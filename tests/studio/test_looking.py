@@ -12,9 +12,9 @@ import pytest
 
 from movimentum.source import SourceText
 from movimentum.studio.answers import ClaimsJudged, RatesTold, StillMade
-from movimentum.studio.judged import claims_told
+from movimentum.studio.descriptions import claims_told
 from movimentum.studio.messages import RatesAsked, StillAsked
-from movimentum.studio.readings import rates, still
+from movimentum.studio.questions import rates, still
 from movimentum.workflow.engine import Engine
 from tests.command import movimentum
 from tests.studio.bench import Bench

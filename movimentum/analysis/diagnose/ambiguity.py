@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from movimentum.analysis.diagnose.equal_solutions import ONE, loose_variables, s
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.diagnostics import Diagnostic, Fix, Severity
-from movimentum.planning.blocks.kinds import Newton, Ode, Quadratic
+from movimentum.records import replace
 from movimentum.scene.model import VariableComponent
 from movimentum.scene.text_edits import added
 from movimentum.solver.assembly import snapshot
@@ -43,7 +42,7 @@ def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> I
     segment_motion = trials.motion.segments[index]
     plan = segment_motion.plan
     blocks = plan.blocks
-    choosing = tuple(n for n in part.blocks if isinstance(blocks[n], Quadratic | Newton | Ode))
+    choosing = tuple(n for n in part.blocks if blocks[n].branches)
     bodies = [plan.system.scene.things[t] for t in things_of(segment_motion, part.blocks)]
     span = span_of_blocks(segment_motion, choosing) or span_of_blocks(segment_motion, part.blocks)
     if span is None and bodies:  # nothing is stated there but that a thing is rigid

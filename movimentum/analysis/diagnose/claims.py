@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.analysis.evaluate import Reader, reader
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity
+from movimentum.query import Reader, reader
+from movimentum.records import dataclass
 from movimentum.scene.model import Claim, Relation
 from movimentum.scene.text_edits import tolerated
 from movimentum.solver.motion import PathMotion

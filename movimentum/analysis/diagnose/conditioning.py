@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
-from movimentum.planning.blocks.kinds import Integral, Newton, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Newton, Quadratic
+from movimentum.records import dataclass
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
@@ -50,7 +50,7 @@ def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int,
         instants = piece.instants(piece.nodes)
         at_nodes, _ = piece.solve(instants, windings=False)  # once for all blocks, not once for each
         for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
-            if not block.moving or isinstance(block, Winding | Integral):
+            if not block.moving or block.continued:
                 continue
             found: FloatArray | None = None
             chosen = frames

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ from movimentum.analysis.diagnose.runaway import runaway
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
 from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
+from movimentum.records import replace
 from movimentum.scene.model import Constraint, Scene, Thing
 from movimentum.scene.text_edits import added, lengthened, turned_round
 from movimentum.settings import Advice

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from movimentum.diagnostics import Diagnostic, Severity, insertion
+from movimentum.records import dataclass
 from movimentum.scene.model import Shape, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses

@@ -8,7 +8,6 @@ beginning.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +16,7 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.numeric import atan2d
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.scene.model import Scene, ThingAngle, VariableComponent
 from movimentum.scene.names import symbol_name
 from movimentum.solver.assembly import placements

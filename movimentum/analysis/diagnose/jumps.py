@@ -5,11 +5,11 @@ solution.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.records import dataclass
 from movimentum.scene.model import Scene
 from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.motion import PathMotion

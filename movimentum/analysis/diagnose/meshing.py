@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import symbols
+from movimentum.records import dataclass
 from movimentum.scene.gears import pitch_radius, tooth_direction
 from movimentum.scene.model import Constraint, GearPair, Relation, Scene, Shape, Thing
 from movimentum.solver.motion import PathMotion

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
-from movimentum.planning.blocks.kinds import Block, Newton, Ode
+from movimentum.planning.blocks.kinds import Block
 from movimentum.scene.model import Constraint, Scene, Thing
 from movimentum.scene.text_edits import lengthened, removed
 from movimentum.settings import Advice
@@ -60,7 +60,7 @@ def bind(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, ad
     )
     until = until_when(motion, segment_motion, trouble)
     tau, conflict = _conflict(motion, segment_motion, trouble, block, carry)
-    if trouble.kind is FailureKind.START and isinstance(block, Newton | Ode) and conflict is None:
+    if trouble.kind is FailureKind.START and block.iterative and conflict is None:
         return None
     where, label, labels = "", "binds", list[Label]()
     chosen: list[Constraint] = []

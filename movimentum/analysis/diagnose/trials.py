@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from movimentum.errors import MovimentumError
-from movimentum.planning.blocks.kinds import Newton, Ode
 from movimentum.planning.structure.rates import RateError
+from movimentum.records import replace
 from movimentum.scene.amended import Amender
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.continuation.tracks import NodeTrack
@@ -37,7 +36,7 @@ class Trials:
     def __init__(self, motion: PathMotion, most: int = MOST) -> None:
         self.motion = motion
         self._script = Amender(motion.timeline.scene)
-        coupled = [len(b.core) for s in motion.segments for b in s.plan.blocks if isinstance(b, Newton | Ode)]
+        coupled = [len(b.core) for s in motion.segments for b in s.plan.blocks if b.iterative]
         unknowns = sum(len(segment_motion.plan.system.unknowns) for segment_motion in motion.segments)
         most = min(most, MOST_UNKNOWNS // max(unknowns, 1))
         self._left = most if max(coupled, default=0) <= COUPLED else 0

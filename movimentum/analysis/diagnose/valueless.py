@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.valued import has_value
 from movimentum.text import listed, time_text

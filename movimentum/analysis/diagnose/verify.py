@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.judge import TOLERANCE, Judge

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.planning.blocks.kinds import Free, simultaneous, wishes_drawing
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.lowering.unknowns import symbol_numbers
+from movimentum.records import dataclass
 from movimentum.scene.model import Constraint
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State

@@ -5,7 +5,6 @@ which statements are redundant.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.planning.structure.graph import groups
+from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.block.sizes import scale_of

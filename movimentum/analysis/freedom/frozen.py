@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from movimentum.planning.blocks.wishes import with_wishes
 from movimentum.planning.codegen.generate import Clocks, Compiled
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.plan import Plan
+from movimentum.records import replace
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
@@ -15,6 +14,7 @@ from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.builder import can_be_seen_turning
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.scene.model import AnchorRef, ThingAngle
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem

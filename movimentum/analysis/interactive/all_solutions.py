@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from movimentum.analysis.diagnose.equal_solutions import loose_variables, shown_unknowns, solutions_of
 from movimentum.analysis.diagnose.inequalities import described, followed_at, selecting_inequalities, selecting_wish
 from movimentum.arrays import first_of
+from movimentum.records import dataclass, replace
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot, as_drawn
 from movimentum.solver.block.closed_form import State

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from movimentum.analysis.diagnose.conditioning import conditions
 from movimentum.arrays import FloatArray
-from movimentum.planning.blocks.kinds import Block, Integral, Newton, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Block, Newton, Quadratic
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.records import dataclass
 from movimentum.solver.block import closed_form
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
@@ -46,7 +46,7 @@ def branches(motion: PathMotion) -> Iterator[BranchReport]:
             if isinstance(piece, Unsolved):
                 continue
             for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
-                if isinstance(block, Winding | Integral) or not block.moving:
+                if block.continued or not block.moving:
                     continue
                 with np.errstate(all="ignore"):
                     found = None

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass
 
 from movimentum.expressions import Expr, symbols
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import islice
 
@@ -19,6 +18,7 @@ from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.lowering.system import lowered_expressions
 from movimentum.planning.lowering.unknowns import symbol_numbers
+from movimentum.records import dataclass, replace
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State

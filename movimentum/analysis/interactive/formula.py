@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -11,6 +10,7 @@ from movimentum.arrays import first_of
 from movimentum.expressions import Expr, symbols, walk
 from movimentum.planning.blocks.kinds import Integral, Ode, Winding
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
+from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.solver.continuation.tracks import SignTrack
 from movimentum.solver.path.piece import Piece

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import Accumulated, PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
 from movimentum.planning.structure.decompose import Group
 from movimentum.planning.structure.graph import groups
+from movimentum.records import dataclass
 from movimentum.scene.model import ThingAngle, ThingProperty
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.block.closed_form import State

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from movimentum.analysis.interactive.formula import REASONABLE, branch_signs, clock, operations, readable, to_sympy
@@ -11,6 +10,7 @@ from movimentum.expressions import Expr, walk
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PoseX, PoseY, Rate, unknown_number
+from movimentum.records import dataclass
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
 

@@ -16,7 +16,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import projected
-from movimentum.solver.kinds.dispatch import evaluate
+from movimentum.solver.kinds.kernels import evaluate
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
 

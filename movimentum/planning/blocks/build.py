@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, sub, substitute, symbol, symbols, walk
@@ -36,6 +35,7 @@ from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.structure.decompose import Group
 from movimentum.planning.structure.linear_rows import reduced_rows, sparse_rows
 from movimentum.planning.structure.metric import Metric, anchor_metric
+from movimentum.records import dataclass, replace
 
 DENSE = 50
 """Unknowns of a free block above which what is linear is eliminated, and matrices are sparse."""

@@ -7,7 +7,6 @@ straight-line function a run costs what its arithmetic costs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from movimentum.planning.blocks.kinds import Assign, Block, Quadratic, Winding
 from movimentum.planning.codegen.generate import Clocks, Writer
 from movimentum.planning.codegen.kept_code import KeptCode
+from movimentum.records import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
@@ -17,6 +16,7 @@ from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import Equation, Form, System, Wish
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.planning.structure.decompose import Group
+from movimentum.records import replace
 
 
 class KeptBlocks(Kept[Block]):

@@ -6,13 +6,13 @@ evaluated in a block of each kind is in `solver.kinds`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 from movimentum.expressions import Expr, add, mul
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
 from movimentum.planning.structure.metric import Metric
+from movimentum.records import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -54,6 +54,31 @@ class BlockBase:
         return False
 
     @property
+    def branches(self) -> bool:
+        """Whether it may have several solutions at one instant."""
+        return False
+
+    @property
+    def iterative(self) -> bool:
+        """Whether Newton's method solves it."""
+        return False
+
+    @property
+    def closed_form(self) -> bool:
+        """Whether formulas or linear equations give its solutions from its inputs at the same instant."""
+        return False
+
+    @property
+    def single_valued(self) -> bool:
+        """Whether its inputs give its one solution by formulas or linear equations."""
+        return self.closed_form and not self.branches
+
+    @property
+    def continued(self) -> bool:
+        """Whether its value goes on from the one before: an angle with its turns, an integral."""
+        return False
+
+    @property
     def rows(self) -> int:
         """The number of equations that are left for the core."""
         return len(self.equations) - len(self.targets)
@@ -67,6 +92,11 @@ class Assign(BlockBase):
 
     partial: bool = False
 
+    @property
+    def closed_form(self) -> bool:
+        """See `BlockBase`."""
+        return True
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Linear(BlockBase):
@@ -76,6 +106,11 @@ class Linear(BlockBase):
 
     system: Compiled
     entries: tuple[Expr, ...]
+
+    @property
+    def closed_form(self) -> bool:
+        """See `BlockBase`."""
+        return True
 
 
 class QuadraticShape(StrEnum):
@@ -97,6 +132,16 @@ class Quadratic(BlockBase):
     solution: Compiled
     margin: Expr
     normal: tuple[Expr, Expr] | None = None
+
+    @property
+    def branches(self) -> bool:
+        """See `BlockBase`."""
+        return True
+
+    @property
+    def closed_form(self) -> bool:
+        """See `BlockBase`."""
+        return True
 
     @property
     def apart(self) -> Expr | None:
@@ -123,6 +168,16 @@ class Newton(BlockBase):
     residuals: tuple[Expr, ...]
     slopes: tuple[Expr, ...]
     row_equations: tuple[int, ...]
+
+    @property
+    def branches(self) -> bool:
+        """See `BlockBase`."""
+        return True
+
+    @property
+    def iterative(self) -> bool:
+        """See `BlockBase`."""
+        return True
 
     @property
     def is_square(self) -> bool:
@@ -173,12 +228,22 @@ class Winding(BlockBase):
 
     direction: Compiled
 
+    @property
+    def continued(self) -> bool:
+        """See `BlockBase`."""
+        return True
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Integral(BlockBase):
     """An integral over time of what earlier blocks determine. ``integrand``: compiled; one value."""
 
     integrand: Compiled
+
+    @property
+    def continued(self) -> bool:
+        """See `BlockBase`."""
+        return True
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -194,6 +259,16 @@ class Ode(BlockBase):
     states: tuple[int, ...]
     integrands: Compiled
     derivatives: tuple[Expr, ...]
+
+    @property
+    def branches(self) -> bool:
+        """See `BlockBase`."""
+        return True
+
+    @property
+    def iterative(self) -> bool:
+        """See `BlockBase`."""
+        return True
 
     @property
     def free(self) -> bool:

@@ -7,9 +7,9 @@ twenty operations are left.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, neg, sub
+from movimentum.records import dataclass
 
 
 def sign_of(block: int) -> Expr:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from movimentum.expressions import Expr, walk
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.lowering.equations import System
+from movimentum.records import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

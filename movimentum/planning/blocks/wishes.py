@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from math import inf
 
 from movimentum.expressions import Expr, add, call, const, div, neg, sub, substitute, symbol
@@ -15,6 +14,7 @@ from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, Po
 from movimentum.planning.structure.decompose import Group
 from movimentum.planning.structure.graph import strong_components
 from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
+from movimentum.records import replace
 from movimentum.scene.model import ThingAngle
 
 

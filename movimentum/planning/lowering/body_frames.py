@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TypeVar
 
 from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, sub, symbols
+from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Constraint, Relation, Scene, Thing, ThingAngle
 
 Point = tuple[float, float]

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 
 from movimentum.expressions import ZERO, Expr
@@ -25,6 +24,7 @@ from movimentum.planning.lowering.unknowns import (
     Unknown,
     symbol_numbers,
 )
+from movimentum.records import dataclass
 from movimentum.scene.model import Scene, ThingAngle
 from movimentum.timeline.model import Segment
 

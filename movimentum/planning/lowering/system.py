@@ -8,7 +8,6 @@ unknowns at all. Every equation keeps the number of its constraint (or of the ri
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import replace
 
 from movimentum.expressions import (
     ONE,
@@ -33,6 +32,7 @@ from movimentum.planning.lowering.unknowns import (
     symbol_numbers,
     unknown_number,
 )
+from movimentum.records import replace
 from movimentum.scene.model import Constraint, Scene, ThingAngle
 from movimentum.timeline.model import Segment
 

@@ -8,9 +8,9 @@ handedness cannot flip, and one quadratic replaces the n(n-1)/2 distances betwee
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
 
 from movimentum.expressions import Expr, symbols
+from movimentum.records import dataclass
 from movimentum.scene.model import ThingAngle, ThingProperty
 
 

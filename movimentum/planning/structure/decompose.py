@@ -9,11 +9,11 @@ Structure is a plan, not a verdict: whether a block really has full rank is seen
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, Rate
 from movimentum.planning.structure.graph import groups, in_order, maximum_matching, reachable, strong_components
+from movimentum.records import dataclass
 from movimentum.scene.model import ThingAngle
 
 

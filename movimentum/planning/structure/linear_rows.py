@@ -7,7 +7,6 @@ unknowns: half of what there was, and as sparse.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
+from movimentum.records import dataclass
 
 NEGLIGIBLE = 1e-13
 """Of a row's largest coefficient: what is left of coefficients that cancel."""

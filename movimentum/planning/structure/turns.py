@@ -7,10 +7,10 @@ a ring). Both are decided by elimination, as the structure alone does not show i
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 
 from movimentum.planning.lowering.equations import Equation, System
 from movimentum.planning.lowering.unknowns import PosePart
+from movimentum.records import replace
 
 _NOTHING = 1e-9
 """Of a row's largest coefficient: what is left of it where it follows from others."""

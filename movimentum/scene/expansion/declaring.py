@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 
 from movimentum.diagnostics import Label, replacement
 from movimentum.expressions import ZERO
+from movimentum.records import dataclass, replace
 from movimentum.scene.expansion.constants import Constants
 from movimentum.scene.expansion.placement import CopyFrame, expr_of
 from movimentum.scene.expansion.scopes import (

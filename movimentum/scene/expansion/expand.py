@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.expressions import Expr
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.constants import exact
 from movimentum.scene.expansion.constants import Constants
 from movimentum.scene.expansion.declaring import Body, Declarer, Made, TooMany

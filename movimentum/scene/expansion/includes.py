@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import replace
 
 from movimentum.diagnostics import Diagnostic, Label
 from movimentum.errors import MovimentumError
+from movimentum.records import replace
 from movimentum.scene.expansion.declaring import Declarer
 from movimentum.scene.expansion.scopes import Scope
 from movimentum.source import SourceText, Span, Unfolding

@@ -8,11 +8,11 @@ picture would be.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 
 from movimentum.expressions import ONE, ZERO, Expr, add, call, const, mul, neg, ratio, sub
 from movimentum.geometry import Affine
+from movimentum.records import dataclass
 from movimentum.syntax.expression_tree import (
     Call,
     Constant,

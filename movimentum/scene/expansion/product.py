@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from fractions import Fraction
 
+from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Constant

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 from movimentum.diagnostics import Label, replacement
+from movimentum.records import dataclass, field
 from movimentum.scene.expansion.scopes import (
     ArrayEntry,
     ConstantEntry,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 
+from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Constant, Expression

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 
 from movimentum.errors import ScriptError
+from movimentum.records import replace
 from movimentum.scene.constants import constant
 from movimentum.scene.expansion.constants import Constants
 from movimentum.scene.expansion.declaring import Made

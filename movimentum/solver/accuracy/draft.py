@@ -8,7 +8,6 @@ compared. Intervals in which something has no solution are solved frame by frame
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
@@ -19,6 +18,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field, replace
 from movimentum.solver.accuracy.notes import draft_note
 from movimentum.solver.assembly import Placement, placements
 from movimentum.solver.basis.instants import Instants

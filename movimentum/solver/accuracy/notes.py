@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.records import dataclass, field
 from movimentum.text import listed, number, time_text
 
 FLOAT_DIGITS = 15

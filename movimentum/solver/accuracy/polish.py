@@ -10,7 +10,6 @@ a Jacobian of all digits.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from movimentum.expressions import ONE, ZERO, Expr, add, mul, sub, symbol, symbo
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.block.closed_form import State

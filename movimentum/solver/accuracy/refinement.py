@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
@@ -22,6 +21,7 @@ from movimentum.planning.blocks.kinds import Block, Integral, Ode, Winding
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
+from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.notes import Attained

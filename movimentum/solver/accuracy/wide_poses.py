@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.lowering.body_frames import stated_point
+from movimentum.records import dataclass
 from movimentum.scene.model import Thing
 from movimentum.solver.arithmetic.evaluation import Evaluator, Number
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic

@@ -8,7 +8,6 @@ instants, and nothing is compiled.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from movimentum.expressions import Expr, walk
 from movimentum.planning.codegen import numeric
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.unknowns import unknown_number
+from movimentum.records import dataclass
 
 AT_ONCE = 200_000
 """Numbers of which the values of all operations on one shape may consist: what the processor's cache has room for."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
+from movimentum.records import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Hashable, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Generic, TypeVar, cast
 
 from movimentum.expressions import Expr
 from movimentum.kept import Kept
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.records import dataclass
 from movimentum.solver.basis.effort import charge, counted
 
 T = TypeVar("T")

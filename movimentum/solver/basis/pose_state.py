@@ -6,11 +6,11 @@ Poses are kept in the scene's terms, so that a plan with other frames can read t
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field
 
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX
+from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene, ThingAngle
 
 

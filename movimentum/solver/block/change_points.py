@@ -11,11 +11,11 @@ is involved.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.records import dataclass
 
 Margin = Callable[[FloatArray], FloatArray]
 """The relative discriminant at any offsets: (N,) to (N,)."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
+from movimentum.records import dataclass, field
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.one_instant import OneInstant

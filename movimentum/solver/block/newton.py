@@ -7,13 +7,12 @@ relative to the largest singular value.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.generate import Compiled
+from movimentum.records import dataclass
 from movimentum.solver.block.linearization import chord_newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import RANK_TOLERANCE, relative_error, scaled

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.structure.linear_rows import SparseRows
+from movimentum.records import dataclass, replace
 from movimentum.solver.block.closed_form import State
 
 Values = Mapping[int, FloatArray]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.stated import BlockRows
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient
 from movimentum.solver.basis.instants import Instants
 

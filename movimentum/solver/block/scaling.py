@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.records import dataclass
 from movimentum.solver.basis.effort import charge
 
 RANK_TOLERANCE = 1e-8

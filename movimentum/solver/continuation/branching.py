@@ -9,11 +9,10 @@ Keller, *Lectures on Numerical Methods in Bifurcation Problems*, ch. 5). All of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, first_of
+from movimentum.records import dataclass
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.scaling import scaled
 

@@ -8,13 +8,13 @@ stiff equations need no other method, and the polynomial itself is what frames a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
+from movimentum.records import dataclass, replace
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.continuation.tracks import FlowTrack, PolynomialTrack, Trouble, legendre

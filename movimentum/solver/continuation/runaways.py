@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
-from movimentum.planning.blocks.kinds import Assign, Block, Linear, Newton, Quadratic
+from movimentum.planning.blocks.kinds import Block, Linear, Newton
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.solver.basis.memory import code_of
@@ -69,7 +69,7 @@ def runaways(path: Path, block: Block, places: Sequence[tuple[float, float]]) ->
     """The first pole of a block in closed form among ``places`` (see `vanishing`): the time about it in which
     something is farther away than `FAR`.
     """
-    if not isinstance(block, Assign | Linear | Quadratic):
+    if not block.closed_form:
         return []
     with np.errstate(all="ignore"):
         gaps = (_pole(path, block, place, width) for place, width in places)

@@ -7,11 +7,11 @@ corrector moved little and the two velocities integrate to the displacement.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.records import dataclass
 from movimentum.solver.block.local import SINGULAR, Local
 from movimentum.solver.block.sizes import sizes_at
 

@@ -8,11 +8,10 @@ neighbours must meet the conditions as if it had been stepped. What does not is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.records import dataclass
 from movimentum.solver.block.local import ITERATIONS, SINGULAR, Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem

@@ -7,12 +7,11 @@ point (a change point) with the velocity they came with.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
+from movimentum.records import replace
 from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
 from movimentum.solver.continuation.branching import SingularPose, displacement
 from movimentum.solver.continuation.folds import path_end

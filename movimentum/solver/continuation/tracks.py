@@ -5,7 +5,6 @@ at once and on the same path.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
-from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
 from typing import Protocol
@@ -15,6 +14,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from movimentum.planning.blocks.kinds import Block, Free, Velocity
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.solver.arithmetic.evaluation import ordered
 from movimentum.solver.arithmetic.taylor import coefficient, shifted
 from movimentum.solver.block.closed_form import State

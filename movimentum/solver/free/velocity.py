@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
 from movimentum.solver.block.linearization import Tangent, chord_newton, tangent_at
 from movimentum.solver.block.local import Probe

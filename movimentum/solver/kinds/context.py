@@ -1,17 +1,18 @@
-"""What a path begins with, as the blocks see it."""
+"""What the kinds of blocks have in common: how a path begins, goes on and is evaluated in a block."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
-from movimentum.arrays import FloatArray
-from movimentum.planning.blocks.kinds import Block
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.planning.blocks.kinds import Block, BlockBase
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.continuation.tracks import Choice
+from movimentum.solver.continuation.grid import Grid
+from movimentum.solver.continuation.tracks import Choice, Gap, Path, Track
 from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.solver.solutions.newton_starts import Starts
 
@@ -51,3 +52,29 @@ class Found:
     lacking: list[float] = field(default_factory=list[float])
     complete: bool = True
     effort: int = 0
+
+
+B = TypeVar("B", bound=BlockBase)
+
+
+class Kernel(Generic[B]):
+    """How blocks of one kind are solved. As it stands: those with one solution, for which nothing is to be followed."""
+
+    def begin(self, start: Beginning, block: B) -> Found:
+        """All solutions of a block to begin a path with, given what is known before it."""
+        return Found([Choice()])
+
+    def take(self, start: Beginning, block: B, choice: Choice) -> None:
+        """Set the core, at both instants, to what ``choice`` means."""
+
+    def first_track(self, path: Path, block: B, choice: Choice) -> Track:
+        """The track of a block where the path is one instant long."""
+        return None
+
+    def follow(self, path: Path, grid: Grid, block: B, choice: Choice, gaps: list[Gap]) -> Track:
+        """The track of a block over the whole path; where it has no solution is added to ``gaps``."""
+        return None
+
+    def evaluate(self, path: Path, block: B, track: Track, state: State, instants: Instants) -> BoolArray | None:
+        """Set the core; returns where there is no solution, or None."""
+        return None

@@ -4,34 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Integral
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.poles import first_pole
-from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, TotalTrack
-from movimentum.solver.kinds.context import Beginning, Found
-
-
-def begin(start: Beginning, block: Integral) -> Found:
-    """The total so far."""
-    return Found([Choice(values=(start.totals.get(block.core[0], 0.0),))])
-
-
-def take(start: Beginning, block: Integral, choice: Choice) -> None:
-    """Set the total, at both instants."""
-    (value,) = block.integrand(start.state, start.instants.clocks)
-    value = np.broadcast_to(value, 2)
-    step = start.ahead * 0.5 * float(value[0] + value[1])
-    start.state[block.core[0]] = choice.values[0] + np.array([0.0, step])
-
-
-def evaluate(path: Path, block: Integral, track: TotalTrack, state: State, instants: Instants) -> None:
-    """Set the total."""
-    state[block.core[0]] = accumulated(path, block, track, instants.tau)
-
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, TotalTrack, Track
+from movimentum.solver.kinds.context import Beginning, Found, Kernel
 
 HALVINGS = 20
 AIM, COARSE = 1e-13, 1e-5
@@ -44,41 +25,6 @@ JUMP = 1e-3
 """Of the change over an interval: what is left of it in no time at all is a jump."""
 END = 1e-9
 """Of an interval: how far from its ends the integrand is looked at, so that it is this side of a jump there."""
-
-
-def follow(path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[Gap]) -> TotalTrack:
-    """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves, at jumps
-    first of all. What comes behind a pole is a gap.
-    """
-    total, wrong = np.zeros(len(grid.tau)), np.zeros(len(grid.tau) - 1)
-    behind = (path.tracks[number] for number in path.upstream(block.number))
-    # what is integrated itself is smooth to the error of its steps, and no finer
-    aim = max([AIM, *(min(track.tolerance, COARSE) for track in behind if isinstance(track, NodeTrack))])
-    low = high = halves = apart = np.zeros(0)
-    for left in reversed(range(HALVINGS)):
-        before, low, high = (low, high, halves, apart), grid.tau[:-1], grid.tau[1:]
-        with np.errstate(all="ignore"):
-            halves, apart = _judged(path, block, low, high, before)
-        wrong = apart / (aim * (float(np.max(np.abs(halves), initial=0.0)) or 1.0))
-        change = np.where(np.isfinite(wrong) & (wrong > 1.0), 2.0, 0.0)
-        if not left or not change.any():
-            break
-        if left % JUMPS_EVERY == 0:
-            with np.errstate(all="ignore"):
-                jumps = _jumps(path, block, low[change > 1.0], high[change > 1.0])
-            if len(jumps):
-                grid.insert(jumps)
-                continue
-        if not grid.refine(change, 1.0):
-            break
-    gaps[:] = [gap for gap in gaps if gap.block != block.number]
-    unsettled = wrong > UNSETTLED
-    if unsettled.any():
-        with np.errstate(all="ignore"):
-            pole = first_pole(path, block, low[unsettled], high[unsettled])
-        gaps += [] if pole is None else [Gap(pole, path.end, block.number)]
-    total = float(choice.values[0]) + np.concatenate([[0.0], np.cumsum(np.nan_to_num(halves, posinf=0.0, neginf=0.0))])
-    return TotalTrack(grid.tau, total)
 
 
 def _judged(
@@ -165,3 +111,64 @@ def _at(path: Path, block: Integral, tau: FloatArray) -> FloatArray:
     instants = path.instants(tau.reshape(-1))
     (values,) = block.integrand(path.before(block.number, instants), instants.clocks)
     return np.broadcast_to(values, tau.size).reshape(tau.shape)
+
+
+class IntegralKernel(Kernel[Integral]):
+    """See `Kernel`."""
+
+    def begin(self, start: Beginning, block: Integral) -> Found:
+        """The total so far."""
+        return Found([Choice(values=(start.totals.get(block.core[0], 0.0),))])
+
+    def take(self, start: Beginning, block: Integral, choice: Choice) -> None:
+        """Set the total, at both instants."""
+        (value,) = block.integrand(start.state, start.instants.clocks)
+        value = np.broadcast_to(value, 2)
+        step = start.ahead * 0.5 * float(value[0] + value[1])
+        start.state[block.core[0]] = choice.values[0] + np.array([0.0, step])
+
+    def first_track(self, path: Path, block: Integral, choice: Choice) -> TotalTrack:
+        """The track where a path is one instant long."""
+        return TotalTrack(np.array([path.begin]), np.array(choice.values))
+
+    def follow(self, path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[Gap]) -> TotalTrack:
+        """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves, at
+        jumps first of all. What comes behind a pole is a gap.
+        """
+        wrong = np.zeros(len(grid.tau) - 1)
+        behind = (path.tracks[number] for number in path.upstream(block.number))
+        # what is integrated itself is smooth to the error of its steps, and no finer
+        aim = max([AIM, *(min(track.tolerance, COARSE) for track in behind if isinstance(track, NodeTrack))])
+        low = high = halves = apart = np.zeros(0)
+        for left in reversed(range(HALVINGS)):
+            before, low, high = (low, high, halves, apart), grid.tau[:-1], grid.tau[1:]
+            with np.errstate(all="ignore"):
+                halves, apart = _judged(path, block, low, high, before)
+            wrong = apart / (aim * (float(np.max(np.abs(halves), initial=0.0)) or 1.0))
+            change = np.where(np.isfinite(wrong) & (wrong > 1.0), 2.0, 0.0)
+            if not left or not change.any():
+                break
+            if left % JUMPS_EVERY == 0:
+                with np.errstate(all="ignore"):
+                    jumps = _jumps(path, block, low[change > 1.0], high[change > 1.0])
+                if len(jumps):
+                    grid.insert(jumps)
+                    continue
+            if not grid.refine(change, 1.0):
+                break
+        gaps[:] = [gap for gap in gaps if gap.block != block.number]
+        unsettled = wrong > UNSETTLED
+        if unsettled.any():
+            with np.errstate(all="ignore"):
+                pole = first_pole(path, block, low[unsettled], high[unsettled])
+            gaps += [] if pole is None else [Gap(pole, path.end, block.number)]
+        total = float(choice.values[0]) + np.concatenate(
+            [[0.0], np.cumsum(np.nan_to_num(halves, posinf=0.0, neginf=0.0))]
+        )
+        return TotalTrack(grid.tau, total)
+
+    def evaluate(self, path: Path, block: Integral, track: Track, state: State, instants: Instants) -> BoolArray | None:
+        """Set the total."""
+        assert isinstance(track, TotalTrack)
+        state[block.core[0]] = accumulated(path, block, track, instants.tau)
+        return None

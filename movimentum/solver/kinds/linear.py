@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
-from movimentum.planning.blocks.kinds import Assign, Linear
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.planning.blocks.kinds import Block, Linear
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
-from movimentum.solver.continuation.tracks import Gap, Path
+from movimentum.solver.continuation.tracks import Choice, Gap, Path, Track
+from movimentum.solver.kinds.context import Beginning, Kernel
 
 INSTANT = 1e-12
 """Of a path: where something has no value for no longer than this, as sin(t)/t at zero, the path does not end."""
 
 
-def evaluate(block: Linear, state: State, instants: Instants) -> None:
-    """Set the core."""
-    for n, value in zip(block.core, closed_form.linear(block, state, instants.clocks), strict=True):
-        state[n] = value
-
-
-def undefined(path: Path, grid: Grid, block: Assign | Linear) -> list[Gap]:
+def undefined(path: Path, grid: Grid, block: Block) -> list[Gap]:
     """Where a block that is assigned or linear has no finite value (the root of a negative number, an overflow)."""
 
     def finite(state: State, count: int) -> FloatArray:
@@ -43,3 +38,18 @@ def undefined(path: Path, grid: Grid, block: Assign | Linear) -> list[Gap]:
     gaps = find_events(margin, grid.tau, values).gaps
     least = INSTANT * (path.end - path.begin)  # at a single instant, the value is that of the motion on both sides
     return [Gap(a, b, block.number) for a, b in gaps if b - a > least or not path.begin + least < a < path.end - least]
+
+
+class LinearKernel(Kernel[Linear]):
+    """See `Kernel`."""
+
+    def take(self, start: Beginning, block: Linear, choice: Choice) -> None:
+        """Set the core."""
+        for n, value in zip(block.core, closed_form.linear(block, start.state, start.instants.clocks), strict=True):
+            start.state[n] = value * np.ones(2)
+
+    def evaluate(self, path: Path, block: Linear, track: Track, state: State, instants: Instants) -> BoolArray | None:
+        """Set the core."""
+        for n, value in zip(block.core, closed_form.linear(block, state, instants.clocks), strict=True):
+            state[n] = value
+        return None

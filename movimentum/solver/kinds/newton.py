@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -12,6 +11,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.codegen.elimination import newton_steps, pivot_order
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import remembered
 from movimentum.solver.basis.sorting import distinct
@@ -25,9 +25,9 @@ from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANC
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.runaways import pole_ahead
 from movimentum.solver.continuation.trace import trace
-from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, PolynomialTrack
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, PolynomialTrack, Track
 from movimentum.solver.free.velocity import FreeVelocity, field_of
-from movimentum.solver.kinds.context import Beginning, Found
+from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.solutions.newton_starts import Starts, newton_starts
 
 FEW = 16
@@ -38,14 +38,6 @@ MOST_REMEMBERED = 100_000
 """Values of a block at many instants; more take more room than they save time."""
 
 _identities = count(1)
-
-
-def begin(start: Beginning, block: Newton) -> Found:
-    """The solutions of a block without freedom; of a free one, the pose nearest to the one carried over."""
-    scale = track_scale(start.plan, block)
-    if isinstance(block, Free):
-        return found_from(start, block, start.free_start(block, scale))
-    return found_from(start, block, rigid_starts(start, block, block, scale))
 
 
 def rigid_starts(start: Beginning, block: Block, rows: Newton, scale: FloatArray) -> Starts:
@@ -68,12 +60,6 @@ def choice_of(start: Beginning, block: Block, x: FloatArray) -> Choice:
     return Choice(values=tuple(float(v) for v in x))
 
 
-def take(start: Beginning, block: Newton, choice: Choice) -> None:
-    """Set the core, at both instants."""
-    core = choice.values if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
-    ahead(start, block, np.repeat(np.array(core)[None], 2, axis=0))
-
-
 def ahead(start: Beginning, block: Newton, core: FloatArray) -> None:
     """Set the core, given for both instants (2, n), solved for again at the second."""
     problem = BlockProblem.of(block, start.state, start.instants.clocks, track_scale(start.plan, block))
@@ -83,42 +69,9 @@ def ahead(start: Beginning, block: Newton, core: FloatArray) -> None:
         start.state[n] = x[:, j]
 
 
-def first_track(path: Path, choice: Choice) -> NodeTrack:
-    """The track where a path is one instant long."""
-    return single_node(path, np.array(choice.values))
-
-
 def single_node(path: Path, values: FloatArray) -> NodeTrack:
     """A track of one node at the beginning of a path."""
     return NodeTrack(np.array([path.begin]), values[None, :], np.zeros((1, len(values))), path.begin)
-
-
-def follow(path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap]) -> NodeTrack:
-    """The track of a block; where it has no solution is added to ``gaps``."""
-    plan = path.plan
-    scale = track_scale(plan, block)
-    x = np.array(choice.values)
-    probe = probe_of(path, block)
-    until = ended(path, block, gaps)
-    sizes = scale_of(plan, block.unknowns)
-
-    def followed() -> NodeTrack:
-        if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
-            moving = FreeVelocity(block, plan, probe, grid.tau)
-            tolerance = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
-            found = drift(moving, x, scale, grid.tau, until, tolerance, roughly=not path.resolved)
-        else:
-            rates = None if choice.rates is None else np.array(choice.rates)
-            found = trace(block, probe, x, scale, grid.tau, until, rates, sizes)
-        return replace(found, identity=next(_identities))
-
-    with np.errstate(all="ignore"):
-        track = remembered(lambda: _path_key(path, block, choice, grid.tau, until, sizes), followed)
-    if track.until < path.end and track.until < until:
-        gap = pole_ahead(path, block, track, scale) or Gap(track.until, path.end, block.number)
-        gaps.append(gap)
-        track = replace(track, until=gap.begin)
-    return track
 
 
 def _path_key(
@@ -140,29 +93,6 @@ def _path_key(
     # how fast wishes are followed
     fields = (path.plan.size, field_of(path.plan.system.scene)) if isinstance(block, Free) else ()
     return "path", block.identity, begin, nodes.tobytes(), until, clocks, scales, fields, tuple(above)
-
-
-def evaluate(path: Path, block: Newton, track: NodeTrack, state: State, instants: Instants) -> BoolArray:
-    """Set the core; returns where there is no solution."""
-    if len(instants) < FEW:
-        return solve_from(path, block, track, state, instants, None)
-
-    def key() -> Hashable:
-        if not track.identity or len(instants) * len(block.core) > MOST_REMEMBERED:
-            return None
-        return "at", track.identity, instants.tau.tobytes(), *(clock.tobytes() for clock in instants.clocks)
-
-    def solved() -> tuple[tuple[FloatArray, ...], BoolArray]:
-        failed = solve_from(path, block, track, state, instants, stepper(path, block, track))
-        core = tuple(state[n] for n in block.core)
-        for values in (*core, failed):
-            values.flags.writeable = False
-        return core, failed
-
-    core, failed = remembered(key, solved)
-    for n, values in zip(block.core, core, strict=True):
-        state[n] = values
-    return failed
 
 
 def solve_from(
@@ -228,3 +158,73 @@ def probe_of(path: Path, block: Newton) -> Probe:
         return BlockProblem.of(block, path.before(block.number, instants), instants.clocks, scale)
 
     return probe
+
+
+class NewtonKernel(Kernel[Newton]):
+    """See `Kernel`."""
+
+    def begin(self, start: Beginning, block: Newton) -> Found:
+        """The solutions of a block without freedom; of a free one, the pose nearest to the one carried over."""
+        scale = track_scale(start.plan, block)
+        if isinstance(block, Free):
+            return found_from(start, block, start.free_start(block, scale))
+        return found_from(start, block, rigid_starts(start, block, block, scale))
+
+    def take(self, start: Beginning, block: Newton, choice: Choice) -> None:
+        """Set the core, at both instants."""
+        core = choice.values if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
+        ahead(start, block, np.repeat(np.array(core)[None], 2, axis=0))
+
+    def first_track(self, path: Path, block: Newton, choice: Choice) -> NodeTrack:
+        """The track where a path is one instant long."""
+        return single_node(path, np.array(choice.values))
+
+    def follow(self, path: Path, grid: Grid, block: Newton, choice: Choice, gaps: list[Gap]) -> NodeTrack:
+        """The track of a block; where it has no solution is added to ``gaps``."""
+        plan = path.plan
+        scale = track_scale(plan, block)
+        x = np.array(choice.values)
+        probe = probe_of(path, block)
+        until = ended(path, block, gaps)
+        sizes = scale_of(plan, block.unknowns)
+
+        def followed() -> NodeTrack:
+            if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
+                moving = FreeVelocity(block, plan, probe, grid.tau)
+                tolerance = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
+                found = drift(moving, x, scale, grid.tau, until, tolerance, roughly=not path.resolved)
+            else:
+                rates = None if choice.rates is None else np.array(choice.rates)
+                found = trace(block, probe, x, scale, grid.tau, until, rates, sizes)
+            return replace(found, identity=next(_identities))
+
+        with np.errstate(all="ignore"):
+            track = remembered(lambda: _path_key(path, block, choice, grid.tau, until, sizes), followed)
+        if track.until < path.end and track.until < until:
+            gap = pole_ahead(path, block, track, scale) or Gap(track.until, path.end, block.number)
+            gaps.append(gap)
+            track = replace(track, until=gap.begin)
+        return track
+
+    def evaluate(self, path: Path, block: Newton, track: Track, state: State, instants: Instants) -> BoolArray | None:
+        """Set the core; returns where there is no solution."""
+        assert isinstance(track, NodeTrack)
+        if len(instants) < FEW:
+            return solve_from(path, block, track, state, instants, None)
+
+        def key() -> Hashable:
+            if not track.identity or len(instants) * len(block.core) > MOST_REMEMBERED:
+                return None
+            return "at", track.identity, instants.tau.tobytes(), *(clock.tobytes() for clock in instants.clocks)
+
+        def solved() -> tuple[tuple[FloatArray, ...], BoolArray]:
+            failed = solve_from(path, block, track, state, instants, stepper(path, block, track))
+            core = tuple(state[n] for n in block.core)
+            for values in (*core, failed):
+                values.flags.writeable = False
+            return core, failed
+
+        core, failed = remembered(key, solved)
+        for n, values in zip(block.core, core, strict=True):
+            state[n] = values
+        return failed

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
@@ -11,6 +9,7 @@ from movimentum.expressions import Expr, symbols
 from movimentum.planning.blocks.kinds import Free, Ode
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import with_respect_to
+from movimentum.records import dataclass, replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import Tangent
@@ -23,67 +22,11 @@ from movimentum.solver.block.sizes import scale_of, track_scale
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.ode import Equation, Slopes, flow
-from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, Path, PolynomialTrack
+from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, Path, PolynomialTrack, Track
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.kinds import newton
-from movimentum.solver.kinds.context import Beginning, Found
+from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.solutions.newton_starts import Starts
-
-
-def begin(start: Beginning, block: Ode) -> Found:
-    """The solutions for the core, with the states as they are so far."""
-    scale = track_scale(start.plan, block)
-    for n in block.states:
-        start.state[n] = np.full(2, start.totals.get(n, 0.0))
-    if block.free:
-        starts = start.free_start(block, scale)
-    else:
-        starts = (
-            newton.rigid_starts(start, block, block.algebraic, scale)
-            if block.core
-            else Starts([np.zeros(0)], complete=True)
-        )
-    found = newton.found_from(start, block, starts)
-    states = tuple(start.totals.get(n, 0.0) for n in block.states)
-    found.choices = [Choice(values=(*choice.values, *states)) for choice in found.choices]
-    return found
-
-
-def take(start: Beginning, block: Ode, choice: Choice) -> None:
-    """Set the core and the states, at both instants."""
-    core = np.repeat(np.array(choice.values[: len(block.core)])[None], 2, axis=0)
-    state = start.state
-    for n in block.states:
-        state[n] = start.totals.get(n, 0.0) * np.ones(2)
-    newton.ahead(start, block.algebraic, core)
-    slopes = block.integrands(state, start.instants.clocks)
-    for n, slope in zip(block.states, slopes, strict=True):
-        state[n] = state[n] + np.array([0.0, start.ahead]) * np.broadcast_to(slope, 2)
-    newton.ahead(start, block.algebraic, core)
-
-
-def first_track(path: Path, block: Ode, choice: Choice) -> FlowTrack:
-    """The track where a path is one instant long."""
-    values, count = np.array(choice.values), len(block.core)
-    return FlowTrack(
-        PolynomialTrack.still(path.begin, values[:count]), PolynomialTrack.still(path.begin, values[count:])
-    )
-
-
-def follow(path: Path, grid: Grid, block: Ode, choice: Choice, gaps: list[Gap]) -> FlowTrack:
-    """The tracks of the core and of the states; where there is no solution is added to ``gaps``."""
-    x, count = np.array(choice.values), len(block.core)
-    until = ended(path, block, gaps)
-    scale = track_scale(path.plan, block)
-    with np.errstate(all="ignore"):
-        rows = block.algebraic
-        if isinstance(rows, Free) and freedom_of(_Problems(path, block).at(path.begin, x[count:]), x[:count]) > 0:
-            track = _drifting(path, block, grid.tau, x, until)
-        else:
-            track = flow(_equation(_Problems(path, block)), grid.tau, scale, x[:count], x[count:], until)
-    if track.core.until < path.end and track.core.until < until:
-        gaps.append(Gap(track.core.until, path.end, block.number))
-    return track
 
 
 class _Problems:
@@ -216,8 +159,64 @@ class _Jacobian:
         return whole[:, :p, :p] + whole[:, :p, p:] @ (moved * problem.scale[:, None])
 
 
-def evaluate(path: Path, block: Ode, track: FlowTrack, state: State, instants: Instants) -> BoolArray:
-    """Set the states and the core; returns where there is no solution."""
-    for n, value in zip(block.states, track.states.guess(instants.tau), strict=True):
-        state[n] = value
-    return newton.solve_from(path, block.algebraic, track.core, state, instants, None)
+class OdeKernel(Kernel[Ode]):
+    """See `Kernel`."""
+
+    def begin(self, start: Beginning, block: Ode) -> Found:
+        """The solutions for the core, with the states as they are so far."""
+        scale = track_scale(start.plan, block)
+        for n in block.states:
+            start.state[n] = np.full(2, start.totals.get(n, 0.0))
+        if block.free:
+            starts = start.free_start(block, scale)
+        else:
+            starts = (
+                newton.rigid_starts(start, block, block.algebraic, scale)
+                if block.core
+                else Starts([np.zeros(0)], complete=True)
+            )
+        found = newton.found_from(start, block, starts)
+        states = tuple(start.totals.get(n, 0.0) for n in block.states)
+        found.choices = [Choice(values=(*choice.values, *states)) for choice in found.choices]
+        return found
+
+    def take(self, start: Beginning, block: Ode, choice: Choice) -> None:
+        """Set the core and the states, at both instants."""
+        core = np.repeat(np.array(choice.values[: len(block.core)])[None], 2, axis=0)
+        state = start.state
+        for n in block.states:
+            state[n] = start.totals.get(n, 0.0) * np.ones(2)
+        newton.ahead(start, block.algebraic, core)
+        slopes = block.integrands(state, start.instants.clocks)
+        for n, slope in zip(block.states, slopes, strict=True):
+            state[n] = state[n] + np.array([0.0, start.ahead]) * np.broadcast_to(slope, 2)
+        newton.ahead(start, block.algebraic, core)
+
+    def first_track(self, path: Path, block: Ode, choice: Choice) -> FlowTrack:
+        """The track where a path is one instant long."""
+        values, count = np.array(choice.values), len(block.core)
+        return FlowTrack(
+            PolynomialTrack.still(path.begin, values[:count]), PolynomialTrack.still(path.begin, values[count:])
+        )
+
+    def follow(self, path: Path, grid: Grid, block: Ode, choice: Choice, gaps: list[Gap]) -> FlowTrack:
+        """The tracks of the core and of the states; where there is no solution is added to ``gaps``."""
+        x, count = np.array(choice.values), len(block.core)
+        until = ended(path, block, gaps)
+        scale = track_scale(path.plan, block)
+        with np.errstate(all="ignore"):
+            rows = block.algebraic
+            if isinstance(rows, Free) and freedom_of(_Problems(path, block).at(path.begin, x[count:]), x[:count]) > 0:
+                track = _drifting(path, block, grid.tau, x, until)
+            else:
+                track = flow(_equation(_Problems(path, block)), grid.tau, scale, x[:count], x[count:], until)
+        if track.core.until < path.end and track.core.until < until:
+            gaps.append(Gap(track.core.until, path.end, block.number))
+        return track
+
+    def evaluate(self, path: Path, block: Ode, track: Track, state: State, instants: Instants) -> BoolArray | None:
+        """Set the states and the core; returns where there is no solution."""
+        assert isinstance(track, FlowTrack)
+        for n, value in zip(block.states, track.states.guess(instants.tau), strict=True):
+            state[n] = value
+        return newton.solve_from(path, block.algebraic, track.core, state, instants, None)

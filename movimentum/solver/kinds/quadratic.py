@@ -20,8 +20,8 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.coincidences import with_coincidences
 from movimentum.solver.continuation.grid import Grid, ended
-from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack
-from movimentum.solver.kinds.context import Beginning, Found
+from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack, Track
+from movimentum.solver.kinds.context import Beginning, Found, Kernel
 
 ALWAYS_ONE, SPIKES = 1e-20, 1e-14
 """Of its unit: a squared distance of two centres that is never more says that the circles are one all the time; or
@@ -31,79 +31,6 @@ UNSURE = 1e-8
 """Of its unit: a squared distance of two centres below which discriminants are not to be trusted."""
 NEARLY_ONE = 0.1
 """Of its unit: a squared distance of two centres that is never less does not come to zero between nodes."""
-
-
-def begin(start: Beginning, block: Quadratic) -> Found:
-    """One solution or two, or none."""
-    margin = np.broadcast_to(closed_form.quadratic(block, start.state, start.instants.clocks).margin, 2)
-    if not margin[0] >= -MARGIN_TOLERANCE:
-        return Found([], [float(margin[0]) if np.isfinite(margin[0]) else -np.inf])
-    double = margin[0] <= MARGIN_TOLERANCE and not margin[1] > MARGIN_TOLERANCE
-    return Found([Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))])
-
-
-def take(start: Beginning, block: Quadratic, choice: Choice) -> None:
-    """Set the core, at both instants."""
-    roots = closed_form.quadratic(block, start.state, start.instants.clocks).roots(choice.sign)
-    for n, value in zip(block.core, roots, strict=True):
-        start.state[n] = value * np.ones(2)
-
-
-def first_track(choice: Choice) -> SignTrack:
-    """The track where a path is one instant long."""
-    return SignTrack(choice.sign, np.zeros(0))
-
-
-def evaluate(block: Quadratic, track: SignTrack, state: State, instants: Instants) -> BoolArray:
-    """Set the core; returns where there is no solution."""
-    margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(track.sign(instants.tau))
-    for n, value in zip(block.core, core, strict=True):
-        state[n] = value
-    return ~(np.asarray(margin) >= -MARGIN_TOLERANCE)
-
-
-def follow(path: Path, grid: Grid, block: Quadratic, choice: Choice, gaps: list[Gap]) -> SignTrack:
-    """The track of a quadratic block, with its change points; where it has no solution is added to ``gaps``."""
-    with np.errstate(all="ignore"):
-        circles = _circles(path, grid, block)
-    grid.circles.pop(block.number, None)
-    near: list[Circles] = []
-    if grid.circles:  # which is rare, and in a chain of n dyads n^2 / 2 depend on one another
-        above = {*path.upstream(block.number)}
-        near += [some for number, some in grid.circles.items() if number in above]
-    if circles is not None:
-        grid.circles[block.number] = circles
-        near.append(circles)
-    if circles is not None and circles.always:
-        gaps += [Gap(path.begin, path.end, block.number)]  # whatever came out would be rounding
-        return SignTrack(choice.sign, np.zeros(0), circles)
-
-    def margin_of(state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
-        margin = np.broadcast_to(closed_form.quadratic(block, state, clocks).margin, count)
-        for some in near:  # rounding there is no end of a path
-            margin = np.where(some.apart(state, clocks, count) > UNSURE, margin, 1.0)
-        return margin
-
-    def margin(tau: FloatArray) -> FloatArray:
-        instants = path.instants(tau)
-        return margin_of(path.before(block.number, instants), instants.clocks, len(tau))
-
-    with np.errstate(all="ignore"):
-        values = margin_of(grid.state, grid.instants.clocks, len(grid.tau))
-        # as far as the others go; of this one there may be gaps that a coarser grid showed
-        gaps[:] = [gap for gap in gaps if gap.block != block.number]
-        earliest = ended(path, block, gaps)
-        nodes = grid.tau
-        if earliest < nodes[-1]:
-            reach = int(np.searchsorted(nodes, earliest, side="left"))
-            nodes = np.append(nodes[:reach], earliest)
-            values = np.append(values[:reach], margin(nodes[-1:]))
-        events = find_events(margin, nodes, values)
-    gaps += [Gap(begin, end, block.number) for begin, end in events.gaps]
-    track = SignTrack(choice.sign, np.array(events.flips), circles)
-    if circles is None:
-        return track
-    return with_coincidences(path, block, track, earliest, (grid.tau, grid.state, grid.instants.clocks))
 
 
 def _unit(plan: Plan) -> float:
@@ -133,3 +60,78 @@ def _circles(path: Path, grid: Grid, block: Quadratic) -> Circles | None:
     circles = Circles(code_of([block.apart, size], plan.clocks), max(largest, 1e-300), always)
     near = always or not np.nanmin(circles.apart(state, clocks, count)) >= NEARLY_ONE
     return circles if near else None
+
+
+class QuadraticKernel(Kernel[Quadratic]):
+    """See `Kernel`."""
+
+    def begin(self, start: Beginning, block: Quadratic) -> Found:
+        """One solution or two, or none."""
+        margin = np.broadcast_to(closed_form.quadratic(block, start.state, start.instants.clocks).margin, 2)
+        if not margin[0] >= -MARGIN_TOLERANCE:
+            return Found([], [float(margin[0]) if np.isfinite(margin[0]) else -np.inf])
+        double = margin[0] <= MARGIN_TOLERANCE and not margin[1] > MARGIN_TOLERANCE
+        return Found([Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))])
+
+    def take(self, start: Beginning, block: Quadratic, choice: Choice) -> None:
+        """Set the core, at both instants."""
+        roots = closed_form.quadratic(block, start.state, start.instants.clocks).roots(choice.sign)
+        for n, value in zip(block.core, roots, strict=True):
+            start.state[n] = value * np.ones(2)
+
+    def first_track(self, path: Path, block: Quadratic, choice: Choice) -> SignTrack:
+        """The track where a path is one instant long."""
+        return SignTrack(choice.sign, np.zeros(0))
+
+    def follow(self, path: Path, grid: Grid, block: Quadratic, choice: Choice, gaps: list[Gap]) -> SignTrack:
+        """The track of a quadratic block, with its change points; where it has no solution is added to ``gaps``."""
+        with np.errstate(all="ignore"):
+            circles = _circles(path, grid, block)
+        grid.circles.pop(block.number, None)
+        near: list[Circles] = []
+        if grid.circles:  # which is rare, and in a chain of n dyads n^2 / 2 depend on one another
+            above = {*path.upstream(block.number)}
+            near += [some for number, some in grid.circles.items() if number in above]
+        if circles is not None:
+            grid.circles[block.number] = circles
+            near.append(circles)
+        if circles is not None and circles.always:
+            gaps += [Gap(path.begin, path.end, block.number)]  # whatever came out would be rounding
+            return SignTrack(choice.sign, np.zeros(0), circles)
+
+        def margin_of(state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
+            margin = np.broadcast_to(closed_form.quadratic(block, state, clocks).margin, count)
+            for some in near:  # rounding there is no end of a path
+                margin = np.where(some.apart(state, clocks, count) > UNSURE, margin, 1.0)
+            return margin
+
+        def margin(tau: FloatArray) -> FloatArray:
+            instants = path.instants(tau)
+            return margin_of(path.before(block.number, instants), instants.clocks, len(tau))
+
+        with np.errstate(all="ignore"):
+            values = margin_of(grid.state, grid.instants.clocks, len(grid.tau))
+            # as far as the others go; of this one there may be gaps that a coarser grid showed
+            gaps[:] = [gap for gap in gaps if gap.block != block.number]
+            earliest = ended(path, block, gaps)
+            nodes = grid.tau
+            if earliest < nodes[-1]:
+                reach = int(np.searchsorted(nodes, earliest, side="left"))
+                nodes = np.append(nodes[:reach], earliest)
+                values = np.append(values[:reach], margin(nodes[-1:]))
+            events = find_events(margin, nodes, values)
+        gaps += [Gap(begin, end, block.number) for begin, end in events.gaps]
+        track = SignTrack(choice.sign, np.array(events.flips), circles)
+        if circles is None:
+            return track
+        return with_coincidences(path, block, track, earliest, (grid.tau, grid.state, grid.instants.clocks))
+
+    def evaluate(
+        self, path: Path, block: Quadratic, track: Track, state: State, instants: Instants
+    ) -> BoolArray | None:
+        """Set the core; returns where there is no solution."""
+        assert isinstance(track, SignTrack)
+        margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(track.sign(instants.tau))
+        for n, value in zip(block.core, core, strict=True):
+            state[n] = value
+        return ~(np.asarray(margin) >= -MARGIN_TOLERANCE)

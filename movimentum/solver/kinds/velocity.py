@@ -6,24 +6,38 @@ import math
 
 import numpy as np
 
+from movimentum.arrays import BoolArray
 from movimentum.planning.blocks.kinds import Velocity
 from movimentum.planning.plan import Plan
 from movimentum.solver.arithmetic.taylor import coefficient
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.rates import Moment
-from movimentum.solver.continuation.tracks import NodeTrack, Track
+from movimentum.solver.continuation.tracks import Choice, NodeTrack, Path, Track
 from movimentum.solver.free.rates import depths, extend
+from movimentum.solver.kinds.context import Beginning, Kernel
 
 
-def evaluate(plan: Plan, block: Velocity, state: State, instants: Instants, track: Track = None) -> None:
-    """Set the rates, at any instants, given the ``state`` of all blocks ``behind``; ``track`` is that of the motion."""
-    count = len(instants)
-    if isinstance(track, NodeTrack) and math.isinf(track.tolerance):  # accuracy was given up on the way
-        for n in block.unknowns:
-            state[n] = np.full(count, np.nan)
-        return
-    segment = plan.system.segment
+class VelocityKernel(Kernel[Velocity]):
+    """See `Kernel`. The rates are evaluated at any instants, given the state of all blocks ``behind``."""
+
+    def take(self, start: Beginning, block: Velocity, choice: Choice) -> None:
+        """Set the rates."""
+        _set_rates(start.plan, block, start.state, start.instants)
+
+    def evaluate(self, path: Path, block: Velocity, track: Track, state: State, instants: Instants) -> BoolArray | None:
+        """Set the rates."""
+        law = path.tracks[block.law]
+        if isinstance(law, NodeTrack) and math.isinf(law.tolerance):  # accuracy was given up on the way
+            for n in block.unknowns:
+                state[n] = np.full(len(instants), np.nan)
+        else:
+            _set_rates(path.plan, block, state, instants)
+        return None
+
+
+def _set_rates(plan: Plan, block: Velocity, state: State, instants: Instants) -> None:
+    count, segment = len(instants), plan.system.segment
     ahead = segment.end > segment.start  # at the end of it all there is no other side of a kink
     moment = Moment(plan, instants, [None if value is None else (value,) for value in state], ahead)
     with np.errstate(all="ignore"):

@@ -6,51 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.numeric import atan2d
 from movimentum.scene.model import Bearing
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
-from movimentum.solver.continuation.tracks import AngleTrack, Choice
-from movimentum.solver.kinds.context import Beginning, Found
-
-
-def begin(start: Beginning, block: Winding) -> Found:
-    """The angle nearest to the one carried over."""
-    (n,) = block.core
-    system, now = start.plan.system, start.carry.now
-    payload = system.unknowns[n].payload
-    carried = system.unknowns[n].thing in now.known or payload in now.others
-    drawn = payload.drawn if isinstance(payload, Bearing) else 0.0
-    before = (now.value(system, n) or 0.0) if carried else drawn
-    direction = principal(block, start.state, start.instants.clocks)
-    angle = np.broadcast_to(wound(direction, np.array(before)), 2)
-    return Found([Choice(values=(float(angle[0]),))])
-
-
-def take(start: Beginning, block: Winding, choice: Choice) -> None:
-    """Set the angle, at both instants."""
-    direction = principal(block, start.state, start.instants.clocks)
-    start.state[block.core[0]] = wound(direction, np.array(choice.values)) * np.ones(2)
-
-
-def evaluate(block: Winding, track: AngleTrack, state: State, instants: Instants) -> None:
-    """Set the angle."""
-    turned = np.interp(instants.tau, track.tau, track.angle)
-    state[block.core[0]] = wound(principal(block, state, instants.clocks), turned)
-
-
-def follow(grid: Grid, block: Winding, choice: Choice) -> AngleTrack:
-    """The track: the angle at the nodes, which are close enough to count turns between them."""
-    with np.errstate(all="ignore"):
-        angle = np.broadcast_to(principal(block, grid.state, grid.instants.clocks), len(grid.tau)).copy()
-    angle = np.where(np.isfinite(angle), angle, 0.0)
-    steps = np.diff(angle)
-    steps -= 360.0 * np.rint(steps / 360.0)
-    first = wound(angle[:1], np.array(choice.values))
-    return AngleTrack(grid.tau, first + np.concatenate([[0.0], np.cumsum(steps)]))
+from movimentum.solver.continuation.tracks import AngleTrack, Choice, Gap, Path, Track
+from movimentum.solver.kinds.context import Beginning, Found, Kernel
 
 
 def principal(block: Winding, state: State, k: Sequence[FloatArray]) -> FloatArray:
@@ -62,3 +26,45 @@ def principal(block: Winding, state: State, k: Sequence[FloatArray]) -> FloatArr
 def wound(angle: FloatArray, guess: FloatArray) -> FloatArray:
     """``angle`` plus the full turns that bring it nearest to ``guess``."""
     return angle + 360.0 * np.rint((guess - angle) / 360.0)
+
+
+class WindingKernel(Kernel[Winding]):
+    """See `Kernel`."""
+
+    def begin(self, start: Beginning, block: Winding) -> Found:
+        """The angle nearest to the one carried over."""
+        (n,) = block.core
+        system, now = start.plan.system, start.carry.now
+        payload = system.unknowns[n].payload
+        carried = system.unknowns[n].thing in now.known or payload in now.others
+        drawn = payload.drawn if isinstance(payload, Bearing) else 0.0
+        before = (now.value(system, n) or 0.0) if carried else drawn
+        direction = principal(block, start.state, start.instants.clocks)
+        angle = np.broadcast_to(wound(direction, np.array(before)), 2)
+        return Found([Choice(values=(float(angle[0]),))])
+
+    def take(self, start: Beginning, block: Winding, choice: Choice) -> None:
+        """Set the angle, at both instants."""
+        direction = principal(block, start.state, start.instants.clocks)
+        start.state[block.core[0]] = wound(direction, np.array(choice.values)) * np.ones(2)
+
+    def first_track(self, path: Path, block: Winding, choice: Choice) -> AngleTrack:
+        """The track where a path is one instant long."""
+        return AngleTrack(np.array([path.begin]), np.array(choice.values))
+
+    def follow(self, path: Path, grid: Grid, block: Winding, choice: Choice, gaps: list[Gap]) -> AngleTrack:
+        """The track: the angle at the nodes, which are close enough to count turns between them."""
+        with np.errstate(all="ignore"):
+            angle = np.broadcast_to(principal(block, grid.state, grid.instants.clocks), len(grid.tau)).copy()
+        angle = np.where(np.isfinite(angle), angle, 0.0)
+        steps = np.diff(angle)
+        steps -= 360.0 * np.rint(steps / 360.0)
+        first = wound(angle[:1], np.array(choice.values))
+        return AngleTrack(grid.tau, first + np.concatenate([[0.0], np.cumsum(steps)]))
+
+    def evaluate(self, path: Path, block: Winding, track: Track, state: State, instants: Instants) -> BoolArray | None:
+        """Set the angle."""
+        assert isinstance(track, AngleTrack)
+        turned = np.interp(instants.tau, track.tau, track.angle)
+        state[block.core[0]] = wound(principal(block, state, instants.clocks), turned)
+        return None

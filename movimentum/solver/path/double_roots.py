@@ -6,7 +6,6 @@ as a check, crosses both. A double root loses half of all digits; all rows toget
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -16,6 +15,7 @@ from movimentum.planning.blocks.kinds import Block, Quadratic
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.decompose import Group
+from movimentum.records import replace
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
 from movimentum.solver.continuation.tracks import Choice

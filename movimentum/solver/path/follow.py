@@ -7,13 +7,13 @@ from fractions import Fraction
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Assign, Block, Linear
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.plan import Plan
 from movimentum.solver.continuation.coincidences import LARGEST_TURN
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.runaways import runaways, vanishing
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
-from movimentum.solver.kinds import dispatch
+from movimentum.solver.kinds import kernels
 from movimentum.solver.kinds.linear import undefined
 from movimentum.solver.path.piece import Piece
 
@@ -32,11 +32,11 @@ def follow(
     grid = Grid(piece)
     for block, choice in zip(plan.blocks, choices, strict=True):
         places = vanishing(piece, grid, block)
-        track = dispatch.follow(piece, grid, block, choice, gaps)
+        track = kernels.follow(piece, grid, block, choice, gaps)
         piece.tracks.append(track)
         failed = _set_state(piece, grid, block)
         gaps += runaways(piece, block, places)
-        if block.moving and isinstance(block, Assign | Linear):
+        if block.moving and block.single_valued:
             gaps += undefined(piece, grid, block)
         until = ended(piece, block, gaps)  # beyond, what it depends on has no solution,
         if isinstance(track, NodeTrack):  # or it itself
@@ -44,7 +44,7 @@ def follow(
         while block.moving and grid.refine(_turning(grid, block, until, failed), LARGEST_TURN):
             if not isinstance(track, NodeTrack | FlowTrack | StillTrack):
                 piece.tracks.pop()
-                track = dispatch.follow(piece, grid, block, choice, gaps)
+                track = kernels.follow(piece, grid, block, choice, gaps)
                 piece.tracks.append(track)
                 failed = _set_state(piece, grid, block)
     piece.nodes = grid.tau
@@ -55,7 +55,7 @@ def instant(plan: Plan, segment_start: Fraction, begin: float, choices: list[Cho
     """A piece of no length: one instant."""
     piece = Piece(plan, segment_start, begin, begin)
     for block, choice in zip(plan.blocks, choices, strict=True):
-        piece.tracks.append(dispatch.first_track(piece, block, choice))
+        piece.tracks.append(kernels.first_track(piece, block, choice))
     piece.nodes = np.array([begin])
     return piece
 
@@ -63,7 +63,7 @@ def instant(plan: Plan, segment_start: Fraction, begin: float, choices: list[Cho
 def _set_state(piece: Piece, grid: Grid, block: Block) -> BoolArray | None:
     """Evaluate a block at the grid's nodes; the mask of those without a solution, or None."""
     with np.errstate(all="ignore"):
-        return dispatch.evaluate(piece, block, piece.tracks[block.number], grid.state, grid.instants)
+        return kernels.evaluate(piece, block, piece.tracks[block.number], grid.state, grid.instants)
 
 
 def _turning(grid: Grid, block: Block, until: float, failed: BoolArray | None) -> FloatArray:

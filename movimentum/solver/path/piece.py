@@ -7,7 +7,6 @@ what identifies the block's branch, so that any set of instants can be solved at
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
@@ -17,11 +16,12 @@ from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.tracks import SignTrack, StillTrack, Track
-from movimentum.solver.kinds import dispatch
+from movimentum.solver.kinds import kernels
 
 
 @dataclass(slots=True, eq=False)
@@ -104,7 +104,7 @@ class Piece:
                 if isinstance(item, int):
                     if not windings and item in self._idle_windings():
                         continue
-                    failed = dispatch.evaluate(self, plan.blocks[item], self.tracks[item], state, instants)
+                    failed = kernels.evaluate(self, plan.blocks[item], self.tracks[item], state, instants)
                     if failed is not None:
                         bad |= failed
                 else:
@@ -137,7 +137,7 @@ class Piece:
         bad = np.zeros(len(instants), dtype=np.bool_)
         with np.errstate(all="ignore"):
             for number in range(len(self.tracks)) if only is None else only:
-                failed = dispatch.evaluate(self, plan.blocks[number], self.tracks[number], state, instants)
+                failed = kernels.evaluate(self, plan.blocks[number], self.tracks[number], state, instants)
                 if failed is not None:
                     bad |= failed
         return state, bad

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterable, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
@@ -27,6 +26,7 @@ from movimentum.expressions import Expr, symbols
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.blocks.velocities import HIGHEST
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.arithmetic.evaluation import ordered
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient, plus, times

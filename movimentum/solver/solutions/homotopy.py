@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -25,6 +24,7 @@ from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import ZERO
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering import polynomial as poly
+from movimentum.records import dataclass
 from movimentum.solver.basis.memory import remembered
 from movimentum.solver.block.problem import BlockProblem
 

@@ -5,7 +5,6 @@ turned pose.
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Hashable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from movimentum.arrays import FloatArray, first_of, least_squares
 from movimentum.planning.blocks.kinds import Assign, Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.solver.basis.memory import answered
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile

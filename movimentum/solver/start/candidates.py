@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
 from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import Choice

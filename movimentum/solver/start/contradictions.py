@@ -9,7 +9,6 @@ again, and none is zero, the set cannot be met. Where they end in ever different
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
 from heapq import heapify, heappop, heappush
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray, least_squares
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, replace
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
 from movimentum.solver.start.fitting import MET, Fitting, eliminated

@@ -8,7 +8,6 @@ elimination; the others are fitted.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +24,7 @@ from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.decompose import Group
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.basis.memory import code_of, remembered

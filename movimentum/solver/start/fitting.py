@@ -8,12 +8,12 @@ in balance, and what has none of it has nothing to do with the contradiction.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray, least_squares, solutions
+from movimentum.records import dataclass
 from movimentum.solver.start.demands import Demands, Effort
 
 IntArray = NDArray[np.intp]

@@ -9,7 +9,6 @@ Wampler 2005, *The Numerical Solution of Systems of Polynomials*, ch. 7).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import Expr, rebuild, symbol, symbols, walk
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering.unknowns import unknown_number
+from movimentum.records import replace
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import ITERATIONS, SINGULAR

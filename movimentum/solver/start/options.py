@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import (
-    Assign,
     Block,
     Free,
-    Integral,
-    Linear,
     Newton,
     Ode,
-    Quadratic,
-    Winding,
     simultaneous,
 )
 from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
@@ -29,7 +24,7 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice
-from movimentum.solver.kinds import dispatch
+from movimentum.solver.kinds import kernels
 from movimentum.solver.kinds.newton import choice_of
 from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.solver.solutions.newton_starts import Starts, all_of, begun_start, free_start
@@ -100,7 +95,7 @@ class BlockOptions:
         if self._taken is not None and self._taken[0] is block and self._taken[1] is choice:
             return
         self._taken = block, choice
-        dispatch.take(self, block, choice)
+        kernels.take(self, block, choice)
 
     def candidates(self, block: Block, rejections: list[Rejection]) -> list[BlockSolution]:
         """All solutions of one block, the likeliest first. For blocks that stand still, `Choice.values` holds all its
@@ -110,7 +105,7 @@ class BlockOptions:
         where the drawing was just looked at.
         """
         self.tried += 1
-        if not isinstance(block, Assign | Linear | Quadratic):
+        if not block.closed_form:
             return self._solved(block, rejections)
         given = tuple(None if (v := self.state[n]) is None else pair(v) for n in self._read_by(block))
         known = self._known.get(block.number)
@@ -138,11 +133,11 @@ class BlockOptions:
 
     def _solved(self, block: Block, rejections: list[Rejection]) -> list[BlockSolution]:
         self._taken = None
-        found = dispatch.begin(self, block)
+        found = kernels.begin(self, block)
         self.effort += found.effort
         self.enumerated &= found.complete
         rejections += [Rejection(amount, block=block.number) for amount in found.lacking]
-        if isinstance(block, Winding | Integral):
+        if block.continued:
             return [BlockSolution(choice, NO_COST) for choice in found.choices]
         options: list[BlockSolution] = []
         for choice in found.choices:
@@ -186,7 +181,7 @@ class BlockOptions:
         if not all(math.isfinite(now) and math.isfinite(later) for now, later in both) or self._at_pole(block):
             return None
         rates = None
-        if block.moving and isinstance(block, Newton | Ode):
+        if block.moving and block.iterative:
             carried = [self.carry.rate(self.plan.system, n) for n in block.core]
             rates = None if any(r is None for r in carried) else tuple(float(r or 0.0) for r in carried)
         kept = Choice(choice.sign, choice.values if block.moving else tuple(now for now, _ in both), rates)
@@ -196,7 +191,7 @@ class BlockOptions:
 
     def _at_pole(self, block: Block) -> bool:
         """Whether what an assigned or linear block computes comes from infinity at this moment."""
-        if not isinstance(block, Assign | Linear) or not block.moving:
+        if not (block.single_valued and block.moving):
             return False
         return any(self._from_infinity(n) for n in block.unknowns)
 

@@ -8,7 +8,6 @@ stated directions fit: all that is then left to find is what differs from the dr
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorCoordinate, Constraint, Relation
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.basis.pose_state import Carry, ThingPose

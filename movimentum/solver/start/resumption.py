@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Newton, Ode, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Block, Newton, Quadratic, Winding
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.effort import GivenUp, is_limited, limited
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
@@ -25,7 +25,7 @@ from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, scale_of, sizes_at
 from movimentum.solver.continuation.folds import CLOSED, fold_near
 from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, SignTrack, StillTrack
-from movimentum.solver.kinds.dispatch import evaluate
+from movimentum.solver.kinds.kernels import evaluate
 from movimentum.solver.kinds.newton import probe_of
 from movimentum.solver.path.follow import instant
 from movimentum.solver.path.piece import Piece
@@ -173,11 +173,11 @@ class Branch:
             if self.before is not None and isinstance(block, Winding):
                 turned = first_of(self.before[block.unknowns[0]]) - value
                 value += 360.0 * float(np.rint(turned / 360.0))
-            special = isinstance(block, Winding | Integral)
+            special = block.continued
             choice = Choice(values=(value,)) if special else Choice()
-        if not isinstance(block, Newton | Ode) and not all(np.isfinite(state[n]).all() for n in block.unknowns):
+        if not block.iterative and not all(np.isfinite(state[n]).all() for n in block.unknowns):
             return None
-        if isinstance(block, Assign | Linear) and max(abs(first_of(state[n])) for n in block.unknowns) > self.within:
+        if block.single_valued and max(abs(first_of(state[n])) for n in block.unknowns) > self.within:
             return None
         return choice
 
@@ -372,7 +372,7 @@ def _first_beginning(
     blocks = [plan.blocks[r.block] for r in refused.rejections if r.block is not None]
     if length <= 0.0 or not any(block.moving for block in blocks):
         return None
-    newton_blocks = [block for block in blocks if isinstance(block, Newton | Ode)]
+    newton_blocks = [block for block in blocks if block.iterative]
     if any(len(block.core) > LARGEST_LATE for block in newton_blocks):
         return None
     bad = 0.0

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Iterable, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import takewhile
 from typing import TYPE_CHECKING
@@ -19,9 +18,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.arrays import first_of
-from movimentum.planning.blocks.kinds import Block, Newton, Ode, Quadratic
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
+from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.instants import Instants, at_offsets
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.continuation.tracks import Choice
@@ -146,7 +145,7 @@ class _Search:
 
     def run(self) -> Selection:
         plan = self.plan
-        branching = {b.number for b in plan.blocks if self._branches(b)}
+        branching = {block.number for block in plan.blocks if block.branches}
         self.rank = solving_order(plan.blocks, self.owner, branching)
         touched, together = independent_parts(plan, branching, self.rank, self.judgements)
         choices: dict[int, Choice] = {}
@@ -188,9 +187,6 @@ class _Search:
         ordered_choices = [choices[b.number] for b in plan.blocks]
         return Selection(ordered_choices, tuple(parts), frozenset(self.judgements.decisive))
 
-    def _branches(self, block: Block) -> bool:
-        return isinstance(block, Quadratic | Newton | Ode)
-
     def _search_part(self, numbers: list[int]) -> Part:
         rejections: list[Rejection] = []
         closed = self._drawn_closed(numbers, rejections)
@@ -227,7 +223,7 @@ class _Search:
         plan = self.plan
         blocks = self.blocks
         leaves: list[Candidate] = []
-        irreducible = sum(isinstance(plan.blocks[n], Newton | Ode) and not plan.blocks[n].free for n in numbers)
+        irreducible = sum(plan.blocks[n].iterative and not plan.blocks[n].free for n in numbers)
         patient = blocks.effort + PATIENCE * (1 + irreducible)
         most = min(LEAVES, max(FEWEST_LEAVES, LEAF_VALUES // sum(len(plan.blocks[n].unknowns) for n in numbers)))
         level_of = {number: level for level, number in enumerate(numbers)}
@@ -321,7 +317,7 @@ class _Search:
         if len(options) < 2:
             return options
         following = (numbers[i] for i in range(place + 1, len(numbers)))
-        follow_up = list(takewhile(lambda number: not self._branches(blocks[number]), following))
+        follow_up = list(takewhile(lambda number: not blocks[number].branches, following))
         if not any(self.judgements.wishes_await(number) for number in (numbers[place], *follow_up)):
             return options
         judged: list[tuple[tuple[float, ...], BlockSolution]] = []

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
 from movimentum.variants.lowered import FrameMoments, LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows

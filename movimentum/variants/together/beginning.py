@@ -8,7 +8,6 @@ that is a close call is left to be solved by itself.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Newton, Quadratic, Winding
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.records import dataclass
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
 from movimentum.solver.start.costs import SAME, TIE, TURN

@@ -9,12 +9,12 @@ much or comes near to something else that may bind is left to be solved by itsel
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.records import dataclass
 from movimentum.variants.together.loops import margins_at
 from movimentum.variants.together.pattern import BlockFormulas, SegmentPattern, State, instants_of
 from movimentum.variants.together.running import give

@@ -9,13 +9,13 @@ by itself, with all that following a path takes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Linear
+from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
 from movimentum.timeline.model import Timeline

@@ -7,12 +7,12 @@ All variants take the same steps. One whose step does not count is left to be so
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants
 from movimentum.variants.together.pattern import BlockFormulas, SegmentPattern, State
 from movimentum.variants.together.roots import newton_together

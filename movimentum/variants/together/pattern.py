@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -24,6 +23,7 @@ from movimentum.planning.lowering.equations import Equation
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import compile_structure, structure_of
+from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorCoordinate, Bearing, Scene, ThingAngle, VariableComponent
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import as_drawn

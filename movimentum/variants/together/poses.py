@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.numeric import sincosd
 from movimentum.planning.lowering.unknowns import symbol_numbers
+from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Relation
 from movimentum.solver.start.placement import FITS, connected_parts
 from movimentum.variants.together.pattern import Pattern, SegmentPattern, State, numbered

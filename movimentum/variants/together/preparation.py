@@ -7,13 +7,13 @@ number that got lost on its way through the stages (a time, a count, a choice th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Assign, Linear, Newton, Quadratic, Winding
+from movimentum.records import replace
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.timeline.model import Timeline
 from movimentum.variants.lowered import lower_measures

@@ -9,7 +9,6 @@ and Science*, ch. 7). See `solver.solutions.homotopy`, which does the same for o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Newton
+from movimentum.records import dataclass
 from movimentum.solver.solutions.homotopy import REAL, ComplexArray, followed
 from movimentum.variants.together.pattern import BlockFormulas, NotTogether, PolynomialRows, State
 

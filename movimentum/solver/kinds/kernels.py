@@ -1,0 +1,90 @@
+"""The registry: what begins, follows and evaluates a block of each kind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import BoolArray
+from movimentum.planning.blocks.kinds import (
+    Assign,
+    Block,
+    Free,
+    Integral,
+    Linear,
+    Newton,
+    Ode,
+    Quadratic,
+    Velocity,
+    Winding,
+)
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.closed_form import State, fill_explicit
+from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.tracks import Choice, Gap, Path, StillTrack, Track
+from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.integral import IntegralKernel
+from movimentum.solver.kinds.linear import LinearKernel
+from movimentum.solver.kinds.newton import NewtonKernel
+from movimentum.solver.kinds.ode import OdeKernel
+from movimentum.solver.kinds.quadratic import QuadraticKernel
+from movimentum.solver.kinds.velocity import VelocityKernel
+from movimentum.solver.kinds.winding import WindingKernel
+
+KERNELS: Mapping[type[Block], Kernel[Any]] = {
+    Assign: Kernel[Assign](),
+    Linear: LinearKernel(),
+    Quadratic: QuadraticKernel(),
+    Newton: NewtonKernel(),
+    Free: NewtonKernel(),
+    Winding: WindingKernel(),
+    Integral: IntegralKernel(),
+    Ode: OdeKernel(),
+    Velocity: VelocityKernel(),
+}
+
+
+def begin(start: Beginning, block: Block) -> Found:
+    """All solutions of one block to begin a path with, given what is known before it."""
+    return KERNELS[type(block)].begin(start, block)
+
+
+def take(start: Beginning, block: Block, choice: Choice) -> None:
+    """Set the state (at both instants) that ``choice`` means."""
+    state = start.state
+    KERNELS[type(block)].take(start, block, choice)
+    fill_explicit(block, state, start.instants.clocks)
+    for n in block.targets:
+        state[n] = state[n] * np.ones(2)
+
+
+def first_track(path: Path, block: Block, choice: Choice) -> Track:
+    """The track of a block where the path is one instant long."""
+    if not block.moving:
+        return StillTrack(choice.values)
+    return KERNELS[type(block)].first_track(path, block, choice)
+
+
+def follow(path: Path, grid: Grid, block: Block, choice: Choice, gaps: list[Gap]) -> Track:
+    """The track of a block over the whole path; where it has no solution is added to ``gaps``."""
+    if not block.moving:
+        return StillTrack(choice.values)
+    grid.resolve_phases(block, ended(path, block, gaps))
+    return KERNELS[type(block)].follow(path, grid, block, choice, gaps)
+
+
+def evaluate(path: Path, block: Block, track: Track, state: State, instants: Instants) -> BoolArray | None:
+    """Set ``state`` for one block; returns the mask of instants at which it has no solution, or None."""
+    if isinstance(track, StillTrack):
+        for n, value in zip(block.unknowns, track.values, strict=True):
+            state[n] = np.float64(value)
+        return None
+    failed = KERNELS[type(block)].evaluate(path, block, track, state, instants)
+    fill_explicit(block, state, instants.clocks)
+    for n in block.unknowns:
+        finite = np.isfinite(state[n])
+        if not finite.all():
+            failed = ~np.broadcast_to(finite, len(instants)) if failed is None else failed | ~finite
+    return None if failed is None else np.broadcast_to(failed, len(instants))

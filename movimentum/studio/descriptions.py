@@ -1,0 +1,171 @@
+"""A script in a page's terms: its things and statements with their places, its claims, its diagnostics, and what
+determines where something is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from movimentum.analysis.diagnose.claims import broken_claims
+from movimentum.diagnostics import Diagnostic, to_json
+from movimentum.expressions import Expr, symbols
+from movimentum.scene.model import (
+    AnchorCoordinate,
+    Bearing,
+    Ending,
+    GearPair,
+    Relation,
+    ThingAngle,
+    ThingProperty,
+)
+from movimentum.source import FarSpan, SourceText, Span
+from movimentum.studio.pictures import frames_shown
+from movimentum.workflow.inspector import Inspector
+
+if TYPE_CHECKING:
+    from movimentum.scene.model import Claim, Constraint, Thing
+    from movimentum.solver.motion import PathMotion
+    from movimentum.timeline.model import Timeline
+
+
+def scene_told(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
+    """Things, statements, steps and constants of a scene, with their places in the script; ``frames``: how many of the
+    film are sent (None: `frames_shown`), of ``most`` that will be.
+    """
+    scene = timeline.scene
+    return {
+        "start": float(timeline.start),
+        "end": float(timeline.end),
+        "fps": float(timeline.fps),
+        "frames": frames_shown(timeline) if frames is None else frames,
+        "most": frames_shown(timeline),
+        "all": timeline.frame_count,
+        "loops": timeline.loops,
+        "sized": scene.config.size is not None,
+        "steps": [float(step.time) for step in scene.steps],
+        "things": [_thing(thing, scene.source) for thing in scene.things],
+        "statements": [
+            {"span": place, "things": sorted(about(item)), **_held(item)}
+            for step in scene.steps
+            for item in (*step.statements, *step.claims)
+            if not isinstance(item, Ending) and (place := placed(scene.source, item.span)) is not None
+        ],
+        "constants": [
+            {
+                "name": item.name,
+                "value": float(item.value[0].value),
+                "least": item.least,
+                "most": item.most,
+                "unit": item.unit,
+                "span": placed(scene.source, item.expression),
+            }
+            for item in scene.constants
+            if len(item.value) == 1 and item.least is not None and item.most is not None
+        ],
+    }  # fmt: skip
+
+
+def _thing(thing: Thing, source: SourceText) -> dict[str, Any]:
+    return {
+        "name": thing.name,
+        "shape": thing.shape.value,
+        "span": placed(source, thing.span),
+        "body": thing.is_body,
+        "hidden": thing.hidden,
+        "radius": thing.radius,
+        "width": thing.width,
+        "through": [[ref.thing, ref.anchor] for ref in thing.through],
+        "anchors": {anchor.name: list(anchor.local) for anchor in thing.anchors},
+    }
+
+
+def about(item: Any) -> set[int]:
+    """The numbers of the things that a statement or claim mentions."""
+    found: set[int] = set()
+    sides: tuple[Expr, ...] = (*item.left, *item.right)
+    for payload in symbols(*sides):
+        match payload:
+            case AnchorCoordinate() | ThingAngle() | ThingProperty():
+                found.add(payload.thing)
+            case GearPair():
+                found |= {payload.first, payload.second}
+            case Bearing():
+                found |= {payload.start.thing, payload.end.thing}
+            case _:
+                pass
+    return found
+
+
+def _held(item: Constraint | Claim) -> dict[str, list[float] | None]:
+    """An anchor and the place that the script pins it to, or pulls it to (a wish), if those are two numbers."""
+    anchor, pin, wish = getattr(item, "anchor", None), None, None
+    if anchor is not None and len(item.right) == 2:
+        x, y = (side.value for side in item.right)
+        place = None if x is None or y is None else [anchor.thing, anchor.anchor, float(x), float(y)]
+        pin = place if item.relation is Relation.EQUAL else None
+        wish = place if item.relation is Relation.WISH else None
+    return {"pin": pin, "wish": wish}
+
+
+def placed(source: SourceText, span: Span) -> list[int] | None:
+    """Where a span is in the script; None if it is in another file."""
+    real = getattr(source, "real", None)
+    found = real(span) if real is not None else span
+    return None if isinstance(found, FarSpan) else [found.start, found.end]
+
+
+def diagnostics_told(found: Sequence[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
+    """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns."""
+    told = to_json(found, source)
+    for item, diagnostic in zip(told, found, strict=True):
+        span = diagnostic.span
+        here = span is not None and not isinstance(span, FarSpan)
+        item["from"], item["to"] = (span.start, span.end) if here and span is not None else (None, None)
+        tried = [fix for fix in diagnostic.fixes if fix.tried]
+        for fix, each in zip(item.get("fixes", ()), tried, strict=True):
+            for place, edit in zip(fix["edits"], each.edits, strict=True):
+                place["from"], place["to"] = edit.span.start, edit.span.end
+    return told
+
+
+def claims_told(motion: PathMotion) -> list[dict[str, Any]]:
+    """The claims of a motion as `movimentum.studio.answers.ClaimsJudged` has them."""
+    timeline = motion.timeline
+    broken = {found.claim.number: found for found in broken_claims(motion)}
+    claims = {held.claim.number: held.claim for held in timeline.claims}
+    signs = {Relation.BELOW: "<", Relation.ABOVE: ">"}
+    told: list[dict[str, Any]] = []
+    for number, claim in sorted(claims.items()):
+        sign = signs.get(claim.relation, "")
+        sign += "" if sign and claim.strict else "="
+        item: dict[str, Any] = {
+            "span": placed(timeline.scene.source, claim.span),
+            "words": f"{claim.told[0]} {sign} {claim.told[1]}",
+            "things": sorted(about(claim)),
+            "holds": number not in broken,
+        }
+        if number in broken:
+            found = broken[number]
+            worst = found.worst if np.isfinite(found.worst) else None
+            item |= {"time": found.time, "frame": found.frame, "worst": worst, "at": found.worst_time}
+            item["failing"] = [list(run) for run in found.failing]
+        told.append(item)
+    return told
+
+
+def why(inspector: Inspector, name: str) -> str:
+    """What determines where something is, a line each."""
+    thing = inspector.thing(name)
+    if thing is not None and not thing.anchors:
+        return f"`{name}` has no points, so it is nowhere by itself"
+    found = inspector.causes(name)
+    lines = [
+        f"{number}. line {cause.line}: {f'`{cause.text}` is rigid' if cause.rigid else cause.text}"
+        for number, cause in enumerate(found.chain, 1)
+    ]
+    lines += [f"{', '.join(names[:6])}: not determined by that alone; they move least" for _, names in found.free]
+    lines += [f"`{each}` stays as drawn: nothing in this step says otherwise" for each in found.drawn]
+    return "\n".join(lines) or f"nothing in this step says anything about `{name}`"

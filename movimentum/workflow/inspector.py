@@ -1,0 +1,182 @@
+"""What can be asked about a script at one instant: answers as data, which each front end words for itself."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.errors import NoSolutionError
+from movimentum.records import dataclass, replace
+from movimentum.workflow.engine import Revision
+
+if TYPE_CHECKING:
+    from movimentum.analysis.freedom.motions import FreeMotion
+    from movimentum.analysis.interactive.all_solutions import Alternatives
+    from movimentum.expressions import Expr
+    from movimentum.query import Query
+    from movimentum.scene.model import Thing
+    from movimentum.solver.basis.pose_state import Snapshot
+    from movimentum.solver.path.piece import Piece
+    from movimentum.solver.poses import Poses
+    from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+
+LEAST_S = 0.5
+"""The least time that finding a formula gets."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """A link in the chain of what determines a value: a statement in ``line``, or (``rigid``) a thing that is rigid."""
+
+    line: int
+    text: str
+    rigid: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Causes:
+    """What determines a value: ``chain`` in the order in which the solver uses it. ``free``: blocks of equations on the
+    way that leave freedom, each with the names of its unknowns. ``drawn``: things that stay as drawn.
+    """
+
+    chain: tuple[Cause, ...]
+    free: tuple[tuple[int, tuple[str, ...]], ...]
+    drawn: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Inspector:
+    """A text at one instant, inside its animation. Asking for what cannot be had raises `MovimentumError` with the
+    reasons.
+    """
+
+    work: Revision
+    time: Fraction
+
+    @property
+    def segment_motion(self) -> SegmentMotion:
+        """The part of the motion that contains the instant."""
+        return self.work.motion.segments[self.work.timeline.segment_at(self.time)]
+
+    @property
+    def step(self) -> int:
+        """The number of the step that the instant belongs to."""
+        return self.work.timeline.segments[self.work.timeline.segment_at(self.time)].step
+
+    @property
+    def piece(self) -> tuple[Piece, float]:
+        """The part of the path that contains the instant, and how long after the segment's start the instant is;
+        `NoSolutionError` where there is no solution.
+        """
+        from movimentum.solver.segment_motion import Unsolved
+
+        piece, tau = self.part
+        if isinstance(piece, Unsolved):
+            message = "there is no solution at this moment"
+            raise NoSolutionError([Diagnostic("solve/unreachable", Severity.ERROR, message)])
+        return piece, tau
+
+    @property
+    def part(self) -> tuple[Piece | Unsolved, float]:
+        """The same, also where there is no solution."""
+        segment_motion = self.segment_motion
+        tau = float(self.time - segment_motion.segment.start)
+        begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
+        return segment_motion.pieces[int(np.searchsorted(begins, tau, side="right"))], tau
+
+    def poses(self) -> Poses:
+        """The poses at the instant (F = 1)."""
+        return self.work.motion.poses_at([self.time])
+
+    def query(self, text: str) -> Query:
+        """An expression as it is understood in the step of the instant; see `Revision.query`."""
+        return self.work.query(text, self.step)
+
+    def thing(self, name: str) -> Thing | None:
+        """The thing that is called so."""
+        return next((thing for thing in self.work.scene.things if thing.name == name), None)
+
+    def expressions(self, text: str) -> tuple[Expr, ...]:
+        """The components of an expression; `ScriptError` (`query.NOT_A_READING`) for one that has to be solved for."""
+        return self.work.expressions(text, self.step)
+
+    # --- answers
+
+    def causes(self, name: str) -> Causes:
+        """What determines a thing, an anchor, or any expression."""
+        from movimentum.analysis.interactive.determination import determination
+
+        scene, plan = self.work.scene, self.segment_motion.plan
+        thing = self.thing(name)
+        asked = [name] if thing is None else [f"{name}.{anchor.name}" for anchor in thing.anchors]
+        found = determination(plan, [each for text in asked for each in self.expressions(text)])
+        numbers = {item.number: item for item in scene.constraints()}
+        chain: list[Cause] = []
+        for reason in found.reasons:
+            if reason.constraint is None:
+                assert reason.thing is not None
+                span, text = scene.things[reason.thing].span, scene.things[reason.thing].name
+            else:
+                span = numbers[reason.constraint].span
+                text = scene.source.statement(span)
+            chain.append(Cause(scene.source.position(span.start).line, text, reason.constraint is None))
+        names = [unknown.name for unknown in plan.system.unknowns]
+        free = tuple((block, tuple(names[n] for n in plan.blocks[block].unknowns)) for block in found.free)
+        return Causes(tuple(chain), free, tuple(scene.things[number].name for number in found.drawn))
+
+    def formulas(self, text: str, seconds: float) -> list[tuple[str, Any]]:
+        """Each component of an expression by its name, as a SymPy expression of the time since the step's beginning
+        (angles in radians), or the `Obstacle` in its way; found within about so many ``seconds``.
+        """
+        from movimentum.analysis.interactive.formula import short_formula
+
+        begun = time.monotonic()
+        expressions = self.expressions(text)
+
+        patience = max(LEAST_S, seconds - (time.monotonic() - begun)) / len(expressions)
+        names = (text,) if len(expressions) == 1 else (f"{text}.x", f"{text}.y")
+        tau = float(self.time - self.segment_motion.segment.start)
+        found = partial(short_formula, self.segment_motion, tau)
+        return [(name, found(each, patience)) for name, each in zip(names, expressions, strict=True)]
+
+    def freedom(self) -> list[tuple[FreeMotion, str | None]]:
+        """The free motions, each with a statement that would stop it, if one was found."""
+        from movimentum.analysis.diagnose.trials import Trials, first_that_works
+        from movimentum.analysis.freedom.motions import free_motions_at
+
+        motions = free_motions_at(self.work.motion, self.time)
+        if not motions:
+            return []
+        trials, index = Trials(self.work.motion), self.work.timeline.segment_at(self.time)
+        return [(motion, first_that_works(trials, index, motion.holds, len(motions))) for motion in motions]
+
+    def solutions(self) -> list[Alternatives]:
+        """The parts of the scene that have several solutions, with all of them."""
+        from movimentum.analysis.interactive.all_solutions import alternatives
+
+        piece, tau = self.piece
+        return [part for part in alternatives(self.segment_motion, piece, tau) if len(part.solutions) > 1]
+
+    def poses_of(self, snapshots: Sequence[Snapshot]) -> Poses:
+        """The scene in each of ``snapshots``, as the poses of so many frames."""
+        from movimentum.analysis.live import with_numbers
+
+        count = len(snapshots)
+        poses = self.poses().select(np.zeros(count, dtype=np.int64))
+        places = np.array([[(p.x, p.y, p.c, p.s, p.angle) for p in each.things] for each in snapshots])
+        places = places.reshape(count, -1, 5).swapaxes(0, 1)  # (things, snapshots, 5)
+        made = replace(
+            poses,
+            frames=np.arange(count, dtype=np.int64),
+            origin=places[:, :, :2].copy(),
+            direction=places[:, :, 2:4].copy(),
+            angle=places[:, :, 4].copy(),
+            solved=np.ones(count, dtype=np.bool_),
+        )
+        return with_numbers(self.work.motion, made, [self.time] * count)
