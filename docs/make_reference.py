@@ -295,6 +295,8 @@ FAMILIES = {
     "golden": "Golden frames",
     "check": "Comparisons",
     "repl": "The debugger",
+    "query": "What is asked",
+    "edit": "Changes by gestures and in the debugger",
     "internal": "Bugs",
 }
 SCRIPTS = {
