@@ -91,6 +91,8 @@ def answer(command: str) -> str:
 
 def alike(shown: str, said: str) -> bool:
     """Whether a session shows what is said; `…` stands for anything, alone on a line for any lines."""
-    pattern = re.escape(shown.strip()).replace(re.escape("\n…\n"), "\n(?:.*\n)*").replace("…", ".*")
-    pattern = re.sub(r"(?:\\\n|\n)\.\*$", r"\n[\\s\\S]*", pattern)
-    return re.fullmatch(pattern, said.strip()) is not None
+    lines = [
+        "(?:.*\n)*" if line == "…" else re.escape(line.rstrip()).replace("…", ".*") + " *\n"
+        for line in shown.strip().splitlines()
+    ]
+    return re.fullmatch("".join(lines), said.strip() + "\n") is not None
