@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -43,9 +44,24 @@ def test_code_is_highlighted_and_nothing_is_left_as_text(site: Path) -> None:
         assert "<p>```" not in page.read_text("utf-8"), page
 
 
-def test_the_search_works_from_a_folder(site: Path) -> None:
-    """The plugin writes the index as a script, which a browser loads without a server."""
-    assert "constraint/conflict" in (site / "search.js").read_text("utf-8")
+def test_no_page_asks_for_anything_from_the_network(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        asked = re.findall(
+            r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(?:https?:)?//[^"]*"', page.read_text("utf-8")
+        )
+        assert asked == [], page
+
+
+def test_the_search_works_from_a_folder(site: Path, browser: Any) -> None:
+    page = browser.new_page()
+    failed: list[str] = []
+    page.on("requestfailed", lambda request: failed.append(request.url))
+    page.goto((site / "start" / "first.html").as_uri())
+    page.keyboard.press("Control+k")
+    page.keyboard.type("constraint/conflict")
+    page.get_by_text(re.compile(r"^\d+ results?$")).wait_for(timeout=20_000)
+    assert failed == []
+    page.close()
 
 
 def test_the_gallery_shows_its_scripts() -> None:
