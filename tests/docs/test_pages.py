@@ -154,3 +154,18 @@ def test_the_pictures_are_those_of_the_scripts_beside_them() -> None:
     assert found == made, "python docs/make_pictures.py"
     assert {path.name for path in (DOCS / "pictures").glob("*.svg")} == {*made, "trade.svg"}
     assert sum(path.stat().st_size for path in (DOCS / "pictures").glob("*.svg")) < 1_500_000
+
+
+def test_the_summary_of_the_benchmarks_is_that_of_the_tables() -> None:
+    page = (DOCS / "understanding" / "accuracy-and-speed.md").read_text("utf-8")
+    table = page.partition("### 36,000 frames")[2]
+    measured = re.search(r"^\| Movimentum +\|(.*)$", table, re.MULTILINE)
+    summary = re.search(r"^\| Movimentum, from plain equations \|(.*)$", page, re.MULTILINE)
+    assert measured is not None
+    assert summary is not None
+    exact = re.findall(r"([\d.]+) \(([\d.]+)×\)", measured[1])
+    told = re.findall(r"([\d.]+) \(([\d.]+) ×\)", summary[1])
+    assert len(told) == 5
+    for (time, ratio), (said, about) in zip(exact, told, strict=True):
+        assert float(said) == pytest.approx(float(time), abs=0.0006)
+        assert float(about) == pytest.approx(float(ratio), abs=0.05)
