@@ -19,15 +19,15 @@ from __future__ import annotations
 TYPE_CHECKING = False  # `typing` would be the first import of every command, when Ctrl-C is not handled yet
 if TYPE_CHECKING:
     from movimentum import stages as stages
-    from movimentum.api.fits import Fit as Fit
+    from movimentum.api.arguments import Limits as Limits
     from movimentum.api.moments import Moments as Moments
     from movimentum.api.motion import Motion as Motion
-    from movimentum.api.options import Limits as Limits
-    from movimentum.api.output import Written as Written
+    from movimentum.api.results import Fit as Fit
+    from movimentum.api.results import Sweep as Sweep
+    from movimentum.api.results import Written as Written
     from movimentum.api.script import Script as Script
     from movimentum.api.script import load as load
     from movimentum.api.script import loads as loads
-    from movimentum.api.sweeps import Sweep as Sweep
     from movimentum.diagnostics import Diagnostic as Diagnostic
     from movimentum.diagnostics import Severity as Severity
     from movimentum.errors import MovimentumError as MovimentumError
@@ -44,8 +44,8 @@ _HOME = {
     "Accuracy": "movimentum.settings",
     "Diagnostic": "movimentum.diagnostics",
     "FailurePolicy": "movimentum.settings",
-    "Fit": "movimentum.api.fits",
-    "Limits": "movimentum.api.options",
+    "Fit": "movimentum.api.results",
+    "Limits": "movimentum.api.arguments",
     "Moments": "movimentum.api.moments",
     "Motion": "movimentum.api.motion",
     "MovimentumError": "movimentum.errors",
@@ -53,10 +53,10 @@ _HOME = {
     "Script": "movimentum.api.script",
     "ScriptError": "movimentum.errors",
     "Severity": "movimentum.diagnostics",
-    "Sweep": "movimentum.api.sweeps",
+    "Sweep": "movimentum.api.results",
     "UnknownNameError": "movimentum.errors",
     "UsageError": "movimentum.errors",
-    "Written": "movimentum.api.output",
+    "Written": "movimentum.api.results",
     "load": "movimentum.api.script",
     "loads": "movimentum.api.script",
 }

@@ -51,3 +51,12 @@ def rational(text: str, *, exponents: bool = False) -> Fraction | None:
 def fraction_text(value: Fraction) -> str:
     """A whole number as it is, any other (or a huge one) with six digits."""
     return str(value) if value.denominator == 1 and abs(value) < 10**9 else f"{float(value):.6g}"
+
+
+def frame_range(text: str) -> slice | None:
+    """``A:B``, ``A:``, ``:B``, or ``A`` for that one frame, counted as Python counts; None for anything else."""
+    match = re.fullmatch(r"\s*([+-]?\d{1,18})?\s*(:)?\s*([+-]?\d{1,18})?\s*", text)
+    if match is None or (match[2] is None and (match[1] is None or match[3] is not None)):
+        return None
+    first, end = (None if part is None else int(part) for part in (match[1], match[3]))
+    return slice(first, end) if match[2] is not None or first is None else slice(first, first + 1 or None)

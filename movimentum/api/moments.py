@@ -10,8 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.api.calls import called
-from movimentum.api.names import Names
+from movimentum.api.arguments import called
+from movimentum.api.understood import Names
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import usage_error
 from movimentum.query import Query

@@ -11,24 +11,25 @@ from typing import Any, cast
 
 import numpy as np
 
-from movimentum.api.calls import called, in_python
-from movimentum.api.moments import Moments, rates_of, values_of
-from movimentum.api.names import Names
-from movimentum.api.options import (
+from movimentum.api.arguments import (
     Frames,
     Number,
     QualityWord,
     ShowWord,
+    called,
     exact,
     frame_choice,
+    frame_rate,
+    in_python,
     one_of,
     positive,
     several,
     whole,
     words,
 )
-from movimentum.api.origin import Origin
-from movimentum.api.output import Written, data_frame, silent
+from movimentum.api.moments import Moments, rates_of, values_of
+from movimentum.api.results import Written, data_frame, silent
+from movimentum.api.understood import Names, UnderstoodScript, accepted
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import told_in, usage_error
@@ -67,7 +68,7 @@ class Motion:
        = help: did you mean `Rod.A`?
     """
 
-    script: Origin
+    script: UnderstoodScript
     solution: Solution
     choices: Choices
 
@@ -372,13 +373,14 @@ class Motion:
         """Itself, or with other choices."""
         if fps is None and accuracy is None and strict is None and on_failure is None:
             return self
-        return self.script.solve(
-            self.choices.accuracy if accuracy is None else accuracy,
-            digits=self.choices.digits if accuracy is None else None,
-            fps=self.choices.fps if fps is None else fps,
-            strict=self.choices.strict if strict is None else strict,
-            on_failure=self.choices.on_failure if on_failure is None else on_failure,
-        )
+        choices = self.choices if strict is None else replace(self.choices, strict=strict)
+        if fps is not None:
+            choices = replace(choices, fps=frame_rate(fps))
+        if accuracy is not None:
+            choices = replace(choices, accuracy=one_of(Accuracy, accuracy, "accuracy"), digits=None)
+        if on_failure is not None:
+            choices = replace(choices, on_failure=one_of(FailurePolicy, on_failure, "failure policy"))
+        return Motion(self.script, accepted(self.script, choices), choices)
 
     def __reduce__(self) -> tuple[object, ...]:
         return _again, (self.script, self.choices, self.solution.diagnostics)
@@ -390,7 +392,7 @@ class Motion:
         return f"Motion({self.script.name}: {counted(len(self), 'frame')}, {things}, {times})"
 
 
-def _again(script: Origin, choices: Choices, diagnostics: tuple[Diagnostic, ...]) -> Motion:
+def _again(script: UnderstoodScript, choices: Choices, diagnostics: tuple[Diagnostic, ...]) -> Motion:
     """A motion in another process: solved again, to the same bits, for compiled code does not travel."""
     solution = examined(arranged(script.scene, choices), choices, advice=Advice.PLAIN)
     return Motion(script, replace(solution, diagnostics=diagnostics), choices)

@@ -6,30 +6,35 @@ import math
 import os
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from movimentum.api.calls import called, in_python, spoken
+from movimentum.api.arguments import (
+    Limits,
+    Measured,
+    Number,
+    called,
+    cluster_client,
+    frame_rate,
+    in_python,
+    one_of,
+    several,
+    whole,
+)
 from movimentum.api.motion import Motion
-from movimentum.api.names import Names
-from movimentum.api.options import Limits, Measured, Number, cluster_client, frame_rate, one_of, several, whole
+from movimentum.api.understood import UnderstoodScript, accepted, choices_of, solution_of
 from movimentum.diagnostics import Diagnostic, limited
-from movimentum.errors import MovimentumError, NoSolutionError, ScriptError, told_in, usage_error
-from movimentum.records import dataclass, field, replace
-from movimentum.scene.model import Scene
+from movimentum.errors import MovimentumError, told_in, usage_error
+from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, FailurePolicy, FailureWord
 from movimentum.source import SourceText
 from movimentum.syntax.printer import float_text
 from movimentum.text import counted
-from movimentum.timeline.model import Timeline
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import ScriptFiles, read
-from movimentum.workflow.stages import Solution, arranged, examined, understand
+from movimentum.workflow.stages import understand
 
 if TYPE_CHECKING:
-    from movimentum.api.fits import Fit
-    from movimentum.api.sweeps import Sweep
+    from movimentum.api.results import Fit, Sweep
     from movimentum.expressions import Expr
     from movimentum.scene.expansion.product import NamedConstant
 
@@ -84,7 +89,7 @@ def _script(source: SourceText, limits: Limits | None, constants: Mapping[str, o
 def _understood(
     source: SourceText, settings: tuple[tuple[str, str | Expr], ...], limits: Limits, files: ScriptFiles
 ) -> Script:
-    return Script(source, understand(source, _choices(limits, settings), limits.pixels, files), limits, files)
+    return Script(source, understand(source, choices_of(limits, settings), limits.pixels, files), limits, files)
 
 
 def _constant(name: str, value: object) -> str:
@@ -110,18 +115,8 @@ def _number(value: object) -> str | None:
     return float_text(number) if math.isfinite(number) else None
 
 
-def _choices(limits: Limits, settings: tuple[tuple[str, str | Expr], ...] = ()) -> Choices:
-    return Choices(
-        settings=settings,
-        max_frames=limits.frames,
-        max_nesting=limits.nesting,
-        max_operations=limits.operations,
-        max_digits=limits.digits,
-    )
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class Script:
+class Script(UnderstoodScript):
     """A script that has been read and understood. `load` and `loads` make it; it never changes.
 
     >>> import movimentum as mv
@@ -133,64 +128,6 @@ class Script:
     >>> script.timeline.frame_count
     50
     """
-
-    source: SourceText
-    scene: Scene
-    limits: Limits
-    _files: ScriptFiles = field(default_factory=ScriptFiles)
-
-    @property
-    def text(self) -> str:
-        """The script's text."""
-        return self.source.text
-
-    @property
-    def path(self) -> Path | None:
-        """Where it was read from; None for a text without a name, and for standard input."""
-        return None if self.source.path.startswith("<") else Path(self.source.path)
-
-    @property
-    def name(self) -> str:
-        """What it is called in short: the file's name."""
-        return self.source.path if self.path is None else self.path.name
-
-    @cached_property
-    def timeline(self) -> Timeline:
-        """The scene in time: segments, and exact frame times. `ScriptError` for more frames than the limit."""
-        with spoken(), told_in(self.source):
-            return arranged(self.scene, _choices(self.limits))
-
-    @property
-    def things(self) -> tuple[str, ...]:
-        """The names of its things, in the order of definition."""
-        return tuple(thing.name for thing in self.scene.things)
-
-    @property
-    def constants(self) -> dict[str, float | tuple[float, float]]:
-        """Its constants by name, with their values; a vector is a pair.
-
-        >>> import movimentum as mv
-        >>> mv.loads(".let R = 30; .let at = [10, R]; @0 x = R;", R=40).constants
-        {'R': 40.0, 'at': (10.0, 40.0)}
-        """
-        found: dict[str, float | tuple[float, float]] = {}
-        for constant in self.scene.constants:
-            x, *rest = (float(part.value) for part in constant.value)
-            found[constant.name] = (x, rest[0]) if rest else x
-        return found
-
-    @property
-    def names(self) -> Names:
-        """What can be asked of its motions."""
-        return self._names
-
-    @cached_property
-    def _names(self) -> Names:
-        return Names(self.scene, _choices(self.limits), self.name)
-
-    @cached_property
-    def _solutions(self) -> dict[Choices, Solution]:
-        return {}
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -204,7 +141,7 @@ class Script:
         [('constraint/free-motion', 'warning')]
         """
         try:
-            return in_python(limited(self._examined(_choices(self.limits)).diagnostics))
+            return in_python(limited(solution_of(self, choices_of(self.limits)).diagnostics))
         except MovimentumError as error:
             return in_python(limited(error.diagnostics))
 
@@ -244,14 +181,9 @@ class Script:
         if digits is not None and not 1 <= digits <= self.limits.digits:
             message = f"{digits:,} digits are outside 1 to {self.limits.digits:,}"
             raise usage_error("limit/digits", message, "give `load` other `Limits`")
-        choices = replace(_choices(self.limits), fps=frame_rate(fps), accuracy=tier, digits=digits, strict=strict)
-        with told_in(self.source):
-            solution = self._examined(choices)
-            if solution.fault == 1:
-                raise ScriptError(solution.diagnostics)
-            if solution.fault and policy is FailurePolicy.STOP:
-                raise NoSolutionError(solution.diagnostics)
-        return Motion(self, solution, replace(choices, on_failure=policy))
+        choices = replace(choices_of(self.limits), fps=frame_rate(fps), accuracy=tier, digits=digits, strict=strict)
+        choices = replace(choices, on_failure=policy)
+        return Motion(self, accepted(self, choices), choices)
 
     @called
     def sweep(
@@ -281,7 +213,7 @@ class Script:
         >>> table["stroke"].round(3).tolist(), table.outcome[0].item(), table.time[0].round(6).item()
         ([nan, nan, 139.918, 139.918], 'binds', 1.489395)
         """
-        from movimentum.api.sweeps import Sweep
+        from movimentum.api.results import Sweep
         from movimentum.variants.axes import VariantGrid, grid_of, read_grid
         from movimentum.variants.measures import read_measures
         from movimentum.variants.sweep import prepared, sweep_rows
@@ -335,7 +267,7 @@ class Script:
         Requirements that nothing meets are no error: see `Fit.met`. Raises `UsageError` for a script without goals
         or constants to fit.
         """
-        from movimentum.api.fits import fitted
+        from movimentum.api.results import fitted
 
         with told_in(self.source):
             given = {**(vary or {}), **intervals}
@@ -362,17 +294,10 @@ class Script:
     @property
     def _choices(self) -> Choices:
         """The choices that the script was read with."""
-        return _choices(self.limits, tuple(self.scene.settings))
+        return choices_of(self.limits, tuple(self.scene.settings))
 
     def _without(self, given: Mapping[str, object]) -> list[NamedConstant]:
         return [constant for constant in self.scene.constants if constant.name not in given]
-
-    def _examined(self, choices: Choices) -> Solution:
-        found = self._solutions.get(choices)
-        if found is None:
-            timeline = self.timeline if choices.fps is None else arranged(self.scene, choices)
-            found = self._solutions[choices] = examined(timeline, choices)
-        return found
 
     def __reduce__(self) -> tuple[object, ...]:
         return _understood, (self.source, tuple(self.scene.settings), self.limits, self._files)

@@ -18,6 +18,16 @@ FrameChoice = Callable[[int], tuple[int, int]]
 """From the number of frames to the first chosen one and the end (not included)."""
 
 
+def frames_in(some: slice) -> FrameChoice:
+    """The frames of a slice, counted as Python counts: half-open, either end may be left out or negative."""
+
+    def chosen(count: int) -> tuple[int, int]:
+        first, end, _ = some.indices(count)
+        return first, max(first, end)
+
+    return chosen
+
+
 Progress = Callable[[int, int], None]
 """Called with (amount done, amount in all)."""
 

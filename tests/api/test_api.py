@@ -152,7 +152,7 @@ def test_every_accuracy_gives_the_same_motion_better_or_worse():
 
 
 def test_solving_again_costs_nothing(monkeypatch: pytest.MonkeyPatch):
-    from movimentum.api import script as module
+    from movimentum.api import understood as module
 
     calls: list[object] = []
     examined = module.examined

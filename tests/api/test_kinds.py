@@ -18,8 +18,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.api.calls import in_python
-from movimentum.api.options import QualityWord, ShowWord
+from movimentum.api.arguments import QualityWord, ShowWord, in_python
 from movimentum.cli.app import commands
 from movimentum.diagnostics import Diagnostic
 from movimentum.drawing.options import Quality, Show

@@ -1,23 +1,126 @@
-"""From what stands in ``motion["…"]`` to what is read off a motion: names, and expressions of the language."""
+"""A script that was understood, and what can be asked of its motions by name."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+from movimentum.api.arguments import Limits, spoken
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.errors import ScriptError, UnknownNameError
+from movimentum.errors import NoSolutionError, ScriptError, UnknownNameError, told_in
 from movimentum.expressions import Expr, symbol
 from movimentum.query import Query, make_query
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, ThingProperty, VariableComponent
+from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText, Span
 from movimentum.syntax.suggest import nearest
 from movimentum.text import listed
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import ScriptFiles
+from movimentum.workflow.stages import Solution, arranged, examined
+
+if TYPE_CHECKING:
+    from movimentum.timeline.model import Timeline
 
 PROPERTIES = ("opacity", "red", "green", "blue")
 _DOTTED = re.compile(r"[A-Za-z]\w*(?:\[\d+\]|\.[A-Za-z]\w*)*", re.ASCII)
+
+
+def choices_of(limits: Limits, settings: tuple[tuple[str, str | Expr], ...] = ()) -> Choices:
+    """The choices that stand for ``limits`` and for constants that are set."""
+    return Choices(
+        settings=settings,
+        max_frames=limits.frames,
+        max_nesting=limits.nesting,
+        max_operations=limits.operations,
+        max_digits=limits.digits,
+    )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UnderstoodScript:
+    """What a motion knows of its script; see `movimentum.Script`."""
+
+    source: SourceText
+    scene: Scene
+    limits: Limits
+    _files: ScriptFiles = field(default_factory=ScriptFiles)
+
+    @property
+    def text(self) -> str:
+        """The script's text."""
+        return self.source.text
+
+    @property
+    def path(self) -> Path | None:
+        """Where it was read from; None for a text without a name, and for standard input."""
+        return None if self.source.path.startswith("<") else Path(self.source.path)
+
+    @property
+    def name(self) -> str:
+        """What it is called in short: the file's name."""
+        return self.source.path if self.path is None else self.path.name
+
+    @cached_property
+    def timeline(self) -> Timeline:
+        """The scene in time: segments, and exact frame times. `ScriptError` for more frames than the limit."""
+        with spoken(), told_in(self.source):
+            return arranged(self.scene, choices_of(self.limits))
+
+    @property
+    def things(self) -> tuple[str, ...]:
+        """The names of its things, in the order of definition."""
+        return tuple(thing.name for thing in self.scene.things)
+
+    @property
+    def constants(self) -> dict[str, float | tuple[float, float]]:
+        """Its constants by name, with their values; a vector is a pair.
+
+        >>> import movimentum as mv
+        >>> mv.loads(".let R = 30; .let at = [10, R]; @0 x = R;", R=40).constants
+        {'R': 40.0, 'at': (10.0, 40.0)}
+        """
+        found: dict[str, float | tuple[float, float]] = {}
+        for constant in self.scene.constants:
+            x, *rest = (float(part.value) for part in constant.value)
+            found[constant.name] = (x, rest[0]) if rest else x
+        return found
+
+    @cached_property
+    def names(self) -> Names:
+        """What can be asked of its motions."""
+        return Names(self.scene, choices_of(self.limits), self.name)
+
+    @cached_property
+    def _solutions(self) -> dict[Choices, Solution]:
+        return {}
+
+
+def solution_of(script: UnderstoodScript, choices: Choices) -> Solution:
+    """The motion of a script and all that there is to say about it; solved once for each frame rate and accuracy."""
+    known = script._solutions  # pyright: ignore[reportPrivateUsage]
+    found = known.get(choices)
+    if found is None:
+        timeline = script.timeline if choices.fps is None else arranged(script.scene, choices)
+        found = known[choices] = examined(timeline, choices)
+    return found
+
+
+def accepted(script: UnderstoodScript, choices: Choices) -> Solution:
+    """The same; `ScriptError` where the script contradicts itself, `NoSolutionError` where ``choices.on_failure`` is to
+    stop.
+    """
+    with told_in(script.source):
+        solution = solution_of(script, replace(choices, on_failure=FailurePolicy.STOP))
+        if solution.fault == 1:
+            raise ScriptError(solution.diagnostics)
+        if solution.fault and choices.on_failure is FailurePolicy.STOP:
+            raise NoSolutionError(solution.diagnostics)
+    return solution
 
 
 @dataclass(frozen=True, slots=True, eq=False)
