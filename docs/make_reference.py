@@ -192,17 +192,28 @@ def _public(name: str, value: Any) -> Iterator[str]:
         return
     yield f"### `mv.{name}`\n\n{_docstring(value)}\n"
     attributes: list[str] = []
-    for member, what in vars(value).items():
-        if member.startswith("_") or isinstance(what, value):
-            continue
+    for member, what in _members(value):
         inner = inspect.unwrap(getattr(what, "fget", None) or getattr(what, "func", None) or what)
+        if not inspect.isfunction(inner) or not inspect.getdoc(inner):
+            continue
+        said = _docstring(inner)
         if inspect.isfunction(what):
-            yield f"#### `{name}.{member}`\n\n```python\n{_signature(member, inner)}\n```\n\n{_docstring(inner)}\n"
-        elif inspect.isfunction(inner) and inspect.getdoc(inner):
-            said = _docstring(inner).replace("\n\n", " ").replace("\n", " ")
-            attributes.append(f"| `{name}.{member}` | {_escaped(said)} |")
+            yield f"#### `{name}.{member}`\n\n```python\n{_signature(member, inner)}\n```\n\n{said}\n"
+        elif "```" in said:
+            yield f"#### `{name}.{member}`\n\n{said}\n"
+        else:
+            attributes.append(f"| `{name}.{member}` | {_escaped(' '.join(said.split()))} |")
     if attributes:
         yield "\n".join(["| attribute | |", "|---|---|", *attributes]) + "\n"
+
+
+def _members(kind: type) -> Iterator[tuple[str, Any]]:
+    """What a class has, with what it takes from classes of ours; the words of an enumeration are no members."""
+    found: dict[str, Any] = {}
+    for base in reversed(kind.__mro__):
+        if base.__module__.startswith("movimentum"):
+            found |= {name: what for name, what in vars(base).items() if not name.startswith("_")}
+    yield from ((name, what) for name, what in found.items() if not isinstance(what, kind))
 
 
 def _escaped(text: str) -> str:

@@ -1,6 +1,6 @@
 """Builds the documentation as a site: ``python docs/make_site.py [--quick]`` (``pip install -e '.[docs]'``).
 
-It renders the players of the gallery (two minutes, once; ``--quick`` leaves them out), and runs ``zensical build
+It renders the players of the gallery (half a minute, once; ``--quick`` leaves them out), and runs ``zensical build
 --strict``. The site is in ``site/``. It needs no server: open ``site/index.html``.
 """
 

@@ -5,6 +5,7 @@ document.querySelectorAll(".film").forEach((film) => {
   if (!picture) return;
   const button = document.createElement("button");
   button.textContent = "with a player";
+  button.className = "film-player";
   button.addEventListener("click", () => {
     const frame = document.createElement("iframe");
     frame.src = picture.src.replace(/\.gif$/, ".html");

@@ -12,9 +12,10 @@ from typing import Any
 
 import pytest
 
-from tests.command import ROOT
+from tests.command import ROOT, movimentum
 from tests.docs.pages import DOCS, PAGES, name_of
 
+pytestmark = pytest.mark.slow
 LEFT_OUT = shutil.ignore_patterns("*.py", "*.html")
 
 
@@ -24,6 +25,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("site")
     shutil.copytree(DOCS, folder / "docs", ignore=LEFT_OUT)
     shutil.copy(ROOT / "zensical.toml", folder)
+    movimentum("run", ROOT / "scripts" / "four-bar.mov", "-o", folder / "docs" / "gallery" / "four-bar.html")
     command = [sys.executable, "-m", "zensical", "build", "--clean", "--strict"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -61,6 +63,16 @@ def test_the_search_works_from_a_folder(site: Path, browser: Any) -> None:
     page.keyboard.type("constraint/conflict")
     page.get_by_text(re.compile(r"^\d+ results?$")).wait_for(timeout=20_000)
     assert failed == []
+    page.close()
+
+
+def test_the_gallery_plays(site: Path, browser: Any) -> None:
+    page = browser.new_page()
+    page.goto((site / "gallery.html").as_uri())
+    film = page.locator(".film").filter(has_text="scripts/four-bar.mov")
+    film.locator(".film-player").click()
+    player = film.locator("iframe").element_handle().content_frame()
+    player.wait_for_function("window.movimentum && window.movimentum.state().frames == 50")
     page.close()
 
 
