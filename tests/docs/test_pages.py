@@ -9,10 +9,13 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
 import movimentum as mv
+from movimentum.interop.formulas import evaluate, read_formulas
+from movimentum.source import SourceText
 from tests.command import ROOT
 from tests.docs.pages import DOCS, MADE, PAGES, Block, alike, anchors, answer, blocks, links, name_of, prose
 from tests.understand import scene_of, script_of
@@ -169,3 +172,44 @@ def test_the_summary_of_the_benchmarks_is_that_of_the_tables() -> None:
     for (time, ratio), (said, about) in zip(exact, told, strict=True):
         assert float(said) == pytest.approx(float(time), abs=0.0006)
         assert float(about) == pytest.approx(float(ratio), abs=0.05)
+
+
+def test_the_report_for_programs_has_the_keys_that_the_page_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = DOCS / "reference" / "files.md"
+    shown, added = (json.loads(block.text) for block in blocks(page) if block.language == "json")
+    Path("wrong.mov").write_text("Rod : .bar A=[0,0] B=[50,0]; @0 Rod.A=[0,0]; Rod.B=[90,0]; @1", encoding="utf-8")
+    said = json.loads(answer("movimentum check wrong.mov --format json").rpartition("\n}")[0] + "\n}")
+    assert shape(said, shown) == shape(shown, shown)
+    furnish(page, tmp_path)
+    said = json.loads(answer("movimentum check free.mov --format json --freedom"))
+    step = said["steps"][0]
+    assert {key: step[key] for key in added if key == "parts"} == {"parts": added["parts"]}
+    (tail,) = (motion for motion in step["motions"] if motion["things"] == ["Tail"])
+    tail["velocities"] = {name: [round(each, 3) for each in pair] for name, pair in tail["velocities"].items()}
+    assert tail == added["motions"][0]
+
+
+def shape(value: object, like: object) -> object:
+    """The keys of an object, as far down as ``like`` has any."""
+    if isinstance(like, dict):
+        assert isinstance(value, dict)
+        return {key: shape(value[key], part) for key, part in like.items()} | dict.fromkeys(value.keys() - like.keys())
+    if isinstance(like, list):
+        assert isinstance(value, list)
+        return [shape(item, like[0]) for item in value[:1]] if like else []
+    return None
+
+
+def test_what_formulas_without_a_point_say() -> None:
+    page = (DOCS / "reference" / "formats.md").read_text("utf-8")
+    text = "PLLP[P1, L1, L2, P2](P3)\nPLA[P0, L0, a0](P1)\nP0 = [0, 0]; P2 = [90, 0]; L0 = 35; L1 = 70; L2 = 70"
+    text = "\n".join([*text.splitlines()[1::-1], text.splitlines()[2]])
+    formulas = read_formulas(SourceText("four-bar.pyslvs", text))
+    for changed in ({"L1": 30, "a0": [0, 180]}, {"L0": 90, "a0": [0, 180]}):
+        with pytest.raises(mv.ScriptError) as caught:
+            evaluate(formulas, {name: np.array(value, float) for name, value in changed.items()})
+        (item,) = caught.value.diagnostics
+        assert f"{item.code} {item.message}\n" in page
