@@ -48,9 +48,12 @@ def scene_and_poses(folder, frames, sprites):
     """The scene as the scene stage would hand it over, and its poses."""
     import numpy as np
 
-    from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Shape, Thing
+    from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Thing
     from movimentum.solver.poses import Poses
     from movimentum.source import SourceText, Span
+    from movimentum.things.kind import Look
+    from movimentum.things.kinds.line import LINE
+    from movimentum.things.kinds.sprite import SPRITE, SpriteImage
 
     nowhere = Span(0, 0)
     t = 2 * np.pi * (np.arange(frames) % TURN) / TURN
@@ -63,13 +66,12 @@ def scene_and_poses(folder, frames, sprites):
             Thing(
                 i,
                 f"W{i}",
-                Shape.SPRITE,
+                SPRITE,
                 centre,
                 nowhere,
                 nowhere,
-                image=path,
-                image_size=(200, 200),
-                hidden=not sprites,
+                own=SpriteImage(path, (200, 200)),
+                look=Look(hidden=not sprites),
             )
         )
         turn[i] = -(t * (1 + i % 3) + 0.3 * i)
@@ -79,9 +81,7 @@ def scene_and_poses(folder, frames, sprites):
         origin[i] = np.stack([x - 100 * (c - s), y - 100 * (s + c)], axis=1)
     for i in range(5):
         through = (AnchorRef(i, 0), AnchorRef((i + 1) % 5, 0))
-        things.append(
-            Thing(5 + i, f"B{i}", Shape.LINE, (), nowhere, nowhere, through=through, color=(40, 40, 50), width=7.0)
-        )
+        things.append(Thing(5 + i, f"B{i}", LINE, (), nowhere, nowhere, through=through, look=Look(width=7.0)))
     config = Config(Fraction(25), (WIDTH, HEIGHT), (250, 250, 245))
     poses = Poses(
         frames=np.arange(frames),

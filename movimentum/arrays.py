@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -23,13 +22,9 @@ def solutions(matrices: FloatArray, right: FloatArray) -> FloatArray:
     try:
         found = np.linalg.solve(matrices, right[..., None])[..., 0]
     except np.linalg.LinAlgError:  # which says nothing of the others
-        size = right.shape[-1]
-        flat, rows = matrices.reshape(-1, size, size), right.reshape(-1, size)
-        found = np.full(rows.shape, np.nan)
-        for i in range(len(flat)):
-            with suppress(np.linalg.LinAlgError):
-                found[i] = np.linalg.solve(flat[i], rows[i])
-        found = found.reshape(right.shape)
+        good = np.abs(np.linalg.det(np.nan_to_num(matrices))) > 0.0
+        sound = np.where(good[..., None, None], matrices, np.eye(right.shape[-1]))
+        found = np.where(good[..., None], np.linalg.solve(sound, right[..., None])[..., 0], np.nan)
     return np.asarray(found, dtype=np.float64)
 
 

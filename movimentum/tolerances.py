@@ -18,6 +18,11 @@ the same bound they share the name, and where two bounds only happen to be equal
 
 # --- the scene and its timeline -------------------------------------------------------------------
 
+SAME_MODULE = 1e-9
+"""Of a gear's module: how much another may differ and their teeth still fit. Far above the rounding of a computed
+module (1e-16), far below any difference that is meant.
+"""
+
 # --- analysis: what is free, what is wrong, what is told ------------------------------------------
 
 # --- variants and fits ----------------------------------------------------------------------------

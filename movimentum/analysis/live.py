@@ -14,10 +14,11 @@ from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
 from movimentum.query import reader
 from movimentum.records import replace
-from movimentum.scene.appearance import ARROW, Shown, text_number
-from movimentum.scene.model import AnchorCoordinate, Scene, Shape, Thing
+from movimentum.scene.model import AnchorCoordinate, Scene, Thing
+from movimentum.scene.shown import ARROW, Shown, text_number
 from movimentum.solver.motion import AnyMotion
 from movimentum.solver.poses import Poses
+from movimentum.things.kinds.vector import VectorScale
 
 
 def with_numbers(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] | None = None) -> Poses:
@@ -49,7 +50,7 @@ def texts_of(scene: Scene) -> Callable[[Poses], dict[tuple[int, str], FloatArray
 
 def _arrows(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] | None) -> dict[tuple[int, str], FloatArray]:
     scene = motion.timeline.scene
-    vectors = [thing for thing in scene.things if thing.shape is Shape.VECTOR and not thing.hidden]
+    vectors = [thing for thing in scene.things if isinstance(thing.own, VectorScale) and not thing.hidden]
     if not vectors:
         return {}
     times = [motion.timeline.frame_time(frame) for frame in poses.frames.tolist()] if instants is None else instants
@@ -64,9 +65,10 @@ def _rates(motion: AnyMotion, thing: Thing, times: Sequence[Fraction]) -> FloatA
     """(2, F): a vector's arrow at ``times``."""
     from movimentum.solver.rates.rates import UndefinedRate, rates_at
 
-    (ref,), figure = thing.through, thing.figure
+    (ref,), own = thing.through, thing.own
+    assert isinstance(own, VectorScale)
     coordinates = [symbol(AnchorCoordinate(ref.thing, ref.anchor, axis)) for axis in (0, 1)]
-    order, scale = (1, figure.velocity) if figure.velocity is not None else (2, figure.acceleration or 0.0)
+    order, scale = (1, own.velocity) if own.velocity is not None else (2, own.acceleration or 0.0)
     try:
         return np.nan_to_num(scale * rates_at(motion.path, coordinates, order, times), posinf=0.0, neginf=0.0)
     except UndefinedRate:

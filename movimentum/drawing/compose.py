@@ -23,10 +23,12 @@ from movimentum.drawing.model import (
     TraceMark,
 )
 from movimentum.drawing.options import PictureOptions, Show
-from movimentum.drawing.style import ACCENT, BACKGROUND, TRACE_WIDTH, color_of, motion_color, paint_of
-from movimentum.scene.colors import INK
-from movimentum.scene.looks import DISC_RADIUS, SIZES, WIDTHS, size_of, width_of
-from movimentum.scene.model import Scene, Shape, Thing
+from movimentum.drawing.style import ACCENT, BACKGROUND, TRACE_WIDTH, color_of, motion_color
+from movimentum.scene.model import Scene, Thing
+from movimentum.things.colors import INK
+from movimentum.things.kind import Own
+from movimentum.things.kinds.ground import GROUND
+from movimentum.things.kinds.trace import TRACE, Track
 
 
 def compose(scene: Scene, options: PictureOptions) -> Drawing:
@@ -39,7 +41,7 @@ def compose(scene: Scene, options: PictureOptions) -> Drawing:
             FreeArrow(mark.thing, mark.local, mark.velocity, motion_color(mark.motion), mark.begin, mark.end)
             for mark in options.free
         ]
-    own = [_trace(scene, thing) for thing in things if thing.shape is Shape.TRACE and not thing.hidden]
+    own = [_trace(scene, thing) for thing in things if thing.kind is TRACE and not thing.hidden]
     asked = [
         TraceMark(ref.thing, thing.anchors[ref.anchor].local, color_of(thing), TRACE_WIDTH) for thing, ref in traced
     ]
@@ -73,38 +75,36 @@ def _marks(scene: Scene, thing: Thing) -> Iterator[ThingMark]:
 
 
 def _paint(thing: Thing) -> Paint:
-    return Paint(thing.number, paint_of(thing), thing.look.opacity)
+    return Paint(thing.number, thing.look.paint, thing.look.opacity)
 
 
 def _mark(scene: Scene, thing: Thing) -> ThingMark | None:
     paint = _paint(thing)
     points = drawn_points(thing) if thing.anchors else ()
     first = points[0] if points else (0.0, 0.0)
-    match thing.shape:
-        case Shape.SPRITE:
-            if thing.image is None:
-                return None
-            placed = None if thing.placement.is_here else thing.placement.affine
-            return ImageMark(paint, thing.image, thing.scale, thing.span, placed)
-        case Shape.BAR if is_plain(thing):
-            return PolylineMark(paint, points, width_of(thing)) if points else None
-        case Shape.ARROW:
-            return PolylineMark(paint, points, width_of(thing), True) if points else None
-        case Shape.DISC if is_plain(thing):
-            return DiscMark(paint, first, DISC_RADIUS if thing.radius is None else thing.radius, thing.width)
-        case Shape.LABEL:
-            look = thing.look
-            text, size = thing.text or "", size_of(thing)
-            return TextMark(paint, text, size, first, thing.span, look.align, look.italic, thing.pieces)
-        case Shape.LINE if is_plain(thing):
-            return LinkMark(paint, _through(scene, thing), width_of(thing)) if thing.through else None
-        case Shape.TRACE:
+    look = thing.look
+    match thing.kind.word:
+        case "sprite":
+            picture, placed = thing.picture, None if thing.placement.is_here else thing.placement.affine
+            return picture and ImageMark(paint, picture.image, picture.scale, thing.span, placed)
+        case "bar" if is_plain(thing):
+            return PolylineMark(paint, points, look.width) if points else None
+        case "arrow":
+            return PolylineMark(paint, points, look.width, True) if points else None
+        case "disc" if is_plain(thing):
+            return DiscMark(paint, first, thing.radius or 0.0, look.outline)
+        case "label":
+            text = thing.text or ""
+            return TextMark(paint, text, look.size, first, thing.span, look.align, look.italic, thing.pieces)
+        case "line" if is_plain(thing):
+            return LinkMark(paint, _through(scene, thing), look.width) if thing.through else None
+        case "trace":
             return None
         case _ if thing.is_body:
             parts = body_parts(thing, joints_of(scene, thing))
             return FigureMark(paint, parts) if parts else None
         case _:
-            return _symbol(scene, thing, thing.shape, paint) if thing.through else None
+            return _symbol(scene, thing, paint) if thing.through else None
 
 
 def joints_of(scene: Scene, thing: Thing) -> frozenset[int]:
@@ -116,16 +116,16 @@ def _through(scene: Scene, thing: Thing) -> tuple[tuple[int, Point], ...]:
     return tuple((ref.thing, scene.things[ref.thing].anchors[ref.anchor].local) for ref in thing.through)
 
 
-def _symbol(scene: Scene, thing: Thing, shape: Shape, paint: Paint) -> SymbolMark:
+def _symbol(scene: Scene, thing: Thing, paint: Paint) -> SymbolMark:
     look = thing.look
     text = thing.pieces or (None if thing.text is None else (thing.text,) if thing.text else ())
     return SymbolMark(
         paint=paint,
-        shape=shape,
+        kind=thing.kind,
         through=_through(scene, thing),
-        width=width_of(thing),
-        size=size_of(thing),
-        figure=thing.figure,
+        width=look.width,
+        size=look.size,
+        own=thing.own,
         fill=look.fill or look.pin_fill,
         dash=look.dash,
         cap=look.cap,
@@ -137,11 +137,10 @@ def _symbol(scene: Scene, thing: Thing, shape: Shape, paint: Paint) -> SymbolMar
 
 def _trace(scene: Scene, thing: Thing) -> TraceMark:
     ref = thing.through[0]
-    color, figure, look = color_of(thing), thing.figure, thing.look
+    own, look = thing.own, thing.look
+    assert isinstance(own, Track)
     local = scene.things[ref.thing].anchors[ref.anchor].local
-    return TraceMark(
-        ref.thing, local, color, width_of(thing), figure.whole, figure.tail, _paint(thing), look.dash, look.cap
-    )
+    return TraceMark(ref.thing, local, look.paint, look.width, own.whole, own.tail, _paint(thing), look.dash, look.cap)
 
 
 def _supports(scene: Scene, thing: Thing) -> Iterator[SymbolMark]:
@@ -165,11 +164,11 @@ def _support(thing: Thing, local: Point) -> SymbolMark:
     ink = look.ink or INK
     return SymbolMark(
         paint=Paint(thing.number, ink, look.opacity),
-        shape=Shape.GROUND,
+        kind=GROUND,
         through=((thing.number, local),),
-        width=WIDTHS[Shape.GROUND],
-        size=SIZES[Shape.GROUND],
-        figure=thing.figure,
+        width=GROUND.width,
+        size=GROUND.size,
+        own=Own(),
         fill=look.pin_fill,
         ink=ink,
     )

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from movimentum.drawing.parts import FigurePart, PartForm, Point, circle, outlined, pin, ring, rounded
-from movimentum.scene.colors import INK
-from movimentum.scene.looks import DISC_RADIUS, edge_color, edge_width, size_of, width_of
-from movimentum.scene.model import Shape, Thing
+from movimentum.scene.model import Thing
+from movimentum.things.colors import INK
+from movimentum.things.kind import Look
 
 PIN_EDGE = 1.6
 
 
 def body_parts(thing: Thing, joints: frozenset[int]) -> tuple[FigurePart, ...]:
     """What a body consists of, back to front, in its local frame; pins are at the anchors ``joints``."""
-    if not thing.anchors:
+    make = FIGURES.get(thing.kind.word)
+    if not thing.anchors or make is None:
         return ()
-    return (*_shape(thing), *pins(thing, joints))
+    return (*make(thing, drawn_points(thing)), *pins(thing, joints))
 
 
 def pins(thing: Thing, joints: frozenset[int]) -> tuple[FigurePart, ...]:
@@ -23,14 +26,14 @@ def pins(thing: Thing, joints: frozenset[int]) -> tuple[FigurePart, ...]:
     if radius is None:
         return ()
     places = dict.fromkeys(anchor.local for n, anchor in enumerate(thing.anchors) if not joints or n in joints)
-    ink = _ink(thing)
+    ink = thing.look.ink or thing.look.edge or INK
     return tuple(part for place in places for part in pin(place, radius, PIN_EDGE, ink, thing.look.pin_fill))
 
 
 def is_plain(thing: Thing) -> bool:
     """Whether a bar, an arrow or a disc is nothing but its line or its circle."""
     look = thing.look
-    return look.edge is None and not look.dash and look.cap == "round" and (look.fill is None or thing.width is None)
+    return look.edge is None and not look.dash and look.cap == "round" and (look.fill is None or look.outline is None)
 
 
 def drawn_points(thing: Thing) -> tuple[Point, ...]:
@@ -39,61 +42,61 @@ def drawn_points(thing: Thing) -> tuple[Point, ...]:
     return points if thing.look.drawn is None else tuple(points[number] for number in thing.look.drawn)
 
 
-def _ink(thing: Thing) -> tuple[int, int, int]:
-    return thing.look.ink or edge_color(thing) or INK
-
-
-def _edge(thing: Thing) -> FigurePart | None:
-    color = edge_color(thing)
-    return None if color is None else FigurePart(PartForm.STROKE, (), edge_width(thing), color, True, thing.look.dash)
-
-
-def _shape(thing: Thing) -> tuple[FigurePart, ...]:
-    points, look = drawn_points(thing), thing.look
-    match thing.shape:
-        case Shape.BAR:
-            return _link(thing, points)
-        case Shape.DISC:
-            return _disc(thing, points[0])
-        case Shape.PLATE:
-            return outlined(rounded(points, width_of(thing) / 2.0), _edge(thing))
-        case Shape.POLYGON:
-            return outlined(_counter_clockwise(points), _edge(thing))
-        case Shape.GEAR | Shape.RACK if thing.teeth is not None and thing.module is not None:
-            from movimentum.drawing.gears import gear_outline, rack_outline
-
-            outline, holes = gear_outline(thing) if thing.shape is Shape.GEAR else (rack_outline(thing), ())
-            return outlined(outline, _edge(thing), holes=holes)
-        case Shape.GROUND:
-            return support(points[0], size_of(thing), width_of(thing), look.pin_fill, look.ink)
-        case _:
-            return ()
+def _edge(look: Look) -> FigurePart | None:
+    if look.edge is None:
+        return None
+    return FigurePart(PartForm.STROKE, (), look.edge_width, look.edge, True, look.dash)
 
 
 def _link(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
     """A bar; with an edge it is a rounded link."""
-    look, width = thing.look, width_of(thing)
+    look, width = thing.look, thing.look.width
     if look.edge is None or look.dash:
         return (FigurePart(PartForm.STROKE, points, width, None, False, look.dash, look.cap),)
-    thin = min(edge_width(thing), width / 2.0)
+    thin = min(look.edge_width, width / 2.0)
     return (
         FigurePart(PartForm.STROKE, points, width, look.edge, False, (), look.cap),
         FigurePart(PartForm.STROKE, points, max(0.1, width - 2.0 * thin), None, False, (), look.cap),
     )
 
 
-def _disc(thing: Thing, centre: Point) -> tuple[FigurePart, ...]:
-    look, radius = thing.look, DISC_RADIUS if thing.radius is None else thing.radius
-    stroke = look.edge if look.edge is not None or look.fill is None else thing.color or look.edge
-    width = edge_width(thing) if thing.width is None else thing.width
+def _disc(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    look, centre, radius = thing.look, points[0], thing.radius or 0.0
     inside = FigurePart(PartForm.DOT, (centre,), radius)
-    if look.edge is None and not look.dash and thing.width is None:
+    if look.edge is None and not look.dash and look.outline is None:
         return (inside,)
+    stroke = look.edge if look.edge is not None or look.fill is None else look.color
+    width = look.outline or look.edge_width
     edge = ring(centre, radius, width, stroke)
     if look.dash:
         points = tuple(circle(centre, radius)[:-1])
         edge = FigurePart(PartForm.STROKE, points, width, stroke, True, look.dash, "butt")
-    return (edge,) if look.fill is None and (thing.width is not None or look.edge is None) else (inside, edge)
+    return (edge,) if look.fill is None and (look.outline is not None or look.edge is None) else (inside, edge)
+
+
+def _plate(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    return outlined(rounded(points, thing.look.width / 2.0), _edge(thing.look))
+
+
+def _polygon(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    return outlined(_counter_clockwise(points), _edge(thing.look))
+
+
+def _gear(thing: Thing, _: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    from movimentum.drawing.gears import gear_outline  # few films have any
+
+    outline, holes = gear_outline(thing)
+    return outlined(outline, _edge(thing.look), holes=holes)
+
+
+def _rack(thing: Thing, _: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    from movimentum.drawing.gears import rack_outline
+
+    return outlined(rack_outline(thing), _edge(thing.look))
+
+
+def _ground(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    return support(points[0], thing.look.size, thing.look.width, thing.look.pin_fill, thing.look.ink)
 
 
 def support(
@@ -118,3 +121,15 @@ def support(
 def _counter_clockwise(points: tuple[Point, ...]) -> tuple[Point, ...]:
     area = sum(px * qy - qx * py for (px, py), (qx, qy) in zip(points, [*points[1:], points[0]], strict=True))
     return points if area >= 0.0 else points[::-1]
+
+
+FIGURES: dict[str, Callable[[Thing, tuple[Point, ...]], tuple[FigurePart, ...]]] = {
+    "bar": _link,
+    "disc": _disc,
+    "plate": _plate,
+    "polygon": _polygon,
+    "gear": _gear,
+    "rack": _rack,
+    "ground": _ground,
+}
+"""The word of a kind of body -> what a thing of it consists of, by the points that it is drawn through."""

@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable
 
 from movimentum.drawing.parts import Point, circle
-from movimentum.scene.gears import PRESSURE_ANGLE, pitch_radius, tooth_direction
 from movimentum.scene.model import Thing
+from movimentum.things.kinds.toothed import PRESSURE_ANGLE
 
 ADDENDUM, DEDENDUM = 1.0, 1.25
 RIM = 2.0
@@ -21,15 +21,14 @@ _FLANK = 8  # points of a flank
 
 def gear_outline(thing: Thing) -> tuple[tuple[Point, ...], tuple[tuple[Point, ...], ...]]:
     """The outline of a gear in its local frame, counter-clockwise, and its holes (a ring has one)."""
-    assert thing.teeth is not None
-    assert thing.module is not None
-    centre, radius, module = thing.anchors[0].local, pitch_radius(thing), thing.module
-    direction = math.radians(tooth_direction(thing))
-    if not thing.inner:
-        return _around(centre, _tooth(thing.teeth, radius, module), thing.teeth, direction), ()
+    gear = thing.toothed
+    centre, radius, module = thing.anchors[0].local, gear.pitch_radius, gear.module
+    direction = math.radians(thing.tooth_direction)
+    if not gear.inner:
+        return _around(centre, _tooth(gear.teeth, radius, module), gear.teeth, direction), ()
     # the gaps of a ring have the shape of a gear's teeth
-    gap = _tooth(thing.teeth, radius, module, DEDENDUM, ADDENDUM)
-    toothed = _around(centre, gap, thing.teeth, direction + math.pi / thing.teeth)
+    gap = _tooth(gear.teeth, radius, module, DEDENDUM, ADDENDUM)
+    toothed = _around(centre, gap, gear.teeth, direction + math.pi / gear.teeth)
     rim = tuple(circle(centre, radius + (DEDENDUM + RIM) * module)[:-1])
     return rim, (toothed[::-1],)
 
@@ -98,15 +97,13 @@ def _involute(degrees: float) -> float:
 
 def rack_outline(thing: Thing) -> tuple[Point, ...]:
     """The outline of a rack in its local frame, counter-clockwise: straight flanks, its teeth on the left."""
-    assert thing.teeth is not None
-    assert thing.module is not None
-    (x, y), module = thing.anchors[0].local, thing.module
-    turn = math.radians(tooth_direction(thing))
+    (x, y), module, teeth = thing.anchors[0].local, thing.toothed.module, thing.toothed.teeth
+    turn = math.radians(thing.tooth_direction)
     pitch, slope = math.pi * module, math.tan(math.radians(PRESSURE_ANGLE))
-    begin, end = -pitch / 2.0, (thing.teeth - 0.5) * pitch
+    begin, end = -pitch / 2.0, (teeth - 0.5) * pitch
     root, back = -DEDENDUM * module, -(DEDENDUM + RIM) * module
     line: list[Point] = [(begin, back), (end, back), (end, root)]
-    for number in reversed(range(thing.teeth)):
+    for number in reversed(range(teeth)):
         middle = number * pitch
         for side, height in ((1.0, -DEDENDUM), (1.0, ADDENDUM), (-1.0, ADDENDUM), (-1.0, -DEDENDUM)):
             line.append((middle + side * (pitch / 4.0 - height * module * slope), height * module))

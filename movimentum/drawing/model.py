@@ -14,9 +14,9 @@ from movimentum.drawing.parts import FigurePart, Point
 from movimentum.drawing.style import Color
 from movimentum.geometry import Affine
 from movimentum.records import dataclass
-from movimentum.scene.appearance import Figure, Piece
-from movimentum.scene.model import Shape
+from movimentum.scene.shown import Piece
 from movimentum.source import Span
+from movimentum.things.kind import Own, ThingKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,18 +117,19 @@ class FigureMark:
 class SymbolMark:
     """What is drawn at points of other things and for their distances: a spring, a dimension, a support …
 
-    ``through``: (thing number, local point) each; it is drawn while all of them are visible. ``width``: of its lines;
+    ``own`` is what only things of its ``kind`` have. ``through``: (thing number, local point) each; it is drawn while
+    all of them are visible. ``width``: of its lines;
     ``size``: of the symbol, or of its letters; ``ink`` of its lines where that is not the colour of its paint; ``fill``
     of what is inside. ``text``: what is written at it instead of its value. ``lengths``: the least and the greatest
     distance of its points in the whole film, where its parts depend on them.
     """
 
     paint: Paint
-    shape: Shape
+    kind: ThingKind
     through: tuple[tuple[int, Point], ...]
     width: float
     size: float
-    figure: Figure
+    own: Own
     fill: Color
     dash: tuple[float, ...] = ()
     cap: str = "round"

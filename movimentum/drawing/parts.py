@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
-from movimentum.scene.appearance import Color
+from movimentum.things.kind import Color
 
 Point: TypeAlias = tuple[float, float]
 

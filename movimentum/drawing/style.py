@@ -4,17 +4,13 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
-from movimentum.scene.model import Shape, Thing
-
-Color: TypeAlias = tuple[int, int, int]
-"""Red, green and blue, 0 to 255."""
+from movimentum.scene.model import Thing
+from movimentum.things.colors import INK
+from movimentum.things.kind import Color
 
 BACKGROUND: Color = (255, 255, 255)
 ACCENT: Color = (200, 30, 90)
 PAPER: Color = (255, 255, 255)
-UNTINTED: Color = (255, 255, 255)
 MOTIONS: tuple[Color, ...] = (ACCENT, (0, 114, 178), (0, 140, 90), (213, 94, 0), (120, 60, 180), (150, 120, 0))
 """Colours of the free motions, in turn; most colour-blind people can distinguish them (after Okabe & Ito)."""
 
@@ -37,13 +33,8 @@ ARROW_WIDTH = 2.5  # of free motions
 
 
 def color_of(thing: Thing) -> Color:
-    """The colour of a thing and its traces; for a sprite, only of its traces."""
-    return thing.main_color
-
-
-def paint_of(thing: Thing) -> Color:
-    """The colour of a thing; for a sprite, its tint."""
-    return UNTINTED if thing.shape is Shape.SPRITE else color_of(thing)
+    """The colour of a thing's traces."""
+    return INK if thing.picture else thing.look.paint
 
 
 def motion_color(motion: int) -> Color:

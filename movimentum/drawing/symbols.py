@@ -6,7 +6,8 @@ Everything is computed for all frames at once, in the world; every way to draw a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
@@ -16,9 +17,15 @@ from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.texts import written
 from movimentum.records import dataclass, replace
-from movimentum.scene.appearance import ARROW
-from movimentum.scene.model import Shape
+from movimentum.scene.shown import ARROW
 from movimentum.solver.poses import Poses
+from movimentum.things.kind import Own
+from movimentum.things.kinds.arc import Angle
+from movimentum.things.kinds.dimension import Distance
+from movimentum.things.kinds.piston import CYLINDER
+from movimentum.things.kinds.spring import Coiled
+
+T = TypeVar("T", bound=Own)
 
 GAP = 4.0
 """World pixels between a dimension's lines and the points that they are about."""
@@ -50,53 +57,17 @@ def symbol_shown(mark: SymbolMark, poses: Poses) -> BoolArray:
 
 def moving_parts(mark: SymbolMark, poses: Poses) -> list[MovingPart]:
     """What a symbol consists of, back to front."""
-    points, shown = symbol_points(mark, poses), symbol_shown(mark, poses)
-    match mark.shape:
-        case Shape.GROUND:
-            parts = support((0.0, 0.0), mark.size, mark.width, mark.fill, mark.ink)
-            return [_placed(part, points[:, 0], shown) for part in parts]
-        case Shape.LINE:
-            return [MovingPart(_stroke(mark), points, shown)]
-        case Shape.SLIDE:
-            return list(_slide(mark, points, shown))
-        case Shape.SPRING:
-            return [_spring(mark, points, shown)]
-        case Shape.DAMPER | Shape.CYLINDER:
-            return list(_piston(mark, points, shown))
-        case Shape.DIMENSION:
-            return list(_dimension(mark, points, shown))
-        case Shape.ARC:
-            return [MovingPart(_stroke(mark), _arc(mark, points), shown)]
-        case _:
-            return list(_arrow(mark, points, arrow_of(mark, poses), shown))
+    return list(SYMBOLS[mark.kind.word](mark, symbol_points(mark, poses), symbol_shown(mark, poses), poses))
 
 
 def caption(mark: SymbolMark, poses: Poses) -> Caption | None:
     """What is written at a symbol."""
-    if mark.shape not in (Shape.DIMENSION, Shape.ARC, Shape.VECTOR) or mark.text == ():
+    if mark.kind.word not in CAPTIONS or mark.text == ():
         return None
-    points = symbol_points(mark, poses)
-    match mark.shape:
-        case Shape.DIMENSION:
-            along, across, length = _frame(points)
-            texts = _values(mark, poses, length, "")
-            middle = points.mean(axis=1) + across * mark.figure.offset
-            away = across * math.copysign(1.0, mark.figure.offset)
-            del along
-        case Shape.ARC:
-            begin, turn = arc_angles(mark, points)
-            texts = _values(mark, poses, np.abs(turn), "°")
-            half = np.radians(begin + turn / 2.0)
-            away = np.stack([np.cos(half), np.sin(half)], axis=-1)
-            middle = points[:, 1] + away * mark.figure.radius
-        case _:
-            if mark.text is None:
-                return None
-            arrow = arrow_of(mark, poses)
-            texts = written(mark.text, mark.paint.thing, poses)
-            length = np.maximum(np.hypot(arrow[:, 0], arrow[:, 1]), 1e-9)
-            away = arrow / length[:, None]
-            middle = points[:, 0] + arrow
+    found = CAPTIONS[mark.kind.word](mark, symbol_points(mark, poses), poses)
+    if found is None:
+        return None
+    texts, middle, away = found
     broad = np.array([LETTER * len(text) * mark.size / 2.0 for text in texts])
     # the box of the text touches the line at a distance that changes smoothly with its direction
     reach = broad * np.abs(away[:, 0]) + 0.42 * mark.size * np.abs(away[:, 1]) + GAP
@@ -112,7 +83,13 @@ def arc_angles(mark: SymbolMark, points: FloatArray) -> tuple[FloatArray, FloatA
     begin = np.degrees(np.arctan2(u[:, 1], u[:, 0]))
     cross, dot = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(axis=1)
     turn = np.degrees(np.arctan2(cross, dot))
-    return begin, np.mod(turn, 360.0) if mark.figure.whole else turn
+    return begin, np.mod(turn, 360.0) if own_of(mark, Angle).whole else turn
+
+
+def own_of(mark: SymbolMark, own: type[T]) -> T:
+    """What only things of the mark's kind have."""
+    assert isinstance(mark.own, own)
+    return mark.own
 
 
 def arrow_of(mark: SymbolMark, poses: Poses) -> FloatArray:
@@ -153,20 +130,20 @@ def _columns(count: int, *values: FloatArray | float) -> FloatArray:
     return np.stack([np.broadcast_to(np.asarray(value, dtype=np.float64), count) for value in values], axis=1)
 
 
-def _spring(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> MovingPart:
+def _spring(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     """Zigzag coils between two straight ends, which are as long as the breadth, or less in a short spring."""
     _, _, length = _frame(points)
-    coils, count = mark.figure.coils, len(length)
+    coils, count = own_of(mark, Coiled).coils, len(length)
     end = np.minimum(0.7 * mark.size, 0.15 * length)
     part = (np.arange(2 * coils) + 0.5) / (2 * coils)
     inner = end[:, None] + (length - 2.0 * end)[:, None] * part
     sides = np.where(np.arange(2 * coils) % 2 == 0, 0.5, -0.5) * mark.size
     x = np.concatenate([_columns(count, 0.0, end), inner, _columns(count, length - end, length)], axis=1)
     y = np.broadcast_to(np.concatenate([[0.0, 0.0], sides, [0.0, 0.0]]), x.shape)
-    return MovingPart(_stroke(mark), _laid(points, x, y), shown)
+    yield MovingPart(_stroke(mark), _laid(points, x, y), shown)
 
 
-def _piston(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> Iterator[MovingPart]:
+def _piston(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     """A barrel at the first point, as long as the shortest distance allows, and a rod from the last one into it."""
     _, _, length = _frame(points)
     count, half = len(length), mark.size / 2.0
@@ -177,7 +154,7 @@ def _piston(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> Iterator[
     # the piston is never outside: its rod is as long as the barrel, or what the greatest distance leaves
     reach = max(longest - 0.92 * barrel, min(0.7 * shortest, longest - tang))
     piston = np.clip(length - reach, tang + 0.12 * (barrel - tang), 0.92 * barrel)
-    if mark.shape is Shape.CYLINDER:
+    if mark.kind is CYLINDER:
         thick = replace(rod, width=0.36 * mark.size)
         yield MovingPart(replace(thick, color=None), _line(points, count, (0.9 * barrel, 0.0), (length, 0.0)), shown)
         thin = replace(rod, width=max(0.36 * mark.size - 2.0 * mark.width, 0.1), color=mark.fill)
@@ -199,7 +176,7 @@ def _line(points: FloatArray, count: int, *corners: tuple[FloatArray | float, Fl
     return _laid(points, _columns(count, *(x for x, _ in corners)), _columns(count, *(y for _, y in corners)))
 
 
-def _slide(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> Iterator[MovingPart]:
+def _slide(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     """Two guides beside the line, each with hatches on its outer side."""
     _, _, length = _frame(points)
     count, half, deep = len(length), mark.size / 2.0, 0.3 * mark.size
@@ -214,10 +191,10 @@ def _slide(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> Iterator[M
         yield MovingPart(_stroke(mark), _line(points, count, *guide), shown)
 
 
-def _dimension(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> Iterator[MovingPart]:
+def _dimension(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     """A line beside the two points with a head at each end, and lines from the points to it."""
     _, _, length = _frame(points)
-    count, offset = len(length), mark.figure.offset
+    count, offset = len(length), own_of(mark, Distance).offset
     side = math.copysign(1.0, offset)
     if abs(offset) > GAP:
         for x in (np.zeros(count), length):
@@ -231,16 +208,16 @@ def _dimension(mark: SymbolMark, points: FloatArray, shown: BoolArray) -> Iterat
         yield MovingPart(FigurePart(PartForm.FILL, ()), _line(points, count, *corners), shown)
 
 
-def _arc(mark: SymbolMark, points: FloatArray) -> FloatArray:
+def _arc(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     begin, turn = arc_angles(mark, points)
     angles = np.radians(begin[:, None] + turn[:, None] * np.linspace(0.0, 1.0, _ARC_POINTS))
-    radius = mark.figure.radius
-    return points[:, 1:2] + radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    circle = own_of(mark, Angle).radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    yield MovingPart(_stroke(mark), points[:, 1:2] + circle, shown)
 
 
-def _arrow(mark: SymbolMark, points: FloatArray, arrow: FloatArray, shown: BoolArray) -> Iterator[MovingPart]:
+def _arrow(mark: SymbolMark, points: FloatArray, shown: BoolArray, poses: Poses) -> Iterator[MovingPart]:
     """A shaft and a head; what is shorter than its head has a smaller one."""
-    ends = np.stack([points[:, 0], points[:, 0] + arrow], axis=1)
+    ends = np.stack([points[:, 0], points[:, 0] + arrow_of(mark, poses)], axis=1)
     _, _, length = _frame(ends)
     count, shown = len(length), shown & (length >= SHORTEST)
     head = np.minimum(4.5 * mark.width, length)
@@ -252,10 +229,69 @@ def _arrow(mark: SymbolMark, points: FloatArray, arrow: FloatArray, shown: BoolA
     yield MovingPart(FigurePart(PartForm.FILL, ()), _line(ends, count, *corners), shown)
 
 
-def _values(mark: SymbolMark, poses: Poses, values: FloatArray, unit: str) -> list[str]:
+def _ground(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
+    for part in support((0.0, 0.0), mark.size, mark.width, mark.fill, mark.ink):
+        yield _placed(part, points[:, 0], shown)
+
+
+def _polyline(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
+    yield MovingPart(_stroke(mark), points, shown)
+
+
+SYMBOLS: dict[str, Callable[[SymbolMark, FloatArray, BoolArray, Poses], Iterator[MovingPart]]] = {
+    "ground": _ground,
+    "line": _polyline,
+    "slide": _slide,
+    "spring": _spring,
+    "damper": _piston,
+    "cylinder": _piston,
+    "dimension": _dimension,
+    "arc": _arc,
+    "vector": _arrow,
+}
+"""The word of a kind -> what is drawn at (F, P, 2) points, where it is shown (F,)."""
+
+
+# --- captions -------------------------------------------------------------------------------------
+
+Placed: TypeAlias = tuple[list[str], FloatArray, FloatArray]
+"""F texts, (F, 2) places of the lines that they are at, and (F, 2) the directions away from these."""
+
+
+def _distance(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed:
+    _, across, length = _frame(points)
+    own = own_of(mark, Distance)
+    texts = _values(mark, poses, length, own.places, "")
+    return texts, points.mean(axis=1) + across * own.offset, across * math.copysign(1.0, own.offset)
+
+
+def _angle(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed:
+    begin, turn = arc_angles(mark, points)
+    half = np.radians(begin + turn / 2.0)
+    away = np.stack([np.cos(half), np.sin(half)], axis=-1)
+    own = own_of(mark, Angle)
+    return _values(mark, poses, np.abs(turn), own.places, "°"), points[:, 1] + away * own.radius, away
+
+
+def _beside(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed | None:
+    if mark.text is None:
+        return None
+    arrow = arrow_of(mark, poses)
+    length = np.maximum(np.hypot(arrow[:, 0], arrow[:, 1]), 1e-9)
+    return written(mark.text, mark.paint.thing, poses), points[:, 0] + arrow, arrow / length[:, None]
+
+
+CAPTIONS: dict[str, Callable[[SymbolMark, FloatArray, Poses], Placed | None]] = {
+    "dimension": _distance,
+    "arc": _angle,
+    "vector": _beside,
+}
+"""The word of a kind -> what is written at it."""
+
+
+def _values(mark: SymbolMark, poses: Poses, values: FloatArray, places: int, unit: str) -> list[str]:
     if mark.text is not None:
         return written(mark.text, mark.paint.thing, poses)
-    places = mark.figure.places
     return [f"{_unsigned_zero(value, places):.{places}f}{unit}" for value in values.tolist()]
 
 

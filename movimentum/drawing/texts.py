@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from movimentum.scene.appearance import Piece, formatted, text_number
+from movimentum.scene.shown import Piece, formatted, text_number
 from movimentum.solver.poses import Poses
 
 UNKNOWN = "–"

@@ -14,9 +14,10 @@ from movimentum.fitting.sides import Evaluation, SideFormulas
 from movimentum.fitting.slopes import AnchorSlopes, BodyDual, SegmentSlopes, read_duals
 from movimentum.fitting.timing import FreeTimes, constants_of_motion
 from movimentum.records import dataclass
+from movimentum.solver.block.closed_form import State
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.together.batch import Batch, BatchCourse, SegmentRun
-from movimentum.variants.together.pattern import NotTogether, State
+from movimentum.variants.together.pattern import NotTogether
 
 
 @dataclass(eq=False)
@@ -31,6 +32,8 @@ class TogetherEvaluator:
         pattern, formulas = self.batch.pattern, self.formulas
         if not all(isinstance(payload, READABLE) for payload in formulas.payloads):
             raise NotTogether("what the goals are about")
+        if any(segment.integrates for segment in pattern.segments):
+            raise NotTogether("integrals")
         self.anchors = AnchorSlopes(pattern, formulas.payloads)
         self.segments = [SegmentSlopes(pattern, segment, formulas.payloads) for segment in pattern.segments]
         parts = [(k, part) for k, part in enumerate(formulas.lowered.reductions) if part.kind == "at"]

@@ -13,14 +13,17 @@ from movimentum.fitting.aims import ReducedExpr
 from movimentum.fitting.dual import Dual, SlopesOf, dual_function, full, units
 from movimentum.fitting.sides import SideFormulas
 from movimentum.fitting.slopes import BodyDual, SegmentSlopes, read_duals
-from movimentum.planning.blocks.kinds import Winding
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks
-from movimentum.planning.codegen.numeric import atan2d
 from movimentum.records import dataclass, field
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.closed_form import State, fill_explicit
+from movimentum.solver.block.newton import newton_across
+from movimentum.solver.kinds.across import Across, column
+from movimentum.solver.kinds.kernels import across
+from movimentum.solver.kinds.winding import wound
 from movimentum.variants.together.batch import SegmentRun
-from movimentum.variants.together.pattern import BlockFormulas, State
-from movimentum.variants.together.roots import newton_together
-from movimentum.variants.together.running import column, core_scale, give, solve_block
+from movimentum.variants.together.pattern import filled
 from movimentum.variants.tracing import Varied, with_values
 
 Locals = dict[tuple[int, int], tuple[Dual, Dual]]
@@ -126,41 +129,36 @@ class MomentReading:
     def _solved(self, run: SegmentRun, tau: FloatArray, clocks: Sequence[FloatArray]) -> State:
         """The state at ``tau`` (V, A)."""
         pattern = run.segment
-        state = pattern.state(self.varied)
         grid = run.grid.instants.tau
         nearest = np.clip(np.searchsorted(grid, tau), 1, max(len(grid) - 1, 1))
         if len(grid) > 1:
             nearest = np.where(tau - grid[nearest - 1] < grid[nearest] - tau, nearest - 1, nearest)
         else:
             nearest = np.zeros_like(nearest)
+        moment = pattern.run(self.varied, Instants(tau, tuple(clocks)), self.size)
         for item in pattern.blocks:
-            if isinstance(item.block, Winding):
-                (n,) = item.order
-                sine, cosine = item.solution(state, clocks)
-                angle = atan2d(np.asarray(sine), np.asarray(cosine))
-                close = _picked(run.state[n], nearest, len(grid))
-                state[n] = angle + 360.0 * np.rint((close - angle) / 360.0)
-            elif item.newton:
-                self._loop(item, run, state, clocks, nearest)
-            else:
-                solve_block(item, state, clocks, run.choices.get(item.block.number, 1.0))
-        return [np.nan if value is None else value for value in state]
+            block = item.block
+            if isinstance(block, Newton):
+                self._loop(block, run, moment, nearest)
+                continue
+            across(moment, block, run.choices.get(block.number, 1.0))
+            if block.continued:
+                (n,) = block.core
+                moment.state[n] = wound(moment.state[n], _picked(run.state[n], nearest, len(grid)))
+        return filled(moment.state)
 
-    def _loop(
-        self, item: BlockFormulas, run: SegmentRun, state: State, clocks: Sequence[FloatArray], nearest: IntArray
-    ) -> None:
-        pattern = run.segment
-        scale = core_scale(pattern, item, self.size)
-        guess = [_picked(run.state[n], nearest, len(run.grid.instants)) for n in item.block.core]
+    def _loop(self, block: Newton, run: SegmentRun, moment: Across, nearest: IntArray) -> None:
+        scale, state, clocks = moment.scale(block), moment.state, moment.instants.clocks
+        guess = [_picked(run.state[n], nearest, len(run.grid.instants)) for n in block.core]
         found = np.stack([np.broadcast_to(each, nearest.shape) for each in guess], axis=-1).copy()
         for a in range(nearest.shape[1]):
             inner = [column(value, a) for value in state]
             here = [np.broadcast_to(clock, nearest.shape)[:, a : a + 1] for clock in clocks]
-            x, converged, _ = newton_together(item, inner, here, found[:, a], scale)
+            x, converged, _ = newton_across(block, inner, here, found[:, a], scale)
             found[:, a] = np.where(converged[:, None], x, np.nan)
-        for j, n in enumerate(item.block.core):
+        for j, n in enumerate(block.core):
             state[n] = found[..., j]
-        give(item, state, clocks)
+        fill_explicit(block, state, clocks)
 
 
 def _picked(value: Any, nearest: IntArray, count: int) -> Any:

@@ -20,7 +20,8 @@ from movimentum.planning.lowering.unknowns import BodyUnknowns
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
-from movimentum.variants.together.pattern import Pattern, SegmentPattern, State
+from movimentum.solver.block.closed_form import State
+from movimentum.variants.together.pattern import Pattern, SegmentPattern
 from movimentum.variants.tracing import Varied
 
 SINGULAR = 1e-18

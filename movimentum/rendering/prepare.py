@@ -34,12 +34,11 @@ from movimentum.records import dataclass, replace
 from movimentum.rendering.images import is_drawing, load_premultiplied
 from movimentum.rendering.sprites import Sprite, framed, prepare
 from movimentum.rendering.stream import PoseSource, chunks
-from movimentum.scene.model import Scene, Shape
+from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 
 Floats = NDArray[np.float64]
 
-MEASURED = frozenset({Shape.CYLINDER, Shape.DAMPER, Shape.SLIDE})
 """Symbols that depend on the distances that they have in the whole film."""
 
 
@@ -147,16 +146,16 @@ def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | 
 
 def needs_film(scene: Scene) -> bool:
     """Whether a picture of one frame depends on others: on the lengths that a cylinder has, on a path."""
-    return any(thing.shape in (*MEASURED, Shape.TRACE) and not thing.hidden for thing in scene.things)
+    return any(thing.kind.of_film and not thing.hidden for thing in scene.things)
 
 
 def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]:
     """The marks; those that depend on it with the least and the greatest distance that they have in the whole film."""
-    if not any(isinstance(mark, SymbolMark) and mark.shape in MEASURED for mark in marks):
+    if not any(isinstance(mark, SymbolMark) and mark.kind.of_film for mark in marks):
         return list(marks)
     found: list[ThingMark] = []
     for mark in marks:
-        if isinstance(mark, SymbolMark) and mark.shape in MEASURED:
+        if isinstance(mark, SymbolMark) and mark.kind.of_film:
             reach = [link_points(mark, chunk) for chunk in chunks(source)]
             lengths = np.concatenate([np.zeros(0), *(np.hypot(*(p[:, -1] - p[:, 0]).T) for p in reach)])
             least, most = (float(lengths.min()), float(lengths.max())) if len(lengths) else (0.0, 0.0)
@@ -241,11 +240,9 @@ def _fitted(
 def _refuse_too_much(scene: Scene, magnification: float) -> None:
     """`ScriptError` if the pictures of a scene would not fit into memory, before any is decoded."""
     sizes = {
-        (thing.image, thing.scale): thing.image_size[0]
-        * thing.image_size[1]
-        * min(1.0, thing.scale * magnification) ** 2
+        (picture.image, picture.scale): size[0] * size[1] * min(1.0, picture.scale * magnification) ** 2
         for thing in scene.things
-        if thing.image is not None and thing.image_size is not None and not thing.hidden
+        if (picture := thing.picture) is not None and (size := picture.image_size) is not None and not thing.hidden
     }
     total = sum(sizes.values())
     if total > MAX_PREPARED_PIXELS:

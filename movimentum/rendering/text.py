@@ -19,9 +19,10 @@ from movimentum.geometry import Affine
 from movimentum.rendering.faces import REPLACEMENT, missing
 from movimentum.rendering.layout import laid_out, width_of
 from movimentum.rendering.sprites import Sprite, outline_of
-from movimentum.scene.model import Shape, Thing
+from movimentum.scene.model import Thing
 from movimentum.solver.poses import Poses
 from movimentum.source import Span
+from movimentum.things.kinds.label import LABEL
 
 _LONGEST = 10_000  # characters: what follows is measured with care, but the measuring itself costs
 
@@ -100,7 +101,7 @@ def lettering(things: Iterable[Thing]) -> Iterator[Diagnostic]:
         if thing.hidden or not (lacking := missing(thing.text or "")):
             continue
         named = ", ".join(f"`{c}` (U+{ord(c):04X})" if c.isprintable() else f"U+{ord(c):04X}" for c in lacking[:8])
-        what = "label" if thing.shape is Shape.LABEL else "text of"
+        what = "label" if thing.kind is LABEL else "text of"
         yield Diagnostic(
             "asset/glyph",
             Severity.WARNING,

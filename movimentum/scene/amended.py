@@ -24,7 +24,7 @@ class Amender:
         if self._script is None:
             self._script = parse(source.script)
         more = [(step, item) for item in parse(SourceText("<help>", f"@0 {text}")).items if isinstance(item, Statement)]
-        sizes = {thing.image: thing.image_size for thing in self.scene.things if thing.image is not None}
+        sizes = {each.image: each.image_size for thing in self.scene.things if (each := thing.picture) is not None}
         places = self.scene.elements
         files = {file.path: file for file in source.files} if isinstance(source, UnfoldedText) else {}
         return build(

@@ -19,9 +19,11 @@ from movimentum.scene.expansion.includes import ReadText, folder
 from movimentum.scene.expansion.product import Expanded
 from movimentum.scene.film_loops import build_loop
 from movimentum.scene.findings import Findings
+from movimentum.scene.joints import attached, fixed, joined
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.labels import build_texts
+from movimentum.scene.looks import THEMES, Stated, dressed, says_nothing, supports
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import (
     AnchorRef,
@@ -43,7 +45,6 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
-from movimentum.scene.silence import is_silent
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, Name, Transition, postorder
@@ -76,18 +77,17 @@ def build(
     findings.source = expanded.source
     config = build_config(list(expanded.configs), max_pixels, findings)
     assets = Assets(folder(source), image_size, element)
-    things, table = build_things(expanded.definitions, expanded.placements, assets, findings)
-    drafts = list(_drafts(expanded, table, findings))
+    table, options = build_things(expanded.definitions, expanded.placements, assets, findings)
     times = [step.time for step in expanded.steps]
     loop = build_loop(expanded, findings)
-    inference, sound = _kinds(drafts, findings)
+    inference, sound = _kinds(list(_drafts(expanded, table, findings)), findings)
     stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
     claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
-    start = times[0] if times else Fraction(0)
+    things = table.things
     if inference:
-        names = tuple(_variables(stated, inference))
-        things = build_texts(things, expanded.definitions, inference, names, table, start, findings)
+        names, start = tuple(_variables(stated, inference)), times[0] if times else Fraction(0)
+        things = build_texts(table, expanded.definitions, inference, names, start, findings)
     statements = _statements(stated, times, inference, table, findings) if inference else []
     claims = build_claims(claimed, times, inference, table, findings) if inference else []
     if not expanded.steps:
@@ -110,7 +110,8 @@ def build(
         elements=assets.elements,
     )
     painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
-    return _dressed(scene, "textbook" if is_silent(expanded.definitions, config, painted) else None)
+    silent = says_nothing(expanded.definitions, config, painted)
+    return _in_theme(scene, options, config.theme or ("textbook" if silent else None))
 
 
 def _place(item: Diagnostic) -> int:
@@ -134,19 +135,15 @@ def _steps(
     )
 
 
-def _dressed(scene: Scene, silent: str | None) -> Scene:
-    """The scene with its joints, and in its theme, if it needs them; ``silent``: the theme if the script names none."""
-    name = scene.config.theme or silent
+def _in_theme(scene: Scene, options: Sequence[Stated], name: str | None) -> Scene:
+    """The scene with its joints, and in its theme, if it has one."""
     if name is None and not any(thing.look.pins is not None or thing.look.fixed for thing in scene.things):
         return scene
-    from movimentum.scene.joints import attached, fixed, joined  # most scripts of the first edition need none of it
-    from movimentum.scene.themes import THEMES, dressed, supports
-
     scene = replace(scene, joints=joined(scene.steps) | attached(scene.things))
     if name is None:
         return scene
     theme, config = THEMES[name], scene.config
-    things = dressed(scene.things, theme, scene.joints)
+    things = dressed(scene.things, options, theme, scene.joints)
     return replace(
         scene,
         config=replace(config, background=config.background or theme.background, theme=name),

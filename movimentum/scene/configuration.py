@@ -8,6 +8,7 @@ from movimentum.diagnostics import Fix, Label, replacement
 from movimentum.scene import model
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
+from movimentum.scene.looks import THEMES
 from movimentum.scene.options import choice, read_color, report_count, report_twice
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import Expression
@@ -21,7 +22,6 @@ DEFAULT_FPS = Fraction(25)
 """Of a script without ``.config``: a frame of a GIF then lasts exactly 4/100 s."""
 
 _MAX_FPS = 10**9
-THEME_NAMES = ("textbook", "print", "dark", "blueprint")
 _OPTIONS = ("background", "theme")
 
 
@@ -124,7 +124,7 @@ def _options(options: tuple[Option, ...], findings: Findings) -> tuple[tuple[int
         else:
             seen[option.name] = option
             if option.name == "theme":
-                theme = choice(option.arguments[0], "a theme", THEME_NAMES, findings)
+                theme = choice(option.arguments[0], "a theme", tuple(THEMES), findings)
             else:
                 background = read_color(option.arguments[0], findings)
     return background, theme

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from movimentum.expressions import Expr
-from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Ending, Relation, Shape, Step, Thing
+from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Ending, Relation, Step, Thing
 
 Place = tuple[float, float]
 
@@ -25,8 +25,7 @@ def joined(steps: Sequence[Step]) -> frozenset[AnchorRef]:
 
 def attached(things: Sequence[Thing]) -> frozenset[AnchorRef]:
     """The anchors that springs, dampers and cylinders are attached to."""
-    pinned = (Shape.SPRING, Shape.DAMPER, Shape.CYLINDER)
-    return frozenset(ref for thing in things if thing.shape in pinned and not thing.hidden for ref in thing.through)
+    return frozenset(ref for thing in things if thing.kind.attached and not thing.hidden for ref in thing.through)
 
 
 def fixed(steps: Sequence[Step], mentioned: Mapping[int, int]) -> dict[AnchorRef, Place]:

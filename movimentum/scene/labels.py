@@ -10,12 +10,12 @@ from movimentum.diagnostics import replacement
 from movimentum.errors import ScriptError
 from movimentum.expressions import walk
 from movimentum.records import replace
-from movimentum.scene.appearance import Piece, Shown, formatted
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import Anonymous, Thing
 from movimentum.scene.resolve import ThingTable, VariableUse, resolve
+from movimentum.scene.shown import Piece, Shown, formatted
 from movimentum.syntax.expression_tree import Expression, Name, postorder
 from movimentum.syntax.templates import pieces_of
 from movimentum.syntax.tree import Definition, Option, Text, TextField
@@ -25,11 +25,10 @@ LONGEST = 200
 
 
 def build_texts(
-    things: Sequence[Thing],
+    table: ThingTable,
     definitions: Sequence[Definition],
     inference: Inference,
     variables: Sequence[str],
-    table: ThingTable,
     start: Fraction,
     findings: Findings,
 ) -> tuple[Thing, ...]:
@@ -38,7 +37,7 @@ def build_texts(
     """
     places = {definition.name: definition for definition in reversed(definitions)}
     made: list[Thing] = []
-    for thing in things:
+    for thing in table.things:
         text = None if thing.text is None else _text_of(places[thing.name])
         if text is None:
             made.append(thing)

@@ -1,67 +1,174 @@
-"""Default sizes of things whose definition does not state them: widths and radii in world pixels."""
+"""How things look: what a definition says, else the theme, else the kind, decided here and nowhere else.
+
+A script that says nothing about looks at all, and draws links only, looks like a figure of a textbook.
+"""
 
 from __future__ import annotations
 
-from movimentum.scene.appearance import Color
-from movimentum.scene.colors import INK
-from movimentum.scene.model import Shape, Thing
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-WIDTHS = {Shape.BAR: 7.0, Shape.ARROW: 3.0, Shape.LINE: 2.0, Shape.PLATE: 20.0, Shape.POLYGON: 1.6} | {
-    Shape.GEAR: 1.2,
-    Shape.RACK: 1.2,
-    Shape.TRACE: 1.6,
-    Shape.DIMENSION: 1.2,
-    Shape.ARC: 1.4,
-    Shape.VECTOR: 2.4,
-    Shape.GROUND: 1.6,
-    Shape.CYLINDER: 1.6,
-}
-DISC_RADIUS = 5.0
-LABEL_HEIGHT = 16.0  # of the font, at .scale(1)
-SIZES = {Shape.LABEL: LABEL_HEIGHT, Shape.DIMENSION: 14.0, Shape.ARC: 14.0, Shape.VECTOR: 14.0} | {
-    Shape.GROUND: 22.0,
-    Shape.SLIDE: 24.0,
-    Shape.SPRING: 16.0,
-    Shape.DAMPER: 16.0,
-    Shape.CYLINDER: 16.0,
-}
+from movimentum.records import dataclass, replace
+from movimentum.scene.model import AnchorRef, Config, Thing
+from movimentum.syntax.tree import Definition, Option
+from movimentum.things.colors import INK
+from movimentum.things.kind import Color, Look, ThingKind
+from movimentum.things.kinds.bar import BAR
+from movimentum.things.kinds.disc import DISC
+from movimentum.things.kinds.ground import GROUND
+from movimentum.things.options import COLOR
+from movimentum.things.registry import kind_of
+
 EDGE_WIDTH = 1.6
-FILLED = frozenset({Shape.PLATE, Shape.POLYGON, Shape.GEAR, Shape.RACK})
-"""Kinds with an inside and an edge, whatever their options."""
+LINK_WIDTH = 12.0
+"""World pixels: the breadth of the links of a theme, where they are not short."""
+DARKER = 0.55
+"""Of the colour of an inside: that of its edge."""
+SPOKEN = frozenset({"color", "width", "fill", "edge", "dash", "cap", "opacity", "pins", "fixed"})
+"""Options that say something about looks."""
+
+Stated = Mapping[str, Any]
+"""What a definition says: option -> value; ``drawn`` has the numbers of the anchors that it names in `.through`."""
 
 
-def width_of(thing: Thing) -> float:
-    """How thick a bar, an arrow or a line is; of a plate, how broad it is around one anchor."""
-    return WIDTHS.get(thing.shape, 2.0) if thing.width is None else thing.width
+@dataclass(frozen=True, slots=True)
+class Theme:
+    """``ink``: of lines, edges and letters; ``paper``: inside pins and supports; ``fills``: of links, in turn;
+    ``accent``: of traces and vectors.
+    """
+
+    ink: Color
+    paper: Color
+    fills: tuple[Color, ...]
+    accent: Color
+    background: Color | None = None
 
 
-def size_of(thing: Thing) -> float:
-    """How high the letters of a text are, or how broad a symbol is."""
-    if thing.look.size is not None:
-        return thing.look.size
-    return SIZES.get(thing.shape, LABEL_HEIGHT) * (thing.scale if thing.shape is Shape.LABEL else 1.0)
+@dataclass(frozen=True, slots=True)
+class _Dress:
+    """What a theme has for one thing: ``fill`` is its turn, ``width`` that of links; ``jointed``: it has joints."""
+
+    theme: Theme
+    fill: Color
+    width: float
+    jointed: bool
 
 
-def edge_color(thing: Thing) -> Color | None:
-    """The colour of the edge; None where a thing has none."""
-    look = thing.look
-    if look.edge is not None:
-        return look.edge
-    if thing.shape not in FILLED:
-        return None
-    if look.fill is None and thing.color is None:
-        return INK
-    return darker(thing.main_color)
+_COLORS: tuple[Color, ...] = ((174, 199, 232), (253, 205, 152), (170, 214, 168), (240, 172, 168), (204, 186, 226))
+THEMES = {
+    "textbook": Theme((38, 38, 46), (255, 255, 255), (*_COLORS, (219, 209, 194)), (190, 40, 40)),
+    "print": Theme((0, 0, 0), (255, 255, 255), ((236, 236, 236), (206, 206, 206), (250, 250, 250)), (0, 0, 0)),
+    "dark": Theme(
+        (226, 229, 236),
+        (30, 32, 38),
+        ((74, 118, 173), (184, 120, 62), (82, 140, 92), (168, 80, 82), (124, 100, 168), (128, 120, 108)),
+        (255, 186, 96),
+        (30, 32, 38),
+    ),
+    "blueprint": Theme(
+        (235, 242, 252), (22, 62, 118), ((46, 92, 154), (62, 110, 174), (36, 78, 138)), (255, 226, 130), (22, 62, 118)
+    ),
+}
+"""The themes by name."""
 
 
-def edge_width(thing: Thing) -> float:
-    """How thick the edge is."""
-    if thing.look.edge_width is not None:
-        return thing.look.edge_width
-    return width_of(thing) if thing.shape in (Shape.POLYGON, Shape.GEAR, Shape.RACK) else EDGE_WIDTH
+def look_of(kind: ThingKind, stated: Stated, dress: _Dress | None = None) -> Look:
+    """The look of a thing, in a theme or without one."""
+    given = {name: stated[name] for name in ("dash", "cap", "opacity", "drawn", "align", "layer") if name in stated}
+    color, fill, edge = (stated.get(name) for name in ("color", "fill", "edge"))
+    outline, pins, edge_width = stated.get("width"), stated.get("pins"), None
+    if dress is not None:
+        theme = dress.theme
+        given |= {"ink": theme.ink, "pin_fill": theme.paper}
+        if kind.filled and "dash" not in stated:
+            circle = kind is DISC and outline is not None
+            color = color or (theme.ink if circle else dress.fill)
+            edge = edge if circle else edge or theme.ink
+            edge_width = EDGE_WIDTH
+            if pins is None and dress.jointed and kind.link:
+                pins = max(2.0, 0.27 * (outline or dress.width))
+            outline = outline or kind.broad * dress.width or None
+        elif COLOR in kind.options:
+            color = color or (theme.accent if kind.accented else theme.ink)
+    paint = (fill if kind.anchors is not None else None) or color or kind.main_ink
+    if edge is None and kind.inside:
+        edge = INK if fill is None and color is None else darker(paint)
+    width = outline or kind.width
+    return Look(
+        paint=paint,
+        color=color,
+        fill=fill,
+        edge=edge,
+        edge_width=edge_width or (width if kind.inside and not kind.broad else EDGE_WIDTH),
+        width=width,
+        outline=outline,
+        size=stated.get("size", kind.size),
+        pins=pins,
+        fixed="fixed" in stated,
+        italic="italic" in stated,
+        hidden="hidden" in stated,
+        **given,
+    )
 
 
 def darker(color: Color) -> Color:
     """The same hue for an edge."""
-    red, green, blue = (round(0.55 * value) for value in color)
+    red, green, blue = (round(DARKER * value) for value in color)
     return red, green, blue
+
+
+def dressed(
+    things: Sequence[Thing], stated: Sequence[Stated], theme: Theme, joints: frozenset[AnchorRef]
+) -> tuple[Thing, ...]:
+    """The things as ``theme`` draws them; what a definition says itself (``stated``, for each thing) stays."""
+    width = _link_width(things)
+    jointed = {ref.thing for ref in joints}
+    made: list[Thing] = []
+    filled = 0
+    for thing, said in zip(things, stated, strict=True):
+        dress = _Dress(theme, theme.fills[filled % len(theme.fills)], width, thing.number in jointed)
+        filled += thing.kind.filled
+        made.append(replace(thing, look=look_of(thing.kind, said, dress)))
+    return tuple(made)
+
+
+def _link_width(things: Iterable[Thing]) -> float:
+    """How broad a link is: less where links are short."""
+    lengths = [
+        max(math.dist(a.local, b.local) for a in thing.anchors for b in thing.anchors)
+        for thing in things
+        if thing.kind is BAR and thing.anchors and not thing.hidden
+    ]
+    return min(LINK_WIDTH, max(4.0, 0.14 * sorted(lengths)[len(lengths) // 2])) if lengths else LINK_WIDTH
+
+
+def supports(things: Sequence[Thing], fixed: Mapping[AnchorRef, tuple[float, float]]) -> tuple[AnchorRef, ...]:
+    """The fixed anchors at which a theme draws a support, one for each place: those of links that show none yet."""
+    grounds = [thing for thing in things if thing.kind is GROUND]
+    shown = {ref for thing in grounds for ref in thing.through}
+    taken = {place for ref, place in fixed.items() if ref in shown or things[ref.thing].look.fixed}
+    taken |= {anchor.local for thing in grounds for anchor in thing.anchors}
+    found: list[AnchorRef] = []
+    for ref, place in fixed.items():
+        thing = things[ref.thing]
+        if thing.kind.supported and not thing.hidden and place not in taken:
+            taken.add(place)
+            found.append(ref)
+    return tuple(found)
+
+
+def says_nothing(definitions: Sequence[Definition], config: Config, painted: bool) -> bool:
+    """Whether a script says nothing about looks and draws nothing but links, and what figures of links have.
+
+    ``painted``: whether a statement is about a colour or an opacity.
+    """
+    options = {part.name for item in definitions for part in item.parts if isinstance(part, Option)}
+    if config.background is not None or painted or options & SPOKEN:
+        return False
+    kinds = {
+        kind_of(definition.shape.word)
+        for definition in definitions
+        if not any(isinstance(part, Option) and part.name == "hidden" for part in definition.parts)
+    }
+    return all(kind.plain for kind in kinds) and any(kind.broad for kind in kinds)

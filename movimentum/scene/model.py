@@ -7,18 +7,26 @@ local coordinates for world coordinates. Angles are in degrees, counter-clockwis
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 from fractions import Fraction
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr, const
 from movimentum.records import dataclass, field
-from movimentum.scene.appearance import Figure, Look, Piece
-from movimentum.scene.colors import INK, NOTED, PALE
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.scene.expansion.product import NamedConstant
+from movimentum.scene.shown import Piece
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import Purpose
+from movimentum.things.kind import Look, Own, ThingKind
+from movimentum.things.kinds.disc import Round
+from movimentum.things.kinds.sprite import SpriteImage
+from movimentum.things.kinds.toothed import Toothed
+from movimentum.things.kinds.vector import VECTOR
+
+Elements = dict[tuple[str, str], tuple[float, float]]
+"""(picture, id) -> the centre of that element of an SVG, in the drawing's pixels, y down."""
 
 # --- what a symbol of an expression can stand for (payloads of Expr "symbol") ---------------------
 
@@ -88,53 +96,6 @@ class Bearing:
 # --- things ---------------------------------------------------------------------------------------
 
 
-class Shape(StrEnum):
-    """How a thing is drawn; `FOLLOWERS` are not bodies, and a GROUND without an anchor of its own is none."""
-
-    SPRITE = "sprite"
-    BAR = "bar"
-    ARROW = "arrow"
-    DISC = "disc"
-    LABEL = "label"
-    PLATE = "plate"
-    POLYGON = "polygon"
-    GEAR = "gear"
-    RACK = "rack"
-    GROUND = "ground"
-    LINE = "line"
-    SLIDE = "slide"
-    SPRING = "spring"
-    DAMPER = "damper"
-    CYLINDER = "cylinder"
-    TRACE = "trace"
-    DIMENSION = "dimension"
-    ARC = "arc"
-    VECTOR = "vector"
-
-    @property
-    def called(self) -> str:
-        """As messages speak of it: ``a line``, ``an arc``."""
-        return f"{'an' if self.value[0] == 'a' else 'a'} {self.value}"
-
-    @property
-    def ink(self) -> tuple[int, int, int]:
-        """The main colour of a thing whose definition names none (of what has an inside: what is inside)."""
-        match self:
-            case Shape.PLATE | Shape.POLYGON | Shape.GEAR | Shape.RACK:
-                return PALE
-            case Shape.VECTOR:
-                return NOTED
-            case _:
-                return INK
-
-
-FOLLOWERS = frozenset(
-    {Shape.LINE, Shape.SLIDE, Shape.SPRING, Shape.DAMPER, Shape.CYLINDER}
-    | {Shape.TRACE, Shape.DIMENSION, Shape.ARC, Shape.VECTOR}
-)
-"""What is only drawn at anchors of other things: it has no pose and no anchors of its own."""
-
-
 @dataclass(frozen=True, slots=True)
 class Anchor:
     """A named point of a thing, ``local`` (x, y) in its local frame (world pixels, y up).
@@ -164,60 +125,75 @@ class AnchorRef:
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A rigid body (or a follower, which is only drawn at other things' anchors).
+    """A rigid body (or what is only drawn at other things' anchors: those in ``through``).
 
-    ``image`` is the sprite's path as found from the script's folder; ``image_size`` its (width, height) in
-    image pixels; one image pixel is ``scale`` world pixels, and the image's lower-left corner is at the
-    local origin. ``through`` are the anchors a follower is drawn at. ``color`` is (red, green, blue),
-    0 to 255. ``placement``: that of the copy which a thing belongs to (its anchors are placed already).
-    ``layer`` None means "by order of definition" (see `Scene.drawing_order`).
-
-    ``text`` is a label's, or what is written at a dimension, an arc or a vector; where numbers in it change, ``pieces``
-    are its parts, and ``text`` is how it looks where all of them are 0. ``teeth`` and ``module`` (world pixels) are a
-    gear's or a rack's; an ``inner`` gear is a ring.
+    ``own``: what only things of its ``kind`` have. ``text`` is a label's, or what is written at a dimension, an arc or
+    a vector; where numbers in it change, ``pieces`` are its parts, and ``text`` is how it looks where all of them are
+    0. ``placement``: that of the copy which a thing belongs to (its anchors are placed already).
     """
 
     number: int
     name: str
-    shape: Shape
+    kind: ThingKind
     anchors: tuple[Anchor, ...]
     span: Span
     name_span: Span
-    image: str | None = None
-    image_size: tuple[int, int] | None = None
-    radius: float | None = None
-    text: str | None = None
-    through: tuple[AnchorRef, ...] = ()
-    color: tuple[int, int, int] | None = None
-    width: float | None = None
-    layer: float | None = None
-    scale: float = 1.0
-    hidden: bool = False
-    placement: CopyFrame = HERE
-    pieces: tuple[Piece, ...] = ()
-    teeth: int | None = None
-    module: float | None = None
-    inner: bool = False
+    own: Own = field(default_factory=Own)
     look: Look = field(default_factory=Look)
-    figure: Figure = field(default_factory=Figure)
+    text: str | None = None
+    pieces: tuple[Piece, ...] = ()
+    through: tuple[AnchorRef, ...] = ()
+    placement: CopyFrame = HERE
 
     @property
     def is_body(self) -> bool:
         """Whether the thing has a pose of its own."""
-        return self.shape not in FOLLOWERS and not (self.shape is Shape.GROUND and not self.anchors)
+        return self.kind.anchors is not None and (self.kind.points is None or bool(self.anchors))
+
+    @property
+    def called(self) -> str:
+        """As messages speak of it: ``a line``, ``an arc``."""
+        return f"{self.kind.article} {self.kind.word}"
+
+    @property
+    def hidden(self) -> bool:
+        """Whether it is never drawn."""
+        return self.look.hidden
+
+    @property
+    def picture(self) -> SpriteImage | None:
+        """The picture that a sprite shows."""
+        return self.own if isinstance(self.own, SpriteImage) else None
+
+    @property
+    def toothed(self) -> Toothed:
+        """The teeth of a gear or a rack; of nothing else."""
+        assert isinstance(self.own, Toothed)
+        return self.own
+
+    @property
+    def tooth_direction(self) -> float:
+        """Where a tooth of a gear is centred: degrees about its first anchor, in its local frame (as drawn).
+
+        It is the direction to its second anchor, or that of x. A ring has a tooth there, too, which points inwards. Of
+        a rack: the direction in which it runs, from its first anchor (where a tooth is centred) to its second; its
+        teeth are on the left.
+        """
+        if len(self.anchors) < 2:
+            return 0.0
+        (x, y), (u, v) = self.anchors[0].local, self.anchors[1].local
+        return math.degrees(math.atan2(v - y, u - x)) if (x, y) != (u, v) else 0.0
+
+    @property
+    def radius(self) -> float | None:
+        """A disc's radius, in world pixels."""
+        return self.own.radius if isinstance(self.own, Round) else None
 
     def undriven(self, name: str) -> float:
         """The value of a property ("opacity", "red", "green", "blue") if nothing states it."""
         if name == "opacity":
             return self.look.opacity
-        if self.shape is Shape.SPRITE:  # a tint, which multiplies: this one changes nothing
-            return 255.0
-        return float(self.main_color[("red", "green", "blue").index(name)])
-
-    @property
-    def main_color(self) -> tuple[int, int, int]:
-        """The colour that statements about a thing's colours change: of what has an inside, what is inside."""
-        return (self.look.fill if self.is_body else None) or self.color or self.shape.ink
+        return float(self.look.paint[("red", "green", "blue").index(name)])
 
 
 # --- constraints ----------------------------------------------------------------------------------
@@ -338,9 +314,7 @@ class Scene:
     """Anchors that equations join to anchors of other things, or that are fixed."""
     grounds: tuple[AnchorRef, ...] = ()
     """Fixed anchors that are drawn with a support although the script does not say so."""
-    elements: dict[tuple[str, str], tuple[float, float]] = field(
-        default_factory=dict[tuple[str, str], tuple[float, float]]
-    )
+    elements: Elements = field(default_factory=Elements)
     """The elements of drawings that anchors are named after."""
 
     def drawing_order(self) -> tuple[int, ...]:
@@ -350,16 +324,16 @@ class Scene:
         """
 
         def layer(thing: Thing) -> float:
-            if thing.layer is not None:
-                return thing.layer
-            return -1.0 if thing.shape in (Shape.GROUND, Shape.SLIDE) else thing.number
+            if thing.look.layer is not None:
+                return thing.look.layer
+            return -1.0 if thing.kind.under else thing.number
 
         return tuple(thing.number for thing in sorted(self.things, key=lambda t: (layer(t), t.number)))
 
     @property
     def shows_numbers(self) -> bool:
         """Whether its pictures show anything but where things are: numbers in texts, velocities."""
-        return any(thing.pieces or thing.shape is Shape.VECTOR for thing in self.things)
+        return any(thing.pieces or thing.kind is VECTOR for thing in self.things)
 
     def constraints(self) -> tuple[Constraint, ...]:
         """All constraints, by number."""

@@ -1,41 +1,25 @@
-"""The options of things: which there are, which kinds take them, and what their arguments may be."""
+"""Reading the options of things: which each kind takes is in `movimentum.things`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 from movimentum.diagnostics import Fix, Label, replacement
-from movimentum.records import dataclass
-from movimentum.scene.colors import color, color_names
 from movimentum.scene.constants import constant
 from movimentum.scene.findings import Findings
-from movimentum.scene.model import FOLLOWERS, Shape
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import Expression, Name
 from movimentum.syntax.tree import Option, Text
+from movimentum.things.colors import color, color_names
+from movimentum.things.kind import ThingKind
+from movimentum.things.options import OptionForm, OptionRule
+from movimentum.things.registry import KINDS
 
 Argument: TypeAlias = Expression | Text
-Reader: TypeAlias = Callable[[Option, Findings], Any]
-"""From an option with the right number of arguments to its value; None after an error."""
 
-
-@dataclass(frozen=True, slots=True)
-class OptionRule:
-    """``least`` to ``most`` arguments, the kinds that take the option, and how its value is read."""
-
-    least: int
-    most: int
-    shapes: frozenset[Shape]
-    read: Reader
-
-
-CALLED = {shape: f"a `.{shape}`" for shape in Shape} | {
-    Shape.SPRITE: "a picture",
-    Shape.ARROW: "an `.arrow`",
-    Shape.ARC: "an `.arc`",
-}
-"""How messages speak of a thing."""
+PIN_RADIUS = 4.0
+"""World pixels: of the circle at a joint, where `.pins` gives no radius."""
 
 
 # --- readers --------------------------------------------------------------------------------------
@@ -72,7 +56,7 @@ def positive(argument: Argument, what: str, findings: Findings) -> float | None:
     return value
 
 
-def whole(argument: Argument, what: str, least: int, most: int, findings: Findings) -> int | None:
+def _whole(argument: Argument, what: str, least: int, most: int, findings: Findings) -> int | None:
     """A whole number from ``least`` to ``most``; None after an error."""
     value = constant(argument, what, findings)
     if value is not None and not (least <= value <= most and value == round(value)):
@@ -98,123 +82,78 @@ def choice(argument: Argument, what: str, words: tuple[str, ...], findings: Find
     return None
 
 
-def _flag(option: Option, findings: Findings) -> bool:
-    del option, findings
-    return True
-
-
-def _color(option: Option, findings: Findings) -> tuple[int, int, int] | None:
-    return read_color(option.arguments[0], findings)
-
-
-def _number(what: str) -> Reader:
-    return lambda option, findings: constant(option.arguments[0], what, findings)
-
-
-def _positive(what: str) -> Reader:
-    return lambda option, findings: positive(option.arguments[0], what, findings)
-
-
-def _whole(what: str, least: int, most: int) -> Reader:
-    return lambda option, findings: whole(option.arguments[0], what, least, most, findings)
-
-
-def _choice(what: str, *words: str) -> Reader:
-    return lambda option, findings: choice(option.arguments[0], what, words, findings)
-
-
-def _pins(option: Option, findings: Findings) -> float | None:
-    return positive(option.arguments[0], "a pin's radius", findings) if option.arguments else 0.0
-
-
-def _dash(option: Option, findings: Findings) -> tuple[float, ...] | None:
-    found = [positive(argument, "the length of a dash or a gap", findings) for argument in option.arguments]
+def _dash(arguments: Sequence[Argument], what: str, findings: Findings) -> tuple[float, ...] | None:
+    found = [positive(argument, what, findings) for argument in arguments]
     lengths = tuple(value for value in found if value is not None)
     if len(lengths) < len(found):
         return None
     return lengths if len(lengths) % 2 == 0 else lengths * 2
 
 
-def _opacity(option: Option, findings: Findings) -> float | None:
-    value = constant(option.arguments[0], "the opacity", findings)
+def _opacity(argument: Argument, what: str, findings: Findings) -> float | None:
+    value = constant(argument, what, findings)
     if value is not None and not 0.0 <= value <= 1.0:
-        message = "the opacity must be from 0 (clear) to 1 (opaque)"
-        helps = (replacement(f"write `{value / 100:g}`", option.arguments[0].span, f"{value / 100:g}"),)
-        findings.error(
-            "kind/out-of-range",
-            message,
-            option.arguments[0].span,
-            f"this is {value:g}",
-            helps=helps if 1 < value <= 100 else (),
+        message = f"{what} must be from 0 (clear) to 1 (opaque)"
+        helps = (
+            (replacement(f"write `{value / 100:g}`", argument.span, f"{value / 100:g}"),) if 1 < value <= 100 else ()
         )
+        findings.error("kind/out-of-range", message, argument.span, f"this is {value:g}", helps=helps)
         return None
     return value
 
 
-def _names(option: Option, findings: Findings) -> tuple[Name, ...] | None:
-    names = tuple(item for item in option.arguments if isinstance(item, Name))
-    for item in option.arguments:
+def _names(arguments: Sequence[Argument], findings: Findings) -> tuple[Name, ...] | None:
+    names = tuple(item for item in arguments if isinstance(item, Name))
+    for item in arguments:
         if not isinstance(item, Name):
             findings.error("kind/mismatch", "this must be the name of an anchor of the thing", item.span)
-    return names if len(names) == len(option.arguments) else None
+    return names if len(names) == len(arguments) else None
 
 
-def _text(option: Option, findings: Findings) -> Text | None:
-    argument = option.arguments[0]
+def _text(argument: Argument, findings: Findings) -> str | None:
     if isinstance(argument, Text):
-        return argument
+        return argument.text
     helps = (replacement("write a text", argument.span, f"'{findings.source.slice(argument.span)}'"),)
     findings.error("kind/mismatch", "this must be a text", argument.span, helps=helps)
     return None
 
 
-# --- the table ------------------------------------------------------------------------------------
-
-_ALL = frozenset(Shape)
-_BODIES = _ALL - FOLLOWERS
-_FILLED = frozenset({Shape.BAR, Shape.DISC, Shape.PLATE, Shape.POLYGON, Shape.GEAR, Shape.RACK, Shape.CYLINDER})
-_STROKED = frozenset({Shape.BAR, Shape.ARROW, Shape.LINE, Shape.TRACE, Shape.DIMENSION, Shape.ARC, Shape.VECTOR})
-_WRITTEN = frozenset({Shape.DIMENSION, Shape.ARC, Shape.VECTOR})
-_BROAD = frozenset({Shape.GROUND, Shape.SLIDE, Shape.SPRING, Shape.DAMPER, Shape.CYLINDER})
-
-OPTIONS: dict[str, OptionRule] = {
-    "color": OptionRule(1, 1, _ALL - {Shape.SPRITE}, _color),
-    "width": OptionRule(1, 1, _ALL - {Shape.SPRITE, Shape.LABEL}, _positive("the width")),
-    "layer": OptionRule(1, 1, _ALL, _number("a layer")),
-    "scale": OptionRule(1, 1, frozenset({Shape.SPRITE}), _positive("the scale")),
-    "topleft": OptionRule(0, 0, frozenset({Shape.SPRITE}), _flag),
-    "hidden": OptionRule(0, 0, _ALL, _flag),
-    "opacity": OptionRule(1, 1, _ALL, _opacity),
-    "fill": OptionRule(1, 1, _FILLED, _color),
-    "edge": OptionRule(1, 1, _FILLED, _color),
-    "dash": OptionRule(1, 8, _STROKED | (_FILLED - {Shape.CYLINDER}), _dash),
-    "cap": OptionRule(1, 1, _STROKED, _choice("a cap", "butt", "round", "square")),
-    "pins": OptionRule(0, 1, _BODIES - {Shape.LABEL, Shape.GROUND}, _pins),
-    "fixed": OptionRule(0, 0, _BODIES - {Shape.LABEL, Shape.GROUND}, _flag),
-    "through": OptionRule(2, 64, frozenset({Shape.BAR, Shape.ARROW, Shape.PLATE, Shape.POLYGON}), _names),
-    "size": OptionRule(1, 1, _WRITTEN | _BROAD | {Shape.LABEL}, _positive("the size")),
-    "align": OptionRule(1, 1, frozenset({Shape.LABEL}), _choice("the alignment", "left", "center", "right")),
-    "italic": OptionRule(0, 0, _WRITTEN | {Shape.LABEL}, _flag),
-    "text": OptionRule(1, 1, _WRITTEN, _text),
-    "places": OptionRule(1, 1, frozenset({Shape.DIMENSION, Shape.ARC}), _whole("the number of decimals", 0, 15)),
-    "offset": OptionRule(1, 1, frozenset({Shape.DIMENSION}), _number("the offset")),
-    "radius": OptionRule(1, 1, frozenset({Shape.ARC}), _positive("the radius")),
-    "inner": OptionRule(0, 0, frozenset({Shape.GEAR}), _flag),
-    "coils": OptionRule(1, 1, frozenset({Shape.SPRING}), _whole("the number of coils", 1, 200)),
-    "whole": OptionRule(0, 0, frozenset({Shape.TRACE, Shape.ARC}), _flag),
-    "tail": OptionRule(1, 1, frozenset({Shape.TRACE}), _positive("how long a trace lasts")),
-    "velocity": OptionRule(1, 1, frozenset({Shape.VECTOR}), _number("the scale of a velocity")),
-    "acceleration": OptionRule(1, 1, frozenset({Shape.VECTOR}), _number("the scale of an acceleration")),
-}
-"""Option -> its rule."""
+# --- reading --------------------------------------------------------------------------------------
 
 
-def read_options(options: list[Option], shape: Shape, findings: Findings) -> dict[str, Any]:
+def value_of(rule: OptionRule, arguments: Sequence[Argument], findings: Findings) -> Any:
+    """The value of an option with the right number of arguments; None after an error."""
+    match rule.form:
+        case OptionForm.FLAG:
+            return True
+        case OptionForm.COLOR:
+            return read_color(arguments[0], findings)
+        case OptionForm.NUMBER:
+            return constant(arguments[0], rule.what, findings)
+        case OptionForm.POSITIVE:
+            return positive(arguments[0], rule.what, findings)
+        case OptionForm.WHOLE:
+            return _whole(arguments[0], rule.what, rule.lowest, rule.highest, findings)
+        case OptionForm.CHOICE:
+            return choice(arguments[0], rule.what, rule.words, findings)
+        case OptionForm.TEXT:
+            return _text(arguments[0], findings)
+        case OptionForm.NAMES:
+            return _names(arguments, findings)
+        case OptionForm.DASH:
+            return _dash(arguments, rule.what, findings)
+        case OptionForm.OPACITY:
+            return _opacity(arguments[0], rule.what, findings)
+        case OptionForm.PINS:
+            return positive(arguments[0], rule.what, findings) if arguments else PIN_RADIUS
+
+
+def read_options(options: list[Option], kind: ThingKind, findings: Findings) -> dict[str, Any]:
     """Option -> value of all that are right; the others are reported."""
     read: dict[str, Any] = {}
     seen: dict[str, Option] = {}
     for option in options:
-        rule = _fitting(option, shape, findings)
+        rule = _fitting(option, kind, findings)
         if rule is None:
             continue
         first = seen.setdefault(option.name, option)
@@ -222,37 +161,37 @@ def read_options(options: list[Option], shape: Shape, findings: Findings) -> dic
             report_twice(option, first.span, findings)
         elif not rule.least <= len(option.arguments) <= rule.most:
             _report_count(option, rule, findings)
-        elif (value := rule.read(option, findings)) is not None:
+        elif (value := value_of(rule, option.arguments, findings)) is not None:
             read[option.name] = value
     return read
 
 
-def _fitting(option: Option, shape: Shape, findings: Findings) -> OptionRule | None:
-    rule = OPTIONS.get(option.name)
-    if rule is None:
-        fitting = [name for name, known in OPTIONS.items() if shape in known.shapes]
-        guess = findings.nearest(option.name, fitting) or findings.nearest(option.name, OPTIONS)
-        findings.error(
-            "syntax/unknown-option",
-            f"there is no option `.{option.name}`",
-            option.name_span,
-            helps=(
-                replacement(f"did you mean `.{guess}`?", option.name_span, f".{guess}")
-                if guess
-                else f"{CALLED[shape]} takes " + ", ".join(f"`.{name}`" for name in fitting),
-            ),
-        )
-        return None
-    if shape not in rule.shapes:
-        others = ", ".join(CALLED[item] for item in Shape if item in rule.shapes)
+def _fitting(option: Option, kind: ThingKind, findings: Findings) -> OptionRule | None:
+    fitting = {rule.name: rule for rule in kind.options}
+    if option.name in fitting:
+        return fitting[option.name]
+    takers = [other.written for other in KINDS.values() if option.name in {rule.name for rule in other.options}]
+    if takers:
         findings.error(
             "syntax/misplaced-option",
-            f"{CALLED[shape]} takes no `.{option.name}`",
+            f"{kind.written} takes no `.{option.name}`",
             option.span,
-            notes=(f"`.{option.name}` is for {others}",),
+            notes=(f"`.{option.name}` is for {', '.join(takers)}",),
         )
         return None
-    return rule
+    known = dict.fromkeys(rule.name for other in KINDS.values() for rule in other.options)
+    guess = findings.nearest(option.name, fitting) or findings.nearest(option.name, known)
+    findings.error(
+        "syntax/unknown-option",
+        f"there is no option `.{option.name}`",
+        option.name_span,
+        helps=(
+            replacement(f"did you mean `.{guess}`?", option.name_span, f".{guess}")
+            if guess
+            else f"{kind.written} takes " + ", ".join(f"`.{name}`" for name in fitting),
+        ),
+    )
+    return None
 
 
 def report_twice(option: Option, first: Span, findings: Findings) -> None:

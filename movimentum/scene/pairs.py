@@ -6,12 +6,13 @@ import re
 
 from movimentum.diagnostics import Fix, Label, replacement
 from movimentum.scene.findings import Findings
-from movimentum.scene.gears import pitch_radius
-from movimentum.scene.model import GearPair, Shape, Thing
+from movimentum.scene.model import GearPair, Thing
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import Call, Expression, Member, Name
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import ClaimStatement, Statement
+from movimentum.things.kinds.toothed import GEAR, RACK, Toothed
+from movimentum.tolerances import SAME_MODULE
 
 PAIRED = frozenset({"mesh", "belt"})
 """The functions whose arguments are things."""
@@ -62,9 +63,9 @@ def pair_of(node: Call, known: dict[str, Thing], findings: Findings) -> GearPair
 
 def belt_radius(thing: Thing) -> float | None:
     """The radius at which a belt runs about a thing; None if it has none."""
-    if thing.shape is Shape.GEAR and thing.module is not None and thing.teeth is not None and not thing.inner:
-        return pitch_radius(thing)
-    return thing.radius if thing.shape is Shape.DISC else None
+    if thing.kind is GEAR and isinstance(thing.own, Toothed) and not thing.own.inner:
+        return thing.own.pitch_radius
+    return thing.radius
 
 
 def _thing(argument: Expression, function: str, known: dict[str, Thing], findings: Findings) -> Thing | None:
@@ -94,7 +95,7 @@ def _thing(argument: Expression, function: str, known: dict[str, Thing], finding
     if not _fits(thing, function):
         findings.error(
             "kind/mismatch",
-            f"`.{function}` is for {wanted}, and `{thing.name}` is {'a ring' if thing.inner else 'neither'}",
+            f"`.{function}` is for {wanted}, and `{thing.name}` is {'a ring' if _is_ring(thing) else 'neither'}",
             argument.span,
             labels=(Label(thing.name_span, f"`{thing.name}` is defined here"),),
             helps=_remedy(thing, function, findings),
@@ -106,16 +107,20 @@ def _thing(argument: Expression, function: str, known: dict[str, Thing], finding
 def _fits(thing: Thing, function: str) -> bool:
     if function == "belt":
         return belt_radius(thing) is not None
-    return thing.shape in (Shape.GEAR, Shape.RACK) and thing.module is not None and thing.teeth is not None
+    return isinstance(thing.own, Toothed)
+
+
+def _is_ring(thing: Thing) -> bool:
+    return isinstance(thing.own, Toothed) and thing.own.inner
 
 
 def _remedy(thing: Thing, function: str, findings: Findings) -> tuple[str | Fix, ...]:
     """The definition as it should be."""
-    if thing.inner:
+    if _is_ring(thing):
         return ()
     if function == "belt":
         return (f"define it as a wheel: `{thing.name} : .disc(30) …`",)
-    if thing.shape is not Shape.DISC or thing.radius is None:
+    if thing.radius is None:
         return (f"define it as a gear: `{thing.name} : .gear(20, 4) …`",)
     gear = f".gear(20, {float_text(round(thing.radius / 10.0, 6))})"
     title = f"define it as a gear: `{thing.name} : {gear} …` is as large"
@@ -128,47 +133,44 @@ def _remedy(thing: Thing, function: str, findings: Findings) -> tuple[str | Fix,
 
 def _can_mesh(node: Call, first: Thing, second: Thing, findings: Findings) -> bool:
     """Whether the teeth of two things fit into each other; what is wrong is reported."""
-    assert first.module is not None
-    assert second.module is not None
+    teeth, others = first.toothed, second.toothed
     places = (Label(first.name_span, _described(first)), Label(second.name_span, _described(second)))
-    if Shape.RACK in (first.shape, second.shape) and first.shape is second.shape:
+    if first.kind is RACK and second.kind is RACK:
         findings.error("kind/mismatch", "two racks cannot mesh", node.span, labels=places)
         return False
-    rings = [thing for thing in (first, second) if thing.inner]
-    others = [thing for thing in (first, second) if not thing.inner]
-    if len(rings) == 2 or (rings and others[0].shape is Shape.RACK):
+    rings = [thing for thing in (first, second) if thing.toothed.inner]
+    inside = [thing for thing in (first, second) if not thing.toothed.inner]
+    if len(rings) == 2 or (rings and inside[0].kind is RACK):
         message = "two rings cannot mesh" if len(rings) == 2 else "a ring cannot mesh with a rack"
         findings.error("mesh/ring", message, node.span, labels=places)
         return False
-    if abs(first.module - second.module) > 1e-9 * first.module:
+    if abs(teeth.module - others.module) > SAME_MODULE * teeth.module:
         findings.error(
             "mesh/module",
-            f"teeth of modules {float_text(first.module)} and {float_text(second.module)} do not fit into each other",
+            f"teeth of modules {float_text(teeth.module)} and {float_text(others.module)} do not fit into each other",
             node.span,
             labels=places,
             helps=(_same_module(first, second),),
         )
         return False
-    if rings and (rings[0].teeth or 0) <= (others[0].teeth or 0):
+    if rings and rings[0].toothed.teeth <= inside[0].toothed.teeth:
         findings.error(
             "mesh/ring",
-            f"the ring `{rings[0].name}` has {rings[0].teeth} teeth, and `{others[0].name}`, which would be inside, has"
-            f" {others[0].teeth}",
+            f"the ring `{rings[0].name}` has {rings[0].toothed.teeth} teeth, and `{inside[0].name}`, which would be"
+            f" inside, has {inside[0].toothed.teeth}",
             node.span,
             labels=places,
-            helps=(f"a ring needs more teeth than what runs in it: `.gear({(others[0].teeth or 0) * 3}, …) .inner`",),
+            helps=(f"a ring needs more teeth than what runs in it: `.gear({inside[0].toothed.teeth * 3}, …) .inner`",),
         )
         return False
     return True
 
 
 def _same_module(first: Thing, second: Thing) -> str:
-    assert first.module is not None
-    kind = "rack" if second.shape is Shape.RACK else "gear"
-    return f"give both one module: `{second.name} : .{kind}({second.teeth}, {float_text(first.module)}) …`"
+    module = float_text(first.toothed.module)
+    return f"give both one module: `{second.name} : .{second.kind}({second.toothed.teeth}, {module}) …`"
 
 
 def _described(thing: Thing) -> str:
-    assert thing.module is not None
-    kind = "rack" if thing.shape is Shape.RACK else "ring" if thing.inner else "gear"
-    return f"a {kind} of {thing.teeth} teeth, module {float_text(thing.module)}"
+    kind = "ring" if thing.toothed.inner else thing.kind.word
+    return f"a {kind} of {thing.toothed.teeth} teeth, module {float_text(thing.toothed.module)}"

@@ -208,7 +208,7 @@ def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Fi
     if word == "angle" and thing.is_body:
         return AngleUse(thing.number)
     if word == "angle":
-        message = f"`{thing.name}` is {thing.shape.called}, which has no angle of its own"
+        message = f"`{thing.name}` is {thing.called}, which has no angle of its own"
         findings.error("kind/mismatch", message, node.span)
         return None
     if word is not None:
@@ -233,7 +233,7 @@ def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable
         whole = Span(span.start - len(thing.name) - 1, span.end)
         helps = (replacement(f"the distance between two anchors is `{distance}`", whole, distance),)
     elif not thing.is_body:
-        helps = (f"{thing.shape.called} has no anchors of its own: name the anchors that it is drawn at",)
+        helps = (f"{thing.called} has no anchors of its own: name the anchors that it is drawn at",)
     elif known:
         helps = (f"`{thing.name}` has " + ", ".join(f"`{item}`" for item in known[:12]),)
     else:

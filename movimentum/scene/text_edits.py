@@ -90,7 +90,7 @@ def lengthened(thing: Thing, factor: float) -> Edit | None:
     """The second of a thing's two anchors, ``factor`` times as far from the first; None where its definition does not
     say that plainly.
     """
-    if len(thing.anchors) != 2 or thing.scale != 1.0 or thing.image is not None or not math.isfinite(factor):
+    if len(thing.anchors) != 2 or thing.picture is not None or not math.isfinite(factor):
         return None
     first, second = thing.anchors
     dx, dy = (round(factor * (b - a), _DIGITS) + 0.0 for a, b in zip(first.local, second.local, strict=True))

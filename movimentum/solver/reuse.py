@@ -190,12 +190,11 @@ def scene_key(scene: Scene) -> Hashable:
         (
             thing.number,
             thing.name,
-            thing.shape,
+            thing.kind.word,
             tuple(_anchor_key(anchor, text) for anchor in thing.anchors),
             thing.radius,
-            thing.scale,
             thing.through,
-            thing.color if colors else None,
+            thing.look.paint if colors else None,
         )
         for thing in scene.things
     )

@@ -71,12 +71,12 @@ def scene_told(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
 def _thing(thing: Thing, source: SourceText) -> dict[str, Any]:
     return {
         "name": thing.name,
-        "shape": thing.shape.value,
+        "shape": thing.kind.word,
         "span": placed(source, thing.span),
         "body": thing.is_body,
         "hidden": thing.hidden,
         "radius": thing.radius,
-        "width": thing.width,
+        "width": thing.look.outline,
         "through": [[ref.thing, ref.anchor] for ref in thing.through],
         "anchors": {anchor.name: list(anchor.local) for anchor in thing.anchors},
     }

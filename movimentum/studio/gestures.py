@@ -14,7 +14,7 @@ from typing import Any
 
 from movimentum.errors import MovimentumError
 from movimentum.scene.expansion.placement import HERE
-from movimentum.scene.model import Claim, Constraint, Ending, Relation, Shape, Thing
+from movimentum.scene.model import Claim, Constraint, Ending, Relation, Thing
 from movimentum.scene.text_edits import removed, without
 from movimentum.source import Edit, SourceText, Span, edited
 from movimentum.studio.answers import TextEdited
@@ -24,6 +24,7 @@ from movimentum.studio.hands import Hands
 from movimentum.studio.messages import ToolUsed
 from movimentum.studio.sheet import NothingToDo, Sheet, number_text, own, point_text
 from movimentum.studio.turning import turn
+from movimentum.things.kinds.disc import DISC
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand
 
@@ -105,7 +106,7 @@ def _anchor(sheet: Sheet, names: Names, points: Spots) -> Sheet:
 def _anchor_of(sheet: Sheet, thing: Thing, at: tuple[float, float]) -> Sheet:
     """One more anchor of a part."""
     own(sheet, thing.span)
-    if not thing.anchors or thing.scale != 1.0 or thing.placement != HERE:
+    if not thing.anchors or (thing.picture is not None and thing.picture.scale != 1.0) or thing.placement != HERE:
         raise NothingToDo(f"`{thing.name}` takes no more points here")
     names = {anchor.name for anchor in thing.anchors}
     name = next(name for name in ("P", "Q", "R", "S", *(f"P{n}" for n in range(1, 10_000))) if name not in names)
@@ -124,7 +125,7 @@ def _rod(sheet: Sheet, names: Names, points: Spots) -> Sheet:
             ends.append(("", "", (float(round(at[0])), float(round(at[1])))))
             continue
         thing, ref = sheet.anchor(name)
-        vertex = thing.shape is Shape.DISC and len(thing.anchors) == 1
+        vertex = thing.kind is DISC and len(thing.anchors) == 1
         inside = thing.name if vertex and "." not in thing.name and "[" not in thing.name else name.rpartition(".")[2]
         letters += [inside] if vertex else []
         ends.append((inside, name, sheet.where(ref)))
@@ -203,7 +204,7 @@ def _shape(sheet: Sheet, names: Names, points: Spots) -> Sheet:
     thing, ref = sheet.anchor(names[0])
     anchor = thing.anchors[ref.anchor]
     own(sheet, anchor.span)
-    if thing.scale != 1.0 or thing.placement != HERE:
+    if (thing.picture is not None and thing.picture.scale != 1.0) or thing.placement != HERE:
         raise NothingToDo(f"`{thing.name}` is scaled or placed: change its part's definition")
     x, y = (float(round(value)) for value in sheet.local(thing, points[0]))
     relative = _RELATIVE.match(sheet.scene.source.slice(anchor.span))

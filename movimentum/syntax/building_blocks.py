@@ -7,7 +7,7 @@ import re
 from movimentum.diagnostics import Fix, insertion, replacement
 from movimentum.source import Edit, Span
 from movimentum.syntax.suggest import dotted, nearest
-from movimentum.syntax.words import SHAPES
+from movimentum.things.registry import SHAPES
 
 WORDS = ("config", "let", "part", "for", "include", "claim", "goal", "require", "loop")
 """What may begin an item, besides names."""

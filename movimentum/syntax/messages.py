@@ -12,7 +12,8 @@ from movimentum.syntax.building_blocks import WORDS, copied, meant, other_word
 from movimentum.syntax.claiming import claim_meant
 from movimentum.syntax.older import SIGNS, called, sign_fixes, written
 from movimentum.syntax.suggest import dotted, nearest
-from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS
+from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS
+from movimentum.things.registry import SHAPES
 
 _VALUE = {"NUMBER", "NAME", "BLANK", "CLOCK", "FUNCTION", "LSQB", "LPAR", "LBRACE", "MINUS"}
 _PLACE = _VALUE - {"BLANK", "LBRACE"} | {"ELEMENT"}

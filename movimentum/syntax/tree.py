@@ -71,7 +71,7 @@ class Suffix(Node):
 
 @dataclass(frozen=True, slots=True)
 class ShapeWord(Node):
-    """What a thing is: ``word`` is "sprite" (its argument: the file) or one of `words.SHAPES`."""
+    """What a thing is: ``word`` is "sprite" (its argument: the file) or the word of a kind of thing."""
 
     word: str
     arguments: tuple[Expression | Text, ...] = ()

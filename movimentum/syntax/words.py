@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from movimentum.things.registry import THING_FLAGS
+
 FUNCTIONS: dict[str, tuple[int, int | None]] = {
     "a": (2, 2),
     "q": (1, 1),
@@ -57,14 +59,5 @@ THING_MEMBERS = {
 }
 """What may follow a thing besides its anchors (an anchor of that name takes precedence) -> canonical name."""
 
-BODIES = ("bar", "arrow", "disc", "label", "plate", "polygon", "gear", "rack")
-"""What a thing with anchors of its own may be, besides a sprite."""
-
-FOLLOWERS = ("line", "slide", "spring", "damper", "cylinder", "trace", "dimension", "arc", "vector")
-"""What is drawn between or at anchors of other things."""
-
-SHAPES = (*BODIES, *FOLLOWERS, "ground")
-"""What a thing may be, besides a sprite; a ground has an anchor of its own or follows one."""
-
-BARE_OPTIONS = frozenset({"hidden", "topleft", "pins", "fixed", "inner", "whole", "crossed", "italic", "mirrored"})
+BARE_OPTIONS = THING_FLAGS | {"crossed", "mirrored"}
 """Options that may have no arguments."""

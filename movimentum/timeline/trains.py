@@ -20,7 +20,6 @@ from fractions import Fraction
 
 from movimentum.expressions import ZERO, Expr, add, call, const, mul, ratio, sub, substitute, symbol, symbols
 from movimentum.records import dataclass, replace
-from movimentum.scene.gears import tooth_direction
 from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
@@ -29,12 +28,12 @@ from movimentum.scene.model import (
     GearPair,
     Relation,
     Scene,
-    Shape,
     Thing,
     ThingAngle,
 )
 from movimentum.scene.pairs import belt_radius
 from movimentum.scene.values import from_line
+from movimentum.things.kinds.toothed import RACK
 from movimentum.timeline.joints import Direction, Joints, value_at
 
 _TIE = 1e-6
@@ -115,14 +114,14 @@ class Trains:
 
     def _form(self, pair: GearPair, joints: Joints) -> _Form:
         first, second = self._scene.things[pair.first], self._scene.things[pair.second]
-        if Shape.RACK in (first.shape, second.shape):
-            return self._rack(*((first, second) if first.shape is Shape.RACK else (second, first)), joints)
-        if second.inner:
+        if RACK in (first.kind, second.kind):
+            return self._rack(*((first, second) if first.kind is RACK else (second, first)), joints)
+        if second.toothed.inner:
             first, second = second, first
         direction = joints.direction(AnchorRef(first.number, 0), AnchorRef(second.number, 0))
-        n1, n2 = first.teeth or 1, second.teeth or 1
-        a1, a2 = tooth_direction(first), tooth_direction(second)
-        if first.inner:
+        n1, n2 = first.toothed.teeth, second.toothed.teeth
+        a1, a2 = first.tooth_direction, second.tooth_direction
+        if first.toothed.inner:
             factors = {first.number: Fraction(-n1), second.number: Fraction(n2)}
             many, fixed = n1 - n2, n2 * a2 - n1 * a1 - 180.0
         else:
@@ -132,7 +131,7 @@ class Trains:
 
     def _rack(self, rack: Thing, gear: Thing, joints: Joints) -> _Form:
         """The rack's equation; where it is drawn counts for what numbers do not say."""
-        teeth, module = gear.teeth or 1, rack.module or 1.0
+        teeth, module = gear.toothed.teeth, rack.toothed.module
         begin, end = rack.anchors[0], rack.anchors[1]
 
         def coordinates(thing: int, anchor: int) -> tuple[Expr, Expr]:
@@ -145,12 +144,12 @@ class Trains:
             (begin.coordinates, end.coordinates),
             across=False,
         )
-        fixed = -teeth * (tooth_direction(rack) - 90.0 - tooth_direction(gear)) - 180.0
+        fixed = -teeth * (rack.tooth_direction - 90.0 - gear.tooth_direction) - 180.0
         factors = {rack.number: Fraction(-teeth), gear.number: Fraction(teeth)}
         unit = 360.0 / (math.pi * module)
         here = joints.known(AnchorRef(rack.number, 0)) or begin.local
         there = joints.known(AnchorRef(gear.number, 0)) or gear.anchors[0].local
-        angle = math.radians(tooth_direction(rack))
+        angle = math.radians(rack.tooth_direction)
         drawn = (there[0] - here[0]) * math.cos(angle) + (there[1] - here[1]) * math.sin(angle)
         return _Form(factors, add(mul(const(unit), along or ZERO), const(fixed)), unit * drawn + fixed)
 

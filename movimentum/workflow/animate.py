@@ -156,7 +156,7 @@ def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark
 
 
 def _color(text: str) -> tuple[int, int, int]:
-    from movimentum.scene.colors import color, color_names
+    from movimentum.things.colors import color, color_names
 
     found = color(text)
     if found is None:

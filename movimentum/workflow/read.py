@@ -123,7 +123,7 @@ def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
     included = [file.path for file in files]
     return (
         source.path,
-        *dict.fromkeys(included + [drawing_file(each.image) for each in scene.things if each.image is not None]),
+        *dict.fromkeys(included + [drawing_file(own.image) for each in scene.things if (own := each.picture)]),
     )
 
 

@@ -15,7 +15,6 @@ from movimentum.drawing.model import FigureMark, SymbolMark
 from movimentum.drawing.options import PictureOptions
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.rendering.prepare import prepare_drawing
-from movimentum.scene.gears import tooth_direction
 
 
 def solved(text):
@@ -25,8 +24,11 @@ def solved(text):
 
 
 def symbol(scene, poses, shape):
-    prepared = prepare_drawing(scene, (poses,))
-    return next(item.mark for item in prepared.things if isinstance(item.mark, SymbolMark) and item.mark.shape == shape)
+    return symbols(shape, (item.mark for item in prepare_drawing(scene, (poses,)).things))[0]
+
+
+def symbols(shape, marks):
+    return [mark for mark in marks if isinstance(mark, SymbolMark) and mark.kind.word == shape]
 
 
 def involute_half_angle(teeth, r, module):
@@ -41,7 +43,7 @@ def test_teeth_are_involutes(teeth):
     module, pitch = 6.0, 3.0 * teeth
     scene, _ = solved(f"G : .gear({teeth}, 6) C = [300,300] D = C + [0,50]; @0")
     gear = scene.things[0]
-    assert tooth_direction(gear) == pytest.approx(90)
+    assert gear.tooth_direction == pytest.approx(90)
     outline, holes = gear_outline(gear)
     assert not holes
     polar = [(math.hypot(x - 300, y - 300), math.degrees(math.atan2(y - 300, x - 300))) for x, y in outline]
@@ -112,9 +114,7 @@ def test_values_are_those_of_the_motion():
     scene, poses = solved(FILM)
     mark = symbol(scene, poses, "dimension")
     assert set(caption(mark, poses).texts) == {"80.00"}
-    arc = [
-        item for item in compose(scene, PictureOptions()).things if isinstance(item, SymbolMark) and item.shape == "arc"
-    ]
+    arc = symbols("arc", compose(scene, PictureOptions()).things)
     slope = math.degrees(math.atan2(50, 150))
     for k, text in enumerate(caption(arc[0], poses).texts):
         assert text == f"{abs((9 * k - slope + 180) % 360 - 180):.1f}°"
@@ -156,7 +156,9 @@ def test_a_barrel_keeps_its_length():
 
 def test_arrows_are_exact():
     scene, poses = solved(FILM)
-    marks = [m for m in compose(scene, PictureOptions()).things if isinstance(m, SymbolMark) and m.shape == "vector"]
+    marks = [
+        m for m in compose(scene, PictureOptions()).things if isinstance(m, SymbolMark) and m.kind.word == "vector"
+    ]
     turn, rate = np.radians(90 * poses.times), math.radians(90)
     tips = [moving_parts(mark, poses)[1].points[:, 0] - poses.world(0, (130.0, 50.0)) for mark in marks]
     assert tips[0] == pytest.approx(0.5 * 80 * rate * np.stack([-np.sin(turn), np.cos(turn)], axis=1), abs=1e-9)

@@ -16,7 +16,6 @@ from scipy.optimize import least_squares
 
 from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
-from movimentum.scene.model import Shape
 from movimentum.solver.start import contradictions
 from movimentum.solver.start.contradictions import find_contradiction
 from tests.families.contradictions import Scene, broken_scene
@@ -118,7 +117,7 @@ def too_many(name: str, seed: int) -> tuple[str, str]:
     poses = motion.poses(0, 1)
     scene = motion.timeline.scene
     held = {thing for thing, first in scene.mentioned.items() if first == 0}
-    bodies = [t for t in scene.things if t.number in held and t.shape is not Shape.LABEL and t.anchors]
+    bodies = [t for t in scene.things if t.number in held and t.kind.word != "label" and t.anchors]
     while True:
         one, other = r.sample(bodies, 2)
         a, b = r.choice(one.anchors), r.choice(other.anchors)

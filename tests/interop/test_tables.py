@@ -13,19 +13,20 @@ import numpy as np
 import pytest
 
 from movimentum.interop import tables
-from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Shape, Thing, Variable
+from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Thing, Variable
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText, Span
+from movimentum.things.kinds.bar import BAR
+from movimentum.things.kinds.disc import DISC, Round
+from movimentum.things.kinds.line import LINE
 
 NOWHERE = Span(0, 0)
 
 
 def scene() -> Scene:
-    rod = Thing(
-        0, "Rod", Shape.BAR, (Anchor("A", (0.0, 0.0), NOWHERE), Anchor("x", (3.0, 0.0), NOWHERE)), NOWHERE, NOWHERE
-    )
-    rope = Thing(1, "Rope", Shape.LINE, (), NOWHERE, NOWHERE, through=(AnchorRef(0, 0), AnchorRef(0, 1)))
-    disc = Thing(2, "Disc", Shape.DISC, (Anchor("C", (1.0, 1.0), NOWHERE),), NOWHERE, NOWHERE, radius=5.0)
+    rod = Thing(0, "Rod", BAR, (Anchor("A", (0.0, 0.0), NOWHERE), Anchor("x", (3.0, 0.0), NOWHERE)), NOWHERE, NOWHERE)
+    rope = Thing(1, "Rope", LINE, (), NOWHERE, NOWHERE, through=(AnchorRef(0, 0), AnchorRef(0, 1)))
+    disc = Thing(2, "Disc", DISC, (Anchor("C", (1.0, 1.0), NOWHERE),), NOWHERE, NOWHERE, Round(5.0))
     return Scene(
         SourceText("t.mov", ""),
         Config(Fraction(10)),

@@ -9,18 +9,24 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from movimentum.rendering import coverage
-from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Shape, Thing
+from movimentum.scene.looks import look_of
+from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Thing
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText, Span
+from movimentum.things.registry import kind_of
 
 NOWHERE = Span(0, 0)
 WHITE, BLACK = (255, 255, 255), (0, 0, 0)
 
 
-def thing(shape, *points, **fields):
-    """A thing whose anchors are called A, B, C …; its number is given by `scene`."""
+def thing(word, *points, name=None, through=(), text=None, **stated):
+    """A thing whose anchors are called A, B, C …, with what its definition says; its number is given by `scene`."""
+    kind = kind_of(word)
     anchors = tuple(Anchor("ABCDEFGHIJ"[i], (float(x), float(y)), NOWHERE) for i, (x, y) in enumerate(points))
-    return {"shape": Shape(shape), "anchors": anchors, "span": NOWHERE, "name_span": NOWHERE, **fields}
+    flags = {name: value for name, value in stated.items() if value is not False}
+    own = kind.made({"text": text, **stated} if kind.arguments else stated)
+    more = {"name": name, "own": own, "look": look_of(kind, flags), "through": tuple(through), "text": text}
+    return {"kind": kind, "anchors": anchors, "span": NOWHERE, "name_span": NOWHERE, **more}
 
 
 def line(*refs, **fields):
@@ -28,7 +34,7 @@ def line(*refs, **fields):
 
 
 def scene(*things, size=(100, 80), fps=25, background=WHITE):
-    made = tuple(Thing(number=n, name=item.pop("name", f"T{n}"), **item) for n, item in enumerate(map(dict, things)))
+    made = tuple(Thing(number=n, **{**item, "name": item["name"] or f"T{n}"}) for n, item in enumerate(things))
     return Scene(SourceText("test.mov", ""), Config(Fraction(fps), size, background), made, {}, ())
 
 

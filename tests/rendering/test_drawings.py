@@ -153,7 +153,7 @@ def test_nothing_of_it_is_loaded_for_other_scripts():
     code = (
         "import sys, movimentum as mv; from pathlib import Path; import tempfile\n"
         "mv.loads('A : .bar P=[0,0] Q=[9,9] .width(2); @0').solve().render(Path(tempfile.mkdtemp()) / 'a.png')\n"
-        "late = ('rendering.rasters', 'rendering.drawings', 'drawing.gears', 'rendering.areas', 'scene.themes')\n"
+        "late = ('rendering.rasters', 'rendering.drawings', 'drawing.gears', 'rendering.areas')\n"
         "print([name for name in late if f'movimentum.{name}' in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -12,7 +12,6 @@ from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.drawing.parts import dashes, rounded
 from movimentum.rendering.coverage import Outline
 from movimentum.rendering.painter import PaintSession, make_painter
-from movimentum.scene.appearance import Figure, Look
 from movimentum.scene.model import AnchorRef
 from tests.rendering.scenes import BLACK, capsule, covered, pixels, poses, scene, thing, truth, whole
 
@@ -98,9 +97,9 @@ FIGURES = {
     "gear": thing("gear", (50, 40), teeth=9, module=6.0),
     "rack": thing("rack", (20, 40), (40, 40), teeth=4, module=4.0),
     "ground": thing("ground", (50, 50)),
-    "link": thing("bar", (30, 30), (70, 50), width=14.0, look=Look(edge=BLACK, fill=(250, 200, 100), pins=4.0)),
-    "disc": thing("disc", (50, 40), radius=20.0, look=Look(edge=BLACK, fill=(250, 200, 100))),
-    "dashed": thing("bar", (20, 20), (80, 60), width=6.0, look=Look(dash=(8.0, 5.0), cap="butt")),
+    "link": thing("bar", (30, 30), (70, 50), width=14.0, edge=BLACK, fill=(250, 200, 100), pins=4.0),
+    "disc": thing("disc", (50, 40), radius=20.0, edge=BLACK, fill=(250, 200, 100)),
+    "dashed": thing("bar", (20, 20), (80, 60), width=6.0, dash=(8.0, 5.0), cap="butt"),
 }
 
 
@@ -149,13 +148,13 @@ def test_the_canvas_holds_everything(name, quality):
 
 
 SYMBOLS = {
-    "spring": {"figure": Figure(coils=6)},
+    "spring": {"coils": 6},
     "damper": {},
     "cylinder": {},
     "slide": {},
-    "dimension": {"figure": Figure(offset=15.0), "text": ""},
-    "arc": {"figure": Figure(radius=15.0), "text": ""},
-    "line": {"look": Look(dash=(5.0, 3.0))},
+    "dimension": {"offset": 15.0, "text": ""},
+    "arc": {"radius": 15.0, "text": ""},
+    "line": {"dash": (5.0, 3.0)},
 }
 
 
@@ -195,11 +194,11 @@ def test_a_path_is_drawn_from_the_first_frame_on_and_a_tail_fades():
     where = poses([[10 + 4 * k, 40, 0] for k in range(20)], [0, 0, 0], frames=20)
     dot = thing("disc", (0, 0), radius=1.0, hidden=True)
     through = (AnchorRef(0, 0),)
-    whole = scene(dot, thing("trace", through=through, width=5.0, color=BLACK, figure=Figure(whole=True)))
+    whole = scene(dot, thing("trace", through=through, width=5.0, color=BLACK, whole=True))
     first = pixels(make_painter(whole, where).frame(where, 0))
     assert first[40, 80, 0] == pytest.approx(255 * 0.65, abs=2)
     assert (first == pixels(make_painter(whole, where).frame(where, 19))).all()
-    tail = scene(dot, thing("trace", through=through, width=5.0, color=BLACK, figure=Figure(tail=0.4)))
+    tail = scene(dot, thing("trace", through=through, width=5.0, color=BLACK, tail=0.4))
     painter = make_painter(tail, where)
     last = pixels(painter.frame(where, 19))[40, :, 0]
     assert last[20] == 255

@@ -12,7 +12,6 @@ from movimentum.geometry import View
 from movimentum.rendering import painter as painter_module
 from movimentum.rendering.painter import PaintSession, make_painter
 from movimentum.rendering.stream import Spool, kept_frames, pieces, thinned
-from movimentum.scene.appearance import Figure, Look
 from movimentum.scene.model import AnchorRef
 from tests.rendering.scenes import BLACK, disc_file, line, pixels, poses, scene, square_file, thing
 
@@ -182,20 +181,20 @@ def told_changes(session, parts):
 def crowd(tmp_path, frames, seed):
     """Many things of all kinds, some at rest at some times, some faded, some outside."""
     rng = np.random.default_rng(seed)
-    look = Look(edge=BLACK, fill=(250, 200, 100), pins=3.0)
+    look = {"edge": BLACK, "fill": (250, 200, 100), "pins": 3.0}
     things = [
         thing("sprite", image=disc_file(tmp_path / "d.png", 40)),
-        bar((0, 0), (60, 10), look=look, width=14.0),
-        thing("disc", (0, 0), radius=20.0, look=look, width=0.1),
+        bar((0, 0), (60, 10), **look, width=14.0),
+        thing("disc", (0, 0), radius=20.0, **look, width=0.1),
         thing("gear", (0, 0), teeth=9, module=4.0),
-        thing("plate", (0, 0), (40, 0), (20, 30), look=Look(edge=BLACK, dash=(5.0, 3.0))),
+        thing("plate", (0, 0), (40, 0), (20, 30), edge=BLACK, dash=(5.0, 3.0)),
         thing("label", (0, 0), text="Text"),
         bar((-300, -2), (300, 3), width=0.2),
         thing("ground", (0, 0)),
     ]
     trace = thing("trace", through=(AnchorRef(1, 1),), width=5.0, color=BLUE)
-    tail = thing("trace", through=(AnchorRef(4, 1),), width=3.0, color=RED, figure=Figure(tail=0.3))
-    dashed = thing("trace", through=(AnchorRef(3, 0),), width=1.0, color=RED, look=Look(dash=(6.0, 3.0), cap="butt"))
+    tail = thing("trace", through=(AnchorRef(4, 1),), width=3.0, color=RED, tail=0.3)
+    dashed = thing("trace", through=(AnchorRef(3, 0),), width=1.0, color=RED, dash=(6.0, 3.0), cap="butt")
     paths = []
     for _ in things:
         path = np.cumsum(rng.uniform(-6, 6, (frames, 3)) * (rng.random((frames, 1)) < 0.6), axis=0)
@@ -226,8 +225,8 @@ def test_what_takes_too_much_room_is_drawn_when_it_is_needed(tmp_path, monkeypat
 
 
 def test_a_disc_that_turns_about_its_centre_changes_nothing():
-    look = Look(edge=BLACK, fill=(250, 200, 100), pins=4.0)
-    for fields in ({"radius": 23.3, "look": look}, {"radius": 17.0}, {"radius": 30.1, "width": 0.4}):
+    look = {"edge": BLACK, "fill": (250, 200, 100), "pins": 4.0}
+    for fields in ({"radius": 23.3, **look}, {"radius": 17.0}, {"radius": 30.1, "width": 0.4}):
         made = scene(thing("disc", (7.0, -3.0), **fields))
         turns = np.radians(np.linspace(0, 300, 40))
         x, y = 7.0 * np.cos(turns) + 3.0 * np.sin(turns), 7.0 * np.sin(turns) - 3.0 * np.cos(turns)

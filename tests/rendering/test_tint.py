@@ -6,8 +6,8 @@ from PIL import Image
 
 from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.rendering.painter import make_painter
-from movimentum.scene.colors import INK
 from movimentum.scene.model import AnchorRef
+from movimentum.things.colors import INK
 from tests.command import movimentum
 from tests.rendering.scenes import disc_file, pixels, poses, scene, thing
 

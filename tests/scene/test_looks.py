@@ -8,9 +8,8 @@ import pytest
 import movimentum as mv
 from movimentum.analysis.live import with_numbers
 from movimentum.drawing.texts import number_text, written
-from movimentum.scene.configuration import THEME_NAMES
+from movimentum.scene.looks import THEMES
 from movimentum.scene.model import AnchorRef
-from movimentum.scene.themes import THEMES
 from tests.understand import scene_of
 
 BARS = """.config(10, 400, 300)%s;
@@ -30,7 +29,7 @@ def test_a_silent_script_of_links_looks_like_a_textbook():
     assert set(scene.grounds) == {AnchorRef(0, 0), AnchorRef(2, 1)}
     assert {(ref.thing, ref.anchor) for ref in scene.joints} == {(0, 0), (0, 1), (1, 0), (1, 2), (2, 0), (2, 1)}
     assert all(thing.look.edge and thing.look.pins for thing in scene.things)
-    assert len({thing.color for thing in scene.things}) == 3
+    assert len({thing.look.paint for thing in scene.things}) == 3
 
 
 @pytest.mark.parametrize(
@@ -52,22 +51,18 @@ def test_a_script_that_says_something_is_drawn_as_it_always_was(config, option, 
     assert all(thing.look.edge is None for thing in scene.things)
 
 
-@pytest.mark.parametrize("name", THEME_NAMES)
+@pytest.mark.parametrize("name", THEMES)
 def test_a_theme_leaves_what_definitions_say(name):
     options = ".color('red') .width(20) .edge('blue') .pins(9)"
     scene = scene_of(BARS % (f" .theme('{name}')", f" {options}", ""))
     crank, coupler = scene.things[:2]
-    assert crank.color == (255, 0, 0)
-    assert crank.width == 20
+    assert crank.look.paint == (255, 0, 0)
+    assert crank.look.width == 20
     assert crank.look.edge == (0, 0, 255)
     assert crank.look.pins == 9
     assert coupler.look.edge == THEMES[name].ink
     assert scene.config.background == THEMES[name].background
     assert scene_of(BARS % (f" .theme('{name}') .background('tan')", "", "")).config.background == (210, 180, 140)
-
-
-def test_the_themes_are_those_that_config_takes():
-    assert tuple(THEMES) == THEME_NAMES
 
 
 @pytest.mark.parametrize(

@@ -10,10 +10,11 @@ PAGE = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "do
 
 
 def test_the_words_are_those_of_the_language() -> None:
-    from movimentum.scene.options import OPTIONS
-    from movimentum.syntax.words import CLOCKS, FUNCTIONS, SHAPES, SYNONYMS, THING_MEMBERS, VECTOR_MEMBERS
+    from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS, THING_MEMBERS, VECTOR_MEMBERS
+    from movimentum.things.registry import KINDS, SHAPES
 
-    for word in (*FUNCTIONS, *SYNONYMS, *OPTIONS):
+    options = {rule.name for kind in KINDS.values() for rule in kind.options}
+    for word in (*FUNCTIONS, *SYNONYMS, *options):
         assert re.search(rf"`\.{word}[(`]", PAGE), word
     for word in (*CLOCKS, *SHAPES):
         assert f".{word}" in PAGE

@@ -9,10 +9,10 @@ import pytest
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.scene.build import build
-from movimentum.scene.colors import color, color_names
-from movimentum.scene.model import AnchorRef, Shape
+from movimentum.scene.model import AnchorRef
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
+from movimentum.things.colors import INK, color, color_names
 from tests.understand import codes_of, scene_of
 
 
@@ -52,8 +52,8 @@ def test_shapes() -> None:
         "S : 'a.png';\nB : .bar A = [0,0] B = [0,0];\nA : .arrow A = [0,0] B = [1,0];\n"
         "D : .disc(2*3) C = [1,2];\nT : .label('it''s') C = [0,0];\nL : .line B.A D.C B.B;\n@0"
     )
-    kinds = [Shape.SPRITE, Shape.BAR, Shape.ARROW, Shape.DISC, Shape.LABEL, Shape.LINE]
-    assert [thing.shape for thing in scene.things] == kinds
+    kinds = ["sprite", "bar", "arrow", "disc", "label", "line"]
+    assert [thing.kind.word for thing in scene.things] == kinds
     assert [thing.number for thing in scene.things] == list(range(6))
     assert scene.things[3].radius == 6
     assert scene.things[4].text == "it's"
@@ -66,8 +66,9 @@ def test_options_before_and_after_anchors() -> None:
         "A : .bar .color('#F80') P = [0,0] .width(2.5) Q = [1,0] .layer(-3) .hidden;\nB : .bar P = [0,0] Q = [1,0];\n@0"
     )
     thing, plain = scene.things
-    assert (thing.color, thing.width, thing.layer, thing.hidden) == ((255, 136, 0), 2.5, -3, True)
-    assert (plain.color, plain.width, plain.layer, plain.hidden, plain.scale) == (None, None, None, False, 1.0)
+    first, second = thing.look, plain.look
+    assert (first.paint, first.width, first.layer, first.hidden) == ((255, 136, 0), 2.5, -3, True)
+    assert (second.paint, second.width, second.layer, second.hidden) == (INK, 7.0, None, False)
     assert scene.drawing_order() == (0, 1)
 
 
@@ -107,8 +108,8 @@ def test_a_pictures_path_starts_at_the_script() -> None:
     ):
         source = SourceText(path, text)
         scene = build(parse(source), source, image_size)
-        assert asked.pop() == expected == scene.things[0].image
-        assert scene.things[0].image_size == (10, 10)
+        assert asked.pop() == expected == scene.things[0].picture.image
+        assert scene.things[0].picture.image_size == (10, 10)
 
 
 @pytest.mark.parametrize("raises", [False, True])

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from movimentum.expressions import Expr, add, call, clock, const, div, mul, power, ratio
-from movimentum.scene.model import Shape
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.draft import drafted
 from movimentum.solver.accuracy.refinement import refined
@@ -281,7 +280,7 @@ def farthest(motion: PathMotion, some: Poses, others: Poses) -> float:
     ways = [
         np.hypot(*(some.world(thing.number, anchor.local) - others.world(thing.number, anchor.local)).T).max()
         for thing in motion.timeline.scene.things
-        if thing.shape is not Shape.LINE
+        if thing.kind.word != "line"
         for anchor in thing.anchors
     ]
     return float(max(ways))

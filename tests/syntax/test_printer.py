@@ -54,7 +54,8 @@ from movimentum.syntax.tree import (
     Suffix,
     Text,
 )
-from movimentum.syntax.words import BARE_OPTIONS, CLOCKS, FOLLOWERS, FUNCTIONS, SYNONYMS
+from movimentum.syntax.words import BARE_OPTIONS, CLOCKS, FUNCTIONS, SYNONYMS
+from movimentum.things.registry import KINDS
 from tests.understand import script_of, statement_of
 
 names = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,5}", fullmatch=True)
@@ -186,7 +187,7 @@ plain_items = st.one_of(
     st.builds(
         Definition,
         names,
-        st.sampled_from([ShapeWord(word) for word in FOLLOWERS]),
+        st.sampled_from([ShapeWord(word) for word, kind in KINDS.items() if kind.anchors is None]),
         st.lists(st.one_of(points, options_behind_points), max_size=2).map(tuple),
         suffixes,
     ),

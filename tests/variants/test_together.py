@@ -12,10 +12,12 @@ from movimentum.errors import NoSolutionError, ScriptError
 from movimentum.variants.axes import Axis, VariantGrid
 from movimentum.variants.family import Family
 from movimentum.variants.measures import read_measures
+from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.single import Variants
 from movimentum.variants.sweep import SweepJob
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand
+from tests.command import ROOT
 
 from .edited import varied
 
@@ -158,6 +160,73 @@ def test_dyads_that_bind_are_solved_together():
     rows = family.rows(np.arange(20))
     assert (rows.outcomes == 1).all()
     assert family.alone <= 2, family.reasons
+
+
+def gallery(name: str, *changes: tuple[str, str]) -> str:
+    """A gallery script with constants in place of numbers."""
+    text = (ROOT / "scripts" / f"{name}.mov").read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
+WHITWORTH = ".let e = 45; .let L = 190; .let q = 142; " + gallery(
+    "whitworth", ("axle + [0, r/2]", "axle + [0, e]"), ("T + [190, 0]", "T + [L, 0]"), ("Q + [142, 0]", "Q + [q, 0]")
+)
+"""Where the pin would leave its slot, an inequality ends the motion."""
+PLANETARY = ".let w = 240; .let q = 25; " + gallery("planetary", ("240*.t", "w*.t"), ("[0, 25]", "[0, q]"))
+CLOCKWORK = ".let w = 450; .let q = 88; " + gallery("clockwork", ("450*.t", "w*.t"), ("C + [0, 88]", "C + [0, q]"))
+GRAVITY = """
+.let L = 110; .let g = 300; .let v0 = 90;
+Bar : .bar P = [0,0]  M = P + [L/2,0]  Q = P + [L,0];   Link : .bar A = [0,0]  B = [140,0];
+@0  Bar.angle = 20*.t;  Bar.M = [200,200] + .i(v + .i([0,-g]));  v = [v0, v0*.cos(30*.t)];
+    Link.A = Bar.Q;  Link.B = [x, 100];  x > Bar.Q.x;
+@0.7 Bar.angle = 14 + 40*.t;
+@1
+"""
+FAMILIES = {
+    "inequality": (WHITWORTH, {"e": (20, 80), "L": (150, 230), "q": (120, 180)}, [".range(Ram.H.x)"]),
+    "planets": (PLANETARY, {"w": (200, 260), "q": (20, 30)}, [".range(Planet[1].T.x)", ".last(Carrier.angle)"]),
+    "clock": (CLOCKWORK, {"w": (400, 460), "q": (70, 90)}, [".range(Short.H.x)", ".last(Wheel.angle)"]),
+    "integrals": (GRAVITY, {"L": (80, 120), "g": (200, 400), "v0": (60, 110)}, [".min(Bar.Q.y)", ".mean(x)"]),
+}
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_families_are_solved_together_as_they_are_one_by_one(name):
+    text, ranges, measures = FAMILIES[name]
+    source, names = mv.loads(text).source, tuple(ranges)
+    low, high = np.array(list(ranges.values()), dtype=float).T
+    values = np.random.default_rng(1).uniform(low, high, (40, len(names)))
+    measured = read_measures([(f"m{k}", measure) for k, measure in enumerate(measures)])
+    family = SweepJob(source, Choices(), VariantGrid((Axis(names, values),)), measured).family()
+    rows = family.rows(np.arange(len(values)))
+    assert family.alone <= 4, family.reasons
+    if name == "inequality":
+        assert 5 < (rows.outcomes == VariantOutcome.BINDS.code).sum() < 35
+    alone = Variants(source, Choices(), names, measured)
+    for k in range(0, len(values), 8):
+        outcome, time, found = alone.row(dict(zip(names, values[k].tolist(), strict=True)))
+        assert rows.outcomes[k] == outcome.code
+        np.testing.assert_allclose(rows.times[k], time, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(rows.measures[k], found, rtol=1e-12, atol=1e-11)
+
+
+TEETH = """
+.let a = 0;
+A : .gear(20, 4)  C = [100,100]  T = C + [40,0];    B : .gear(30, 4)  C = [200,100]  T = C + [0,60];
+@0  A.C = [100,100];  B.C = [200,100];  A.angle = a + 90*.t;  .mesh(A, B) = 0;
+@1
+"""
+
+
+def test_the_gap_that_a_tooth_comes_into_is_chosen_for_each_variant():
+    values = np.linspace(0, 60, 25)
+    table = mv.loads(TEETH).sweep(a=values, measure={"t": ".first(B.angle)"})
+    for k in range(0, 25, 4):
+        assert table["t"][k] == pytest.approx(mv.loads(TEETH, a=values[k]).solve()["B.angle"][0], abs=1e-9)
+    assert np.ptp(table["t"] + values * 2 / 3) > 1.0, "not all are in the same gap"
 
 
 FOLLOWS = """

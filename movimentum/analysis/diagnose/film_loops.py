@@ -9,10 +9,12 @@ import numpy as np
 
 from movimentum.diagnostics import Diagnostic, Severity, insertion
 from movimentum.records import dataclass
-from movimentum.scene.model import Shape, Thing
+from movimentum.scene.model import Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import number
+from movimentum.things.kinds.disc import DISC
+from movimentum.things.kinds.toothed import GEAR
 
 SAME = 1e-6
 """Of the scene's size (angles: of a radian, colours: of the full range): poses that look the same."""
@@ -111,9 +113,9 @@ def _seen_turn(thing: Thing, turn: float) -> float:
     """
     if len(thing.anchors) > 1:
         return turn
-    if thing.shape is Shape.DISC:
+    if thing.kind is DISC:
         return 0.0
-    if thing.shape is Shape.GEAR and thing.teeth:
-        pitch = 360.0 / thing.teeth
+    if thing.kind is GEAR:
+        pitch = 360.0 / thing.toothed.teeth
         return turn - pitch * round(turn / pitch)
     return turn

@@ -12,12 +12,12 @@ from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import symbols
 from movimentum.records import dataclass
-from movimentum.scene.gears import pitch_radius, tooth_direction
-from movimentum.scene.model import Constraint, GearPair, Relation, Scene, Shape, Thing
+from movimentum.scene.model import Constraint, GearPair, Relation, Scene, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.text import number, time_text
+from movimentum.things.kinds.toothed import RACK
 
 PLAY = 0.05
 """In modules: how far from where they belong centres may be."""
@@ -28,7 +28,7 @@ MOST = 400
 
 
 @dataclass(frozen=True, slots=True)
-class _Meshing:
+class Meshing:
     """Two things whose teeth a constraint keeps in step; a rack comes first, and a ring before what runs in it."""
 
     constraint: Constraint
@@ -38,16 +38,16 @@ class _Meshing:
     @property
     def fitting(self) -> float:
         """The distance (of a rack: of its pitch line) at which pitch circles touch, in pixels."""
-        if self.first.shape is Shape.RACK:
-            return pitch_radius(self.second)
-        other = pitch_radius(self.second)
-        return pitch_radius(self.first) + (-other if self.first.inner else other)
+        if self.first.kind is RACK:
+            return self.second.toothed.pitch_radius
+        other = self.second.toothed.pitch_radius
+        return self.first.toothed.pitch_radius + (-other if self.first.toothed.inner else other)
 
     @property
     def ratio(self) -> float:
         """Degrees that the first has to turn for a degree of the second, where centres stand still."""
-        quotient = (self.second.teeth or 1) / (self.first.teeth or 1)
-        return quotient if self.first.inner else -quotient
+        quotient = self.second.toothed.teeth / self.first.toothed.teeth
+        return quotient if self.first.toothed.inner else -quotient
 
     def added_deg(self, poses: Poses) -> float:
         """The turn of the second at the first pose beyond what rolling from where all is drawn would give it."""
@@ -55,10 +55,10 @@ class _Meshing:
         here, there = (poses.world(each.number, each.anchors[0].local)[0] for each in (self.first, self.second))
         drawn = np.subtract(self.second.anchors[0].local, self.first.anchors[0].local)
         apart = there - here
-        if self.first.shape is Shape.RACK:
-            along, before = (math.radians(angle + tooth_direction(self.first)) for angle in (t1, 0.0))
+        if self.first.kind is RACK:
+            along, before = (math.radians(angle + self.first.tooth_direction) for angle in (t1, 0.0))
             moved = apart @ (math.cos(along), math.sin(along)) - drawn @ (math.cos(before), math.sin(before))
-            return t2 - t1 + math.degrees(moved / pitch_radius(self.second))
+            return t2 - t1 + math.degrees(moved / self.second.toothed.pitch_radius)
         swung = math.degrees(math.atan2(apart[1], apart[0]) - math.atan2(drawn[1], drawn[0]))
         swung = (swung + 180.0) % 360.0 - 180.0
         return t2 - swung - (t1 - swung) / self.ratio
@@ -67,16 +67,16 @@ class _Meshing:
         """(F,) the same as it is; of a rack, negative if the gear is on the side that has no teeth."""
         here = poses.world(self.first.number, self.first.anchors[0].local)
         apart = poses.world(self.second.number, self.second.anchors[0].local) - here
-        if self.first.shape is not Shape.RACK:
+        if self.first.kind is not RACK:
             return np.hypot(*apart.T)
-        along = np.radians(poses.angle[self.first.number] + tooth_direction(self.first))
+        along = np.radians(poses.angle[self.first.number] + self.first.tooth_direction)
         return np.cos(along) * apart[:, 1] - np.sin(along) * apart[:, 0]
 
 
 def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
     """An error for each ``.mesh`` whose centres do not have the right distance, with when that is first so."""
     scene = motion.timeline.scene
-    rest = {item.constraint.number: item for item in _meshings(scene)}
+    rest = {item.constraint.number: item for item in meshings(scene)}
     for segment_motion in motion.segments:
         active = {item.number for item in segment_motion.segment.active}
         here = [item for number, item in rest.items() if number in active]
@@ -88,9 +88,8 @@ def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
         times = [time for time in times if time < segment_motion.segment.end or time == start]
         poses = motion.poses_at(times[:: -(-len(times) // MOST)])
         for item in here:
-            assert item.first.module is not None
             distances = item.distances(poses)
-            bad = (np.abs(distances - item.fitting) > PLAY * item.first.module) & poses.solved
+            bad = (np.abs(distances - item.fitting) > PLAY * item.first.toothed.module) & poses.solved
             if bad.any():
                 place = int(np.argmax(bad))
                 del rest[item.constraint.number]
@@ -100,7 +99,7 @@ def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
 def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each ``.mesh`` that turns a thing at its beginning, so that its teeth are in gaps: by which angle."""
     scene = motion.timeline.scene
-    rest = {item.constraint.number: item for item in _meshings(scene)}
+    rest = {item.constraint.number: item for item in meshings(scene)}
     for segment_motion in motion.segments:
         here = [rest.pop(item.number) for item in segment_motion.segment.active if item.number in rest]
         if not here:
@@ -111,7 +110,7 @@ def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
             if abs(poses.angle[item.second.number][0]) <= TURNED_DEG:
                 turned, other = other, turned
                 added *= -item.ratio
-            if abs(added) > TURNED_DEG and turned.shape is not Shape.RACK:
+            if abs(added) > TURNED_DEG and turned.kind is not RACK:
                 message = f"`{turned.name}` is turned by {number(added, 6)} degrees, so that its teeth fit"
                 yield Diagnostic(
                     code="mesh/fitted",
@@ -122,30 +121,31 @@ def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
                 )
 
 
-def _meshings(scene: Scene) -> Iterator[_Meshing]:
+def meshings(scene: Scene) -> Iterator[Meshing]:
+    """All that ``.mesh`` states."""
     for item in scene.constraints():
         if item.relation is not Relation.EQUAL:
             continue
         for payload in symbols(*item.left, *item.right):
             if isinstance(payload, GearPair) and not payload.belt:
                 first, second = scene.things[payload.first], scene.things[payload.second]
-                if second.inner or second.shape is Shape.RACK:
+                if second.toothed.inner or second.kind is RACK:
                     first, second = second, first
-                yield _Meshing(item, first, second)
+                yield Meshing(item, first, second)
 
 
-def _told(item: _Meshing, distance: float, poses: Poses, i: int) -> Diagnostic:
+def _told(item: Meshing, distance: float, poses: Poses, i: int) -> Diagnostic:
     first, second, fits = item.first, item.second, item.fitting
     when = time_text(float(poses.times[i]))
-    if first.shape is Shape.RACK:
+    if first.kind is RACK:
         message = f"`{second.name}` is {number(distance)} from the pitch line of `{first.name}` at t = {when}"
         message += f", and their teeth fit at {number(fits)}, on the left of the rack"
-        radii = f"the pitch radius of `{second.name}` is {number(pitch_radius(second))}"
+        radii = f"the pitch radius of `{second.name}` is {number(second.toothed.pitch_radius)}"
         helps = (f"state it: `.across({_centre(second)}, {_end(first, 0)}, {_end(first, 1)}) = {number(fits, 6)};`",)
     else:
         message = f"the centres of `{first.name}` and `{second.name}` are {number(distance)} apart at t = {when}"
         message += f", and their teeth fit at {number(fits)}"
-        radii = f"the pitch radii are {number(pitch_radius(first))} and {number(pitch_radius(second))}"
+        radii = f"the pitch radii are {number(first.toothed.pitch_radius)} and {number(second.toothed.pitch_radius)}"
         helps = (f"put `{_centre(second)}` {number(fits, 6)} from `{_centre(first)}`{_place(item, poses, i)}",)
     return Diagnostic(
         code="mesh/distance",
@@ -157,7 +157,7 @@ def _told(item: _Meshing, distance: float, poses: Poses, i: int) -> Diagnostic:
     )
 
 
-def _place(item: _Meshing, poses: Poses, i: int) -> str:
+def _place(item: Meshing, poses: Poses, i: int) -> str:
     """Where that would be, in the direction in which it is."""
     here, there = (poses.world(each.number, each.anchors[0].local)[i] for each in (item.first, item.second))
     apart = there - here

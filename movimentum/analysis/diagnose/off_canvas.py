@@ -10,13 +10,17 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity
-from movimentum.scene.gears import pitch_radius, tooth_direction
-from movimentum.scene.looks import DISC_RADIUS, size_of, width_of
-from movimentum.scene.model import Scene, Shape, Thing
+from movimentum.scene.model import Scene, Thing
 from movimentum.scene.text_edits import resized
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import listed, number, time_text
+from movimentum.things.kinds.arrow import ARROW
+from movimentum.things.kinds.bar import BAR
+from movimentum.things.kinds.disc import Round
+from movimentum.things.kinds.label import LABEL
+from movimentum.things.kinds.sprite import SpriteImage
+from movimentum.things.kinds.toothed import GEAR, RACK, Toothed
 
 OUTSIDE, CUT_OFF = "canvas/outside", "canvas/cut-off"
 CHUNK = 2048
@@ -43,7 +47,7 @@ def leaving(motion: PathMotion, visible: Visible | None = None) -> Iterator[Diag
     scene = motion.timeline.scene
     if scene.config.size is None:
         return
-    things = [t for t in scene.things if t.is_body and not t.hidden and (t.anchors or t.shape is Shape.SPRITE)]
+    things = [t for t in scene.things if t.is_body and not t.hidden and (t.anchors or t.picture)]
     if not things:
         return
     outlines = [_outlines(thing) for thing in things]
@@ -68,13 +72,13 @@ def leaving(motion: PathMotion, visible: Visible | None = None) -> Iterator[Diag
             low = np.minimum(low, box[shown, :2].min(axis=0))
             high = np.maximum(high, box[shown, 2:].max(axis=0))
             over = np.maximum(-seen[:, :2], seen[:, 2:] - size) >= SLACK
-            if thing.shape is not Shape.LABEL:
+            if thing.kind is not LABEL:
                 over &= seen[:, 2:] - seen[:, :2] <= size  # a thing larger than the picture is not meant to fit
             away = np.maximum(box[:, :2] - size, -box[:, 2:]) >= _half_width(thing)
             for found, bad in ((cut, over.any(axis=1) & shown), (gone, away.any(axis=1) & shown)):
                 if bad.any() and thing.number not in found:
                     found[thing.number] = float(poses.times[int(np.argmax(bad))])
-    told = {*scene.mentioned, *(thing.number for thing in things if thing.shape is Shape.LABEL)}
+    told = {*scene.mentioned, *(thing.number for thing in things if thing.kind is LABEL)}
     cut = {t: time for t, time in cut.items() if t in told and t not in gone}
     if gone:
         yield _told(motion, gone, OUTSIDE, "outside the canvas", low, high)
@@ -112,25 +116,25 @@ def _outlines(thing: Thing) -> tuple[Points, Points]:
     A picture is assumed to fill at least the ellipse in its frame: wheels have clear corners.
     """
     anchors = [anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]
-    match thing.shape:
-        case Shape.SPRITE if thing.image_size is not None:
-            width, height = (side * thing.scale for side in thing.image_size)
+    match thing.own:
+        case SpriteImage(image_size=(_, _) as size, scale=scale):
+            width, height = (side * scale for side in size)
             turns = np.arange(24) * (np.pi / 12.0)
             x, y = 0.5 * width * (1.0 + np.cos(turns)), 0.5 * height * (1.0 + np.sin(turns))
             inside = [thing.placement.affine.apply(*point) for point in zip(x.tolist(), y.tolist(), strict=True)]
             corners = ((0.0, 0.0), (width, 0.0), (0.0, height), (width, height))
             return inside, [thing.placement.affine.apply(*corner) for corner in corners]
-        case Shape.LABEL:
-            size = size_of(thing)
+        case _ if thing.kind is LABEL:
+            size = thing.look.size
             x, y = anchors[0]
             least, most = (letter * size * len(thing.text or "") for letter in LETTERS)
             part = {"left": 0.0, "center": 0.5, "right": 1.0}[thing.look.align]
             near, far = x - part * least, x - part * most
             return [(near, y), (near + least, y + 0.5 * size)], [(far, y - 0.3 * size), (far + most, y + size)]
-        case Shape.DISC | Shape.GEAR:
-            return anchors[:1], anchors[:1]
-        case Shape.RACK:
+        case Toothed() if thing.kind is RACK:
             return _rack(thing)
+        case Round() | Toothed():
+            return anchors[:1], anchors[:1]
         case _ if thing.look.drawn is not None:
             drawn = [anchors[number] for number in thing.look.drawn]
             return drawn, drawn
@@ -140,15 +144,19 @@ def _outlines(thing: Thing) -> tuple[Points, Points]:
 
 def _radius(thing: Thing) -> float:
     """How far a round thing reaches from its centre."""
-    if thing.shape is Shape.GEAR and thing.module is not None:
-        return pitch_radius(thing) + thing.module * (3.25 if thing.inner else 1.0)
-    return (DISC_RADIUS if thing.radius is None else thing.radius) if thing.shape is Shape.DISC else 0.0
+    match thing.own:
+        case Round(radius):
+            return radius
+        case Toothed(module=module, inner=inner) as gear if thing.kind is GEAR:
+            return gear.pitch_radius + module * (3.25 if inner else 1.0)
+        case _:
+            return 0.0
 
 
 def _rack(thing: Thing) -> tuple[Points, Points]:
     """A rack's pitch line, and a box around it."""
-    module, teeth = thing.module or 0.0, thing.teeth or 1
-    turn = np.radians(tooth_direction(thing))
+    module, teeth = thing.toothed.module, thing.toothed.teeth
+    turn = np.radians(thing.tooth_direction)
     x, y = thing.anchors[0].local
     c, s = float(np.cos(turn)), float(np.sin(turn))
     begin, end = -0.5 * np.pi * module, (teeth - 0.5) * np.pi * module
@@ -162,9 +170,9 @@ def _rack(thing: Thing) -> tuple[Points, Points]:
 
 def _half_width(thing: Thing) -> float:
     """How far the line of a thing reaches around its points."""
-    if thing.shape is Shape.ARROW:
-        return 2.0 * width_of(thing)
-    return 0.5 * width_of(thing) if thing.shape in (Shape.BAR, Shape.PLATE) else 0.5 * (thing.width or 0.0)
+    if thing.kind is ARROW:
+        return 2.0 * thing.look.width
+    return 0.5 * thing.look.width if thing.kind.broad else 0.5 * (thing.look.outline or 0.0)
 
 
 def _opaque(thing: Thing, poses: Poses) -> NDArray[np.bool_]:
@@ -180,7 +188,7 @@ def _told(
     first = min(when, key=lambda t: (when[t], t))
     others = [f"`{scene.things[t].name}` from t = {time_text(when[t])} on" for t in sorted(when) if t != first]
     width, height = scene.config.size
-    margin = max((width_of(t) for t in scene.things if t.shape in (Shape.BAR, Shape.ARROW)), default=0.0)
+    margin = max((t.look.width for t in scene.things if t.kind in (BAR, ARROW)), default=0.0)
     left, bottom = (float(np.floor(value - margin)) for value in low)
     right, top = (float(np.ceil(value + margin)) for value in high)
     notes = [

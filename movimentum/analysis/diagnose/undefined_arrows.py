@@ -6,14 +6,15 @@ from collections.abc import Iterator
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import symbol
-from movimentum.scene.model import AnchorCoordinate, Shape
+from movimentum.scene.model import AnchorCoordinate
 from movimentum.solver.motion import PathMotion
+from movimentum.things.kinds.vector import VectorScale
 
 
 def undefined_arrows(motion: PathMotion) -> Iterator[Diagnostic]:
     """A warning for each vector that is not drawn in some step because a wish draws what it is about."""
     things = motion.timeline.scene.things
-    vectors = [thing for thing in things if thing.shape is Shape.VECTOR and thing.figure.acceleration is not None]
+    vectors = [thing for thing in things if isinstance(thing.own, VectorScale) and thing.own.acceleration is not None]
     if not vectors:
         return
     from movimentum.solver.rates.rates import UndefinedRate, rates_at  # only vectors need it

@@ -55,11 +55,29 @@ def linear(block: Linear, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray
     m = len(block.core)
     if m == 1:
         return (np.divide(values[1], values[0]),)
-    shape = np.broadcast_shapes(*(np.shape(value) for value in values))
-    matrix = np.stack([np.broadcast_to(value, shape) for value in values[: m * m]], axis=-1).reshape(*shape, m, m)
-    right = np.stack([np.broadcast_to(value, shape) for value in values[m * m :]], axis=-1)
-    solution = solutions(matrix, right)
+    solution = solutions(
+        _stacked(values[: m * m], values).reshape(*_shape(values), m, m), _stacked(values[m * m :], values)
+    )
     return tuple(solution[..., j] for j in range(m))
+
+
+def determinant(block: Linear, u: State, k: Sequence[FloatArray]) -> FloatArray:
+    """Of a linear block's matrix, as it broadcasts."""
+    m = len(block.core)
+    values = block.system(u, k)[: m * m]
+    if m == 1:
+        return np.asarray(values[0])
+    return np.asarray(np.linalg.det(np.nan_to_num(_stacked(values, values)).reshape(*_shape(values), m, m)))
+
+
+def _shape(values: Sequence[Any]) -> tuple[int, ...]:
+    return np.broadcast_shapes(*(np.shape(value) for value in values))
+
+
+def _stacked(some: Sequence[Any], values: Sequence[Any]) -> FloatArray:
+    """``some`` of ``values`` in a last axis, all of the shape that the ``values`` broadcast to."""
+    shape = _shape(values)
+    return np.stack([np.broadcast_to(value, shape) for value in some], axis=-1)
 
 
 def fill_explicit(block: Block, u: State, k: Sequence[FloatArray]) -> None:

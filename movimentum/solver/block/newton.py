@@ -7,12 +7,15 @@ relative to the largest singular value.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Free
+from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.records import dataclass
+from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import chord_newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import RANK_TOLERANCE, relative_error, scaled
@@ -20,6 +23,8 @@ from movimentum.solver.block.scaling import RANK_TOLERANCE, relative_error, scal
 STEP_TOLERANCE = 1e-14
 """In units of the unknowns' scale."""
 LAST_STEP = 1e-8
+SAME_POINT = 1e-11
+"""Relative residual, and last step, of a solution across variants."""
 SOLVED = 1e-9
 """Relative residual of a solution."""
 EXACT = 1e-14
@@ -210,3 +215,50 @@ def unrolled(problem: BlockProblem, x: FloatArray, step: Compiled) -> BoolArray:
     good = (last <= LAST_STEP) & ~far
     x[:, ~good] = start[:, ~good]
     return good
+
+
+def newton_across(
+    block: Newton,
+    state: State,
+    clocks: Sequence[FloatArray],
+    x: FloatArray,
+    scale: FloatArray,
+    iterations: int = 8,
+) -> tuple[FloatArray, BoolArray, FloatArray]:
+    """Newton's method for V variants at one instant each, from core values ``x`` (V, n): where it ends, whether that is
+    a solution (V,), and the determinant (V,) of the Jacobian with rows and unknowns of size one.
+
+    ``state`` holds the inputs, numbers or (V, 1).
+    """
+    assert block.residual is not None
+    assert block.jacobian is not None
+    count, size = x.shape
+    rows = len(block.residuals)
+    inner: State = list(state)
+    converged = np.zeros(count, dtype=np.bool_)
+    determinant = np.zeros(count)
+    for _ in range(iterations):
+        for j, n in enumerate(block.core):
+            inner[n] = x[:, j : j + 1]
+        residual = np.empty((count, rows))
+        jacobian = np.zeros((count, rows, size))
+        for i, value in enumerate(block.residual(inner, clocks)):
+            residual[:, i : i + 1] = value
+        for (i, j), value in zip(block.entries, block.jacobian(inner, clocks), strict=True):
+            jacobian[:, i, j : j + 1] = value
+        jacobian *= scale[:, None]
+        lengths = np.sqrt(np.einsum("vij,vij->vi", jacobian, jacobian))
+        jacobian /= np.maximum(lengths, 1e-300)[..., None]
+        residual /= np.maximum(lengths, 1e-300)
+        determinant = np.asarray(np.linalg.det(np.nan_to_num(jacobian)))
+        able = (
+            (np.abs(determinant) > 1e-14) & np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
+        )
+        matrix = np.where(able[:, None, None], jacobian, np.eye(size))
+        step = np.linalg.solve(matrix, np.where(able[:, None], residual, 0.0)[..., None])[..., 0]
+        moved = np.max(np.abs(step), axis=1)
+        x = x - step * scale
+        converged = able & (np.max(np.abs(residual), axis=1) <= SAME_POINT) & (moved <= SAME_POINT)
+        if (converged & (moved <= 10.0 * STEP_TOLERANCE) | ~able).all():
+            break
+    return x, converged, determinant

@@ -20,15 +20,19 @@ SELECTOR_TOLERANCE = 1e-9
 RADIAN = math.degrees(1.0)
 
 
-def scale_of(plan: Plan, unknowns: Sequence[int]) -> FloatArray:
-    """The natural size of each unknown: 1 for a direction, a radian for an angle, else the scene's size."""
+def scale_of(plan: Plan, unknowns: Sequence[int], size: FloatArray | None = None) -> FloatArray:
+    """The natural size of each unknown (n,): 1 for a direction, a radian for an angle, else the scene's size.
+
+    (V, n) for V variants whose scenes have the sizes ``size`` (V,).
+    """
     sizes: list[float] = []
     for n in unknowns:
         payload = plan.system.unknowns[n].payload
         sizes.append(
-            1.0 if isinstance(payload, PoseCos | PoseSin) else RADIAN if isinstance(payload, ThingAngle) else plan.size
+            1.0 if isinstance(payload, PoseCos | PoseSin) else RADIAN if isinstance(payload, ThingAngle) else 0.0
         )
-    return np.array(sizes)
+    fixed = np.array(sizes)
+    return np.where(fixed > 0.0, fixed, plan.size if size is None else size[:, None])
 
 
 def track_scale(plan: Plan, block: Block) -> FloatArray:

@@ -16,6 +16,7 @@ from movimentum.planning.blocks.kinds import Block, Linear, Newton
 from movimentum.planning.codegen.generate import Compiled
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.solver.basis.memory import code_of
+from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import Gap, NodeTrack, Path
@@ -101,9 +102,7 @@ def _values_of(
     """(count,) for each divisor; of a linear block the last one is its determinant."""
     rows = [] if divisors is None else [np.broadcast_to(value, count) for value in divisors(state, clocks)]
     if isinstance(block, Linear):
-        m = len(block.core)
-        matrix = np.stack([np.broadcast_to(v, count) for v in block.system(state, clocks)[: m * m]], axis=-1)
-        rows.append(np.linalg.det(np.nan_to_num(matrix).reshape(count, m, m)) if m > 1 else matrix[:, 0])
+        rows.append(np.broadcast_to(closed_form.determinant(block, state, clocks), count))
     return rows
 
 

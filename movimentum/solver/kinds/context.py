@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block, BlockBase
@@ -13,6 +13,7 @@ from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import Choice, Gap, Path, Track
+from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.solver.solutions.newton_starts import Starts
 
@@ -78,3 +79,14 @@ class Kernel(Generic[B]):
     def evaluate(self, path: Path, block: B, track: Track, state: State, instants: Instants) -> BoolArray | None:
         """Set the core; returns where there is no solution, or None."""
         return None
+
+    def lifted(self, block: B, lift: Lift) -> dict[str, Any]:
+        """The fields of a lifted block (see `solver.kinds.across`) that only this kind has; `NotImplementedError` where
+        blocks of this kind are not solved across variants.
+        """
+        raise NotImplementedError(type(block).__name__)
+
+    def across(self, run: Across, block: B, choice: Any) -> None:
+        """Set the core for all variants at all instants, given ``choice``: the sign (V, 1) of a quadratic block, the
+        core (V, n) that a loop begins with.
+        """

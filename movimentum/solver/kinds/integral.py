@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
@@ -12,11 +14,14 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.poles import first_pole
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, TotalTrack, Track
+from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 
 HALVINGS = 20
 AIM, COARSE = 1e-13, 1e-5
 """What the two halves of an interval may differ by from the whole, relative to the largest; at most, see `follow`."""
+ROUGH = 1e-12
+"""Of an integral: what may be missed at the ends of intervals, across variants."""
 UNSETTLED = 1e6
 """In units of what is aimed at: what an interval at a pole disagrees by is no smaller than a millionth of the whole."""
 JUMPS_EVERY = 4
@@ -84,6 +89,18 @@ _TO_THE_END = np.array([np.prod([(1.0 - other) / (x - other) for other in _GAUSS
 """Of values at these points: what a polynomial through them comes to at 1."""
 
 
+_ANTIDERIVATIVES = np.column_stack([_GAUSS_X ** (k + 1) / (k + 1) - (-1.0) ** (k + 1) / (k + 1) for k in range(8)])
+_WITHIN = _ANTIDERIVATIVES @ np.linalg.inv(_GAUSS_X[:, None] ** np.arange(8))
+"""Of values at these points: what a polynomial through them integrates to, from -1 to each of them."""
+
+
+def with_points(tau: FloatArray) -> FloatArray:
+    """``tau`` (T,) with the points of the quadrature between each two."""
+    low, high = tau[:-1, None], tau[1:, None]
+    inner = np.concatenate([low, 0.5 * (low + high) + 0.5 * (high - low) * _GAUSS_X], axis=1)
+    return np.append(inner.reshape(-1), tau[-1:])
+
+
 def accumulated(path: Path, block: Integral, track: TotalTrack, tau: FloatArray) -> FloatArray:
     """(F,) the integral at ``tau``: the last node's total plus Gauss–Legendre quadrature from there.
 
@@ -130,6 +147,35 @@ class IntegralKernel(Kernel[Integral]):
     def first_track(self, path: Path, block: Integral, choice: Choice) -> TotalTrack:
         """The track where a path is one instant long."""
         return TotalTrack(np.array([path.begin]), np.array(choice.values))
+
+    def lifted(self, block: Integral, lift: Lift) -> dict[str, Any]:
+        """The integrand."""
+        (equation,) = (lift.plan.system.equations[e] for e in block.equations)
+        assert equation.integrand is not None
+        return {"integrand": lift.code([lift.formula(equation.integrand)])}
+
+    def across(self, run: Across, block: Integral, choice: Any) -> None:
+        """Set the total. Where the integrand does not go on as between the quadrature's points, it is rough."""
+        (n,) = block.core
+        (value,) = block.integrand(run.state, run.instants.clocks)
+        values, tau = np.broadcast_to(value, run.shape), np.broadcast_to(run.instants.tau, run.shape)
+        begun = np.reshape(run.before.get(n, 0.0), (-1, 1))
+        if not run.quadrature:  # nearby instants
+            steps = 0.5 * np.diff(tau, axis=1) * (values[:, 1:] + values[:, :-1])
+            run.state[n] = begun + np.concatenate([np.zeros((len(values), 1)), np.cumsum(steps, axis=1)], axis=1)
+            return
+        points = len(_GAUSS_X)
+        parts = values[:, :-1].reshape(len(values), -1, points + 1)
+        half = 0.5 * np.diff(tau[:, :: points + 1], axis=1)
+        totals = np.concatenate([begun + np.zeros_like(half[:, :1]), half * (parts[:, :, 1:] @ _GAUSS_W)], axis=1)
+        totals = np.cumsum(totals, axis=1)
+        within = totals[:, :-1, None] + half[:, :, None] * (parts[:, :, 1:] @ _WITHIN.T)
+        inside = np.concatenate([totals[:, :-1, None], within], axis=2).reshape(len(values), -1)
+        run.state[n] = np.concatenate([inside, totals[:, -1:]], axis=1)
+        ends = np.abs(parts[:, :, 1:] @ _TO_THE_END[::-1] - parts[:, :, 0])
+        ends += np.abs(parts[:, :, 1:] @ _TO_THE_END - values[:, points + 1 :: points + 1])
+        missed = np.sum(half * (1.0 - _GAUSS_X[-1]) * ends, axis=1)
+        run.rough |= ~(missed <= ROUGH * np.maximum(np.sum(half * np.abs(parts[:, :, 1]), axis=1), 1e-300))
 
     def follow(self, path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[Gap]) -> TotalTrack:
         """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves, at

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import BoolArray
+from movimentum.expressions import Expr, walk
 from movimentum.planning.blocks.kinds import (
     Assign,
     Block,
@@ -20,10 +21,13 @@ from movimentum.planning.blocks.kinds import (
     Velocity,
     Winding,
 )
+from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Gap, Path, StillTrack, Track
+from movimentum.solver.kinds.across import Across, Lift
+from movimentum.solver.kinds.assign import AssignKernel
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.kinds.integral import IntegralKernel
 from movimentum.solver.kinds.linear import LinearKernel
@@ -34,7 +38,7 @@ from movimentum.solver.kinds.velocity import VelocityKernel
 from movimentum.solver.kinds.winding import WindingKernel
 
 KERNELS: Mapping[type[Block], Kernel[Any]] = {
-    Assign: Kernel[Assign](),
+    Assign: AssignKernel(),
     Linear: LinearKernel(),
     Quadratic: QuadraticKernel(),
     Newton: NewtonKernel(),
@@ -88,3 +92,30 @@ def evaluate(path: Path, block: Block, track: Track, state: State, instants: Ins
         if not finite.all():
             failed = ~np.broadcast_to(finite, len(instants)) if failed is None else failed | ~finite
     return None if failed is None else np.broadcast_to(failed, len(instants))
+
+
+def lifted(block: Block, lift: Lift) -> Block:
+    """A block whose code reads the constants that vary; `NotImplementedError` for a kind that cannot be lifted."""
+    given = tuple((n, lift.formula(root)) for n, root in block.given)
+    formulas = tuple((n, lift.formula(root)) for n, root in block.formulas)
+    phases = list(dict.fromkeys(angle for angle in _angles(formulas) if angle.value is None))
+    common: dict[str, Any] = {
+        "given": given,
+        "explicit": lift.code([root for _, root in given]) if given else None,
+        "formulas": formulas,
+        "phases": lift.code(phases) if phases else None,
+        "divisors": tuple(map(lift.formula, block.divisors)),
+        "identity": 0,
+    }
+    return replace(block, **common, **KERNELS[type(block)].lifted(block, lift))
+
+
+def _angles(formulas: Sequence[tuple[int, Expr]]) -> Iterator[Expr]:
+    roots = [root for _, root in formulas]
+    return (node.args[0] for node in walk(*roots) if node.op in ("sind", "cosd", "tand"))
+
+
+def across(run: Across, block: Block, choice: Any = 1.0) -> None:
+    """Set the state of all variants at all instants for one lifted block (see `Kernel.across`)."""
+    KERNELS[type(block)].across(run, block, choice)
+    fill_explicit(block, run.state, run.instants.clocks)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
@@ -12,6 +14,7 @@ from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import Choice, Gap, Path, Track
+from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Kernel
 
 INSTANT = 1e-12
@@ -47,6 +50,16 @@ class LinearKernel(Kernel[Linear]):
         """Set the core."""
         for n, value in zip(block.core, closed_form.linear(block, start.state, start.instants.clocks), strict=True):
             start.state[n] = value * np.ones(2)
+
+    def lifted(self, block: Linear, lift: Lift) -> dict[str, Any]:
+        """The system of equations."""
+        entries = tuple(map(lift.formula, block.entries))
+        return {"entries": entries, "system": lift.code(entries)}
+
+    def across(self, run: Across, block: Linear, choice: Any) -> None:
+        """Set the core."""
+        for n, value in zip(block.core, closed_form.linear(block, run.state, run.instants.clocks), strict=True):
+            run.state[n] = value
 
     def evaluate(self, path: Path, block: Linear, track: Track, state: State, instants: Instants) -> BoolArray | None:
         """Set the core."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from itertools import count
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,9 @@ from movimentum.solver.continuation.runaways import pole_ahead
 from movimentum.solver.continuation.trace import trace
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, PolynomialTrack, Track
 from movimentum.solver.free.velocity import FreeVelocity, field_of
+from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.loops import follow_loop
 from movimentum.solver.solutions.newton_starts import Starts, newton_starts
 
 FEW = 16
@@ -205,6 +208,22 @@ class NewtonKernel(Kernel[Newton]):
             gaps.append(gap)
             track = replace(track, until=gap.begin)
         return track
+
+    def lifted(self, block: Newton, lift: Lift) -> dict[str, Any]:
+        """The equations and their slopes."""
+        if not block.is_square:
+            raise NotImplementedError("blocks with freedom left")
+        residuals, slopes = tuple(map(lift.formula, block.residuals)), tuple(map(lift.formula, block.slopes))
+        return {
+            "residuals": residuals,
+            "slopes": slopes,
+            "residual": lift.code(residuals),
+            "jacobian": lift.code(slopes),
+        }
+
+    def across(self, run: Across, block: Newton, choice: Any) -> None:
+        """Follow the loop from the core ``choice`` (V, n)."""
+        run.ends[block.number] = follow_loop(run, block, choice)
 
     def evaluate(self, path: Path, block: Newton, track: Track, state: State, instants: Instants) -> BoolArray | None:
         """Set the core; returns where there is no solution."""

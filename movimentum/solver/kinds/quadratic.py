@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.coincidences import with_coincidences
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack, Track
+from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 
 ALWAYS_ONE, SPIKES = 1e-20, 1e-14
@@ -82,6 +84,20 @@ class QuadraticKernel(Kernel[Quadratic]):
     def first_track(self, path: Path, block: Quadratic, choice: Choice) -> SignTrack:
         """The track where a path is one instant long."""
         return SignTrack(choice.sign, np.zeros(0))
+
+    def lifted(self, block: Quadratic, lift: Lift) -> dict[str, Any]:
+        """The two solutions."""
+        margin = lift.formula(block.margin)
+        roots = [lift.formula(root) for _, root in block.formulas[: len(block.core)]]
+        normal = None if block.normal is None else tuple(map(lift.formula, block.normal))
+        return {"margin": margin, "solution": lift.code([margin, *roots]), "normal": normal}
+
+    def across(self, run: Across, block: Quadratic, choice: Any) -> None:
+        """Set the core on the branches of the sign ``choice``; the margin is among those of ``run``."""
+        margin, *core = closed_form.quadratic(block, run.state, run.instants.clocks).branch(choice)
+        run.margins[block.number] = margin
+        for n, value in zip(block.core, core, strict=True):
+            run.state[n] = value
 
     def follow(self, path: Path, grid: Grid, block: Quadratic, choice: Choice, gaps: list[Gap]) -> SignTrack:
         """The track of a quadratic block, with its change points; where it has no solution is added to ``gaps``."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import AngleTrack, Choice, Gap, Path, Track
+from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 
 
@@ -26,6 +28,15 @@ def principal(block: Winding, state: State, k: Sequence[FloatArray]) -> FloatArr
 def wound(angle: FloatArray, guess: FloatArray) -> FloatArray:
     """``angle`` plus the full turns that bring it nearest to ``guess``."""
     return angle + 360.0 * np.rint((guess - angle) / 360.0)
+
+
+def unwound_from(angle: FloatArray, guess: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of directions (…, T): the first, with the turns that bring it nearest to ``guess`` (…, 1), and the steps from
+    each to the next, without whole turns.
+    """
+    steps = np.diff(angle, axis=-1)
+    steps -= 360.0 * np.rint(steps / 360.0)
+    return wound(angle[..., :1], guess), steps
 
 
 class WindingKernel(Kernel[Winding]):
@@ -52,14 +63,25 @@ class WindingKernel(Kernel[Winding]):
         """The track where a path is one instant long."""
         return AngleTrack(np.array([path.begin]), np.array(choice.values))
 
+    def lifted(self, block: Winding, lift: Lift) -> dict[str, Any]:
+        """The direction."""
+        (equation,) = (lift.plan.system.equations[e] for e in block.equations)
+        return {"direction": lift.code([lift.formula(part) for part in equation.residual.args[1].args[0].args])}
+
+    def across(self, run: Across, block: Winding, choice: Any) -> None:
+        """Set the angle, nearest to what it was before at first."""
+        (n,) = block.core
+        angle = np.broadcast_to(principal(block, run.state, run.instants.clocks), run.shape)
+        first, steps = unwound_from(angle, np.reshape(run.before.get(n, 0.0), (-1, 1)))
+        run.turned = np.maximum(run.turned, np.max(np.abs(steps), axis=1, initial=0.0))
+        run.state[n] = first + np.concatenate([np.zeros((len(angle), 1)), np.cumsum(steps, axis=1)], axis=1)
+
     def follow(self, path: Path, grid: Grid, block: Winding, choice: Choice, gaps: list[Gap]) -> AngleTrack:
         """The track: the angle at the nodes, which are close enough to count turns between them."""
         with np.errstate(all="ignore"):
             angle = np.broadcast_to(principal(block, grid.state, grid.instants.clocks), len(grid.tau)).copy()
         angle = np.where(np.isfinite(angle), angle, 0.0)
-        steps = np.diff(angle)
-        steps -= 360.0 * np.rint(steps / 360.0)
-        first = wound(angle[:1], np.array(choice.values))
+        first, steps = unwound_from(angle, np.array(choice.values))
         return AngleTrack(grid.tau, first + np.concatenate([[0.0], np.cumsum(steps)]))
 
     def evaluate(self, path: Path, block: Winding, track: Track, state: State, instants: Instants) -> BoolArray | None:

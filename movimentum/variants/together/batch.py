@@ -7,17 +7,27 @@ from typing import Any
 
 import numpy as np
 
+from movimentum.analysis.diagnose.meshing import PLAY, meshings
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
-from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
+from movimentum.scene.model import AnchorCoordinate, Shape, ThingAngle, VariableComponent
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
+from movimentum.solver.kinds.across import column
 from movimentum.variants.lowered import FrameMoments, LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
 from movimentum.variants.together.following import INTERVALS, SegmentGrid, follow_together, segment_grid
-from movimentum.variants.together.pattern import NotTogether, Pattern, SegmentPattern, State, anchors_read, numbered
+from movimentum.variants.together.pattern import (
+    NotTogether,
+    Pattern,
+    SegmentPattern,
+    anchors_read,
+    filled,
+    numbered,
+)
 from movimentum.variants.together.poses import BodyPose, Places
-from movimentum.variants.together.running import column
 
 ELEMENTS = 60_000
 """Variants times instants that are solved at once: few enough for the processor's caches."""
@@ -91,6 +101,7 @@ class Batch:
             )
             for each in expressions
         ]
+        self.meshings = list(meshings(self.pattern.scene))
         self.clocks = Clocks()
         self.reading = compiled(made, self.clocks)
         self.moments = None if self.lowered is None else FrameMoments(self.lowered.timeline)
@@ -120,7 +131,7 @@ class Batch:
                 some, still = self.rows(constants[left])
                 rows.measures[left], rows.outcomes[left], rows.times[left] = some.measures, some.outcomes, some.times
                 unsure[left] = still
-                if still.mean() > 0.8:  # that is not why
+                if finer > 2 and still.mean() > 0.8:  # that is not why
                     break
         finally:
             self.intervals = usual
@@ -170,11 +181,17 @@ class Batch:
             moving = outcomes == 0
             course.unsure |= followed.unsure & moving
             course.lost |= followed.off & moving
-            bound = np.isfinite(followed.binds) & moving
+            binds = followed.binds
+            violating = np.isfinite(followed.violates) & moving & ~course.unsure
+            if violating.any():
+                ends = self._ends(segment, course, choices, carried, followed.violates, violating)
+                binds, course.unsure = np.where(ends, followed.violates, binds), course.unsure | violating & ~ends
+            bound = np.isfinite(binds) & moving
             outcomes[bound] = VariantOutcome.BINDS.code
-            course.times[bound] = float(segment.segment.start) + followed.binds[bound]
+            course.times[bound] = float(segment.segment.start) + binds[bound]
             before = carried
             poses = places.solved(segment, followed.state, carried.poses if carried is not None else {})
+            course.unsure |= self._misplaced(segment, places, poses) & (outcomes == 0)
             if before is not None:
                 jumped = self._jumped(segment, places, poses, before, size) & (outcomes == 0)
                 course.unsure |= jumped
@@ -182,6 +199,57 @@ class Batch:
             yield SegmentRun(segment, grid, followed.state, poses, choices, places.count)
             choices = _at_end(segment, followed.state, choices)
             carried = _carried(segment, poses, followed.state, before)
+
+    def _ends(
+        self,
+        segment: SegmentPattern,
+        course: BatchCourse,
+        choices: dict[int, FloatArray],
+        carried: Carried | None,
+        times: FloatArray,
+        violating: BoolArray,
+    ) -> BoolArray:
+        """(V,) which of the variants ``violating``, which come to violate an inequality at ``times``, have no other
+        solution behind that (see `solver.solver`), so that they end there.
+        """
+        some = np.nonzero(violating)[0]
+        places = Places(self.pattern, [value[some] for value in course.places.varied])
+        size, length = course.size[some], segment.length
+        tau = times[some]
+        own = {number: choice[some] for number, choice in choices.items()}
+        with np.errstate(all="ignore"):
+            state = segment.solve(segment.run(places.varied, tau[:, None], size), own, continued=False).state
+            poses = places.solved(segment, state, {} if carried is None else _some(carried, some).poses)
+            there = _carried(segment, poses, state, None if carried is None else _some(carried, some))
+            resume = np.minimum(tau + max(1e-9 * length, 1e-15), length)
+            for _ in range(40):  # just far enough for the violation to be seen
+                run = segment.solve(segment.run(places.varied, resume[:, None], size), own, continued=False)
+                slack = segment.selectors(filled(run.state), run.instants.clocks)
+                least = np.min([np.broadcast_to(value, (len(some), 1))[:, 0] for value in slack], axis=0)
+                seen = (least < -2.0 * SELECTOR_TOLERANCE * size) | (resume >= length)
+                if seen.all():
+                    break
+                resume = np.where(seen, resume, np.minimum(tau + 2.0 * (resume - tau), length))
+            began = VariantBeginning(places, segment, there, size, resume).began()
+        ends = np.zeros(len(times), dtype=np.bool_)
+        ends[some] = began.none & ~began.unsure
+        return ends
+
+    def _misplaced(self, segment: SegmentPattern, places: Places, poses: dict[int, BodyPose]) -> BoolArray:
+        """(V,) whether gears may come to be where their teeth do not fit, see `analysis.diagnose.meshing`."""
+        misplaced = np.zeros(places.count, dtype=np.bool_)
+        active = {constraint.number for constraint in segment.segment.active if constraint.paired}
+        for item in self.meshings if active else ():
+            if item.constraint.number not in active:
+                continue
+            (x, y), (u, v) = (
+                poses.get(thing.number, BodyPose()).world(places.local(thing.number, 0))
+                for thing in (item.first, item.second)
+            )
+            off = np.abs(np.hypot(u - x, v - y) - item.fitting)
+            largest = np.max(np.broadcast_to(off, (places.count, np.shape(off)[-1] if np.ndim(off) else 1)), axis=1)
+            misplaced |= ~(largest <= 0.9 * PLAY * (item.first.module or 0.0)) | (item.first.shape is Shape.RACK)
+        return misplaced
 
     def _jumped(
         self, segment: SegmentPattern, places: Places, poses: dict[int, BodyPose], before: Carried, size: FloatArray
@@ -204,11 +272,21 @@ class Batch:
         return jumped
 
 
+def _some(carried: Carried, chosen: IntArray) -> Carried:
+    """What the variants ``chosen`` bring."""
+
+    def part(value: Any) -> Any:
+        return value[chosen] if np.ndim(value) and len(value) > 1 else value
+
+    poses = {n: BodyPose(*map(part, (p.x, p.y, p.c, p.s, p.angle))) for n, p in carried.poses.items()}
+    return Carried(poses, {payload: part(value) for payload, value in carried.others.items()})
+
+
 def _at_end(segment: SegmentPattern, state: State, choices: dict[int, FloatArray]) -> dict[int, FloatArray]:
     """The choices with which the same constraints go on."""
     found = dict(choices)
     for item in segment.blocks:
-        if item.newton:
+        if item.block.iterative:
             last = [column(state[n], -1) for n in item.block.core]
             found[item.block.number] = np.concatenate(np.broadcast_arrays(*last), axis=1)
     return found

@@ -13,27 +13,29 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Newton, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.records import dataclass
-from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
+from movimentum.scene.model import Anonymous, Bearing, ThingAngle, VariableComponent
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE
+from movimentum.solver.block.closed_form import fill_explicit
+from movimentum.solver.block.newton import newton_across
+from movimentum.solver.kinds.across import column
+from movimentum.solver.kinds.kernels import across
 from movimentum.solver.start.costs import SAME, TIE, TURN
 from movimentum.solver.start.judgements import CHECK_TOLERANCE, SELECTOR_TOLERANCE, Judgements
 from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.search import independent_parts
 from movimentum.variants.together.pattern import (
     MOST_CHOICES,
-    BlockFormulas,
     NotTogether,
     SegmentPattern,
-    State,
+    filled,
     instants_of,
 )
 from movimentum.variants.together.poses import BodyPose, Places, laid
 from movimentum.variants.together.roots import SAME as SAME_ROOT
-from movimentum.variants.together.roots import all_roots, newton_together
-from movimentum.variants.together.running import column, core_scale, give, solve_block, wind
+from movimentum.variants.together.roots import all_roots
 
 CLOSE = 1e-7
 """Costs that differ by less are a close call, and so is a margin that is nearer to zero (times its tolerance)."""
@@ -64,14 +66,22 @@ class Began:
 
 
 class VariantBeginning:
-    """Chooses for V variants of one segment."""
+    """Chooses for V variants of one segment, at its beginning or at offsets ``tau`` (V,)."""
 
-    def __init__(self, places: Places, pattern: SegmentPattern, carried: Carried | None, size: FloatArray) -> None:
+    def __init__(
+        self,
+        places: Places,
+        pattern: SegmentPattern,
+        carried: Carried | None,
+        size: FloatArray,
+        tau: FloatArray | None = None,
+    ) -> None:
         self.places, self.pattern, self.carried, self.size = places, pattern, carried, size
         self.count = places.count
-        ahead = 1e-4 * pattern.length if pattern.length > 0.0 else 1e-4
-        self.instants = instants_of(pattern, np.array([0.0, ahead]))
-        self.state: State = pattern.state(places.varied)
+        two = np.array([0.0, pattern.ahead])
+        self.instants = instants_of(pattern, two if tau is None else tau[:, None] + two)
+        self.run = pattern.run(places.varied, self.instants, size, self.angles_before())
+        self.state = self.run.state
         plan = pattern.plan
         self.owner = {n: block.number for block in plan.blocks for n in block.unknowns}
         self.judgements = Judgements(plan, [None] * pattern.unknowns, (), self.owner)
@@ -81,7 +91,7 @@ class VariantBeginning:
     def began(self) -> Began:
         """The choice of every block."""
         plan, clocks = self.pattern.plan, self.instants.clocks
-        branching = {block.number for block in plan.blocks if isinstance(block, Quadratic | Newton)}
+        branching = {block.number for block in plan.blocks if block.branches}
         rank = solving_order(plan.blocks, self.owner, branching)
         touched, parts = independent_parts(plan, branching, rank, self.judgements)
         split = self._is_split(touched)
@@ -122,45 +132,42 @@ class VariantBeginning:
 
     def solve(self, number: int, choice: FloatArray | None) -> Any:
         """Set the state, at both instants; the margin of a quadratic block."""
-        item = self.pattern.blocks[number]
-        if item.newton:
+        block = self.pattern.blocks[number].block
+        if isinstance(block, Newton):
             assert choice is not None
-            self._ahead(item, choice)
+            self._ahead(block, choice)
             return None
-        if isinstance(item.block, Winding):
-            wind((item,), self.state, self.instants.clocks, self.angles_before(), (self.count, 2))
-            return None
-        return solve_block(item, self.state, self.instants.clocks, 1.0 if choice is None else choice)
+        across(self.run, block, 1.0 if choice is None else choice)
+        return self.run.margins.get(number)
 
-    def scale(self, item: BlockFormulas) -> FloatArray:
-        """(V, n) the natural sizes of a block's core."""
-        return core_scale(self.pattern, item, self.size)
-
-    def _ahead(self, item: BlockFormulas, core: FloatArray) -> None:
+    def _ahead(self, block: Newton, core: FloatArray) -> None:
         """The core (V, n), solved for again at the second instant."""
         later = [column(value, 1) for value in self.state]
-        clocks = [clock[1:] for clock in self.instants.clocks]
-        scale = self.scale(item)
-        x, converged, _ = newton_together(item, later, clocks, core, scale)
+        clocks = [clock[..., 1:] for clock in self.instants.clocks]
+        scale = self.run.scale(block)
+        x, converged, _ = newton_across(block, later, clocks, core, scale)
         near = converged & (np.max(np.abs(x - core) / scale, axis=1) < FAR_AHEAD)
         x = np.where(near[:, None], x, core)
-        for j, n in enumerate(item.block.core):
+        for j, n in enumerate(block.core):
             self.state[n] = np.stack([core[:, j], x[:, j]], axis=1)
-        give(item, self.state, self.instants.clocks)
+        fill_explicit(block, self.state, self.instants.clocks)
 
     def options(self, number: int) -> list[tuple[FloatArray, BoolArray]]:
         """The choices of a block, each with the variants (V,) that have it."""
         item = self.pattern.blocks[number]
         every = np.ones(self.count, dtype=np.bool_)
-        if not item.newton:
-            signs = (1.0, -1.0) if item.branches else (1.0,)
+        block = item.block
+        if not isinstance(block, Newton):
+            signs = (1.0, -1.0) if block.branches else (1.0,)
             return [(np.full((self.count, 1), sign), every) for sign in signs]
-        scale, system = self.scale(item), self.pattern.plan.system
-        if self.carried is not None and any(system.unknowns[n].thing in self.carried.poses for n in item.block.core):
-            before = [self.before(n) for n in item.block.core]
+        scale, system = self.run.scale(block), self.pattern.plan.system
+        if self.carried is not None and any(system.unknowns[n].thing in self.carried.poses for n in block.core):
+            before = [self.before(n) for n in block.core]
             core = np.concatenate([np.broadcast_to(0.0 if v is None else v, (self.count, 1)) for v in before], axis=1)
             here = [column(value, 0) for value in self.state]
-            x, converged, determinant = newton_together(item, here, [c[:1] for c in self.instants.clocks], core, scale)
+            x, converged, determinant = newton_across(
+                block, here, [c[..., :1] for c in self.instants.clocks], core, scale
+            )
             stays = converged & (np.max(np.abs(x - core) / scale, axis=1) < SAME_ROOT)
             self.unsure |= ~stays | (np.abs(determinant) < SINGULAR)
             return [(x, every)]
@@ -170,8 +177,8 @@ class VariantBeginning:
         result: list[tuple[FloatArray, BoolArray]] = []
         for k in range(found.exist.shape[1]):
             start = np.where(found.exist[:, k : k + 1], found.x[:, k], found.x[:, 0])
-            clocks = [c[:1] for c in self.instants.clocks]
-            x, converged, determinant = newton_together(item, here, clocks, start, scale)
+            clocks = [c[..., :1] for c in self.instants.clocks]
+            x, converged, determinant = newton_across(block, here, clocks, start, scale)
             exist = found.exist[:, k]
             self.unsure |= exist & (~converged | (np.abs(determinant) < SINGULAR))
             result.append((x, exist))
@@ -195,14 +202,17 @@ class VariantBeginning:
         return x - system.shift[0] if isinstance(payload, PoseX) else y - system.shift[1]
 
     def angles_before(self) -> dict[int, Any]:
-        """The angle of each thing before, by unknown: that carried over, 0 of what is new."""
-        if self.carried is None:
-            return {}
-        return {
-            n: np.ravel(np.broadcast_to(self.carried.poses[payload.thing].angle, (self.count, 1)))
-            for payload, n in self.pattern.plan.system.number_of.items()
-            if isinstance(payload, ThingAngle) and payload.thing in self.carried.poses
-        }
+        """What goes on (angles, integrals) before, by unknown: what is carried over; a direction as it is drawn."""
+        found: dict[int, Any] = {}
+        for payload, n in self.pattern.plan.system.number_of.items():
+            value: Any = payload.drawn if isinstance(payload, Bearing) else None
+            if self.carried is not None and isinstance(payload, ThingAngle) and payload.thing in self.carried.poses:
+                value = self.carried.poses[payload.thing].angle
+            elif self.carried is not None and payload in self.carried.others:
+                value = self.carried.others[payload]
+            if value is not None:
+                found[n] = np.ravel(np.broadcast_to(value, (self.count, 1)))
+        return found
 
     def allowed(self, number: int) -> BoolArray:
         """(V,) whether the inequalities hold that can be judged after a block; redundant equations that do not leave
@@ -212,13 +222,13 @@ class VariantBeginning:
         judgements, pattern = self.judgements, self.pattern
         clocks = self.instants.clocks
         if number in judgements.checks_after and pattern.checks.count:
-            values = pattern.checks(_filled(self.state), clocks)
+            values = pattern.checks(filled(self.state), clocks)
             for i in judgements.checks_after[number]:
                 off = np.abs(np.broadcast_to(values[i], (self.count, 2))[:, 0])
                 bad = ~(off <= 0.01 * CHECK_TOLERANCE * np.minimum(self.size, 1.0))
                 self.unsure |= bad
         if number in judgements.selectors_after:
-            values = pattern.selectors(_filled(self.state), clocks)
+            values = pattern.selectors(filled(self.state), clocks)
             tolerance = SELECTOR_TOLERANCE * self.size
             for i in judgements.selectors_after[number]:
                 value = np.broadcast_to(values[i], (self.count, 2))
@@ -228,10 +238,6 @@ class VariantBeginning:
                 least = 1e-3 * tolerance if strict else -100.0 * tolerance
                 allowed &= (here >= -tolerance) & ~(meets & ~(later >= least))
         return allowed
-
-
-def _filled(state: State) -> State:
-    return [np.nan if value is None else value for value in state]
 
 
 @dataclass(slots=True, eq=False)
@@ -251,7 +257,7 @@ class _Part:
         self.beginning = beginning
         self.numbers = numbers
         self.split = split
-        self.branching = [n for n in numbers if beginning.pattern.blocks[n].branches]
+        self.branching = [n for n in numbers if beginning.pattern.blocks[n].block.branches]
         if len(self.branching) > MOST_CHOICES:
             raise NotTogether("too many choices")
         count = beginning.count
@@ -267,8 +273,8 @@ class _Part:
         found = np.isfinite(self.costs[:, 0])
         choices = dict(zip(self.branching, self.chosen, strict=False))
         for number in self.branching[len(choices) :]:
-            item = self.beginning.pattern.blocks[number]
-            choices[number] = np.ones((count, len(item.block.core) if item.newton else 1))
+            block = self.beginning.pattern.blocks[number].block
+            choices[number] = np.ones((count, len(block.core) if block.iterative else 1))
         close = _close(self.costs, self.second)
         if self.split:
             close |= np.isfinite(self.second[:, 0])
@@ -282,7 +288,7 @@ class _Part:
             return
         beginning = self.beginning
         number = self.numbers[place]
-        branches = beginning.pattern.blocks[number].branches
+        branches = beginning.pattern.blocks[number].block.branches
         for choice, exist in beginning.options(number):
             margin = beginning.solve(number, choice)
             able = alive & exist
@@ -315,7 +321,7 @@ class _Part:
         beginning = self.beginning
         block = beginning.pattern.blocks[number].block
         result = np.zeros((beginning.count, 4))
-        if isinstance(block, Winding):
+        if block.continued:
             return result
         system = beginning.pattern.plan.system
         size = beginning.size[:, None]

@@ -1,4 +1,5 @@
-"""When dyads bind, for many variants at once: the instant at which a discriminant passes zero, to the last digit.
+"""When variants bind, for many at once: the instant at which a discriminant passes zero, or an inequality equality, to
+the last digit.
 
 Close to it everything goes as the square root of the time that is left. So the last part of the way is looked at in
 that measure, in which it is as even as any other: nothing else may come near to binding there. An inequality that
@@ -14,8 +15,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.change_points import ROUNDING
-from movimentum.variants.together.loops import margins_at
-from movimentum.variants.together.pattern import SegmentPattern, directed, instants_of
+from movimentum.variants.together.pattern import SegmentPattern, directed, filled
 
 HALVINGS = 80
 LAST = 4
@@ -32,6 +32,8 @@ MET = 1e-5
 """unless it comes to equality there: as near to it as that share of how it falls, which is 1e-12 in time."""
 EVEN = 0.2
 """And it falls evenly: no part of the way by less than that share of another."""
+EVENLY = np.linspace(0.0, 1.0, 17)
+"""Shares of an interval in which an inequality comes to be violated: it has to fall from each to the next."""
 
 
 def bind_times(
@@ -51,19 +53,54 @@ def bind_times(
     bad = instants.tau[places].copy()
     some = [value[bound] for value in varied]
     own = {number: sign[bound] for number, sign in signs.items()}
-    blocks = [item for item in pattern.blocks if not item.winds]
     for _ in range(HALVINGS):
         middle = 0.5 * (good + bad)
         if ((middle <= good) | (middle >= bad)).all():
             break
-        state = pattern.state(some)
-        clocks = instants_of(pattern, middle[:, None]).clocks
         holds = np.ones(len(middle), dtype=np.bool_)
-        for margin in margins_at(blocks, state, clocks, own):
+        run = pattern.solve(pattern.run(some, middle[:, None], size[bound]), own, continued=False)
+        for margin in run.margins.values():
             holds &= np.broadcast_to(margin, (len(middle), 1))[:, 0] >= -ROUNDING
         good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
     first = instants.tau[np.maximum(places - LAST - 1, 0)]
     return good, _nothing_else(pattern, some, own, first, good, size[bound])
+
+
+def violation_times(
+    pattern: SegmentPattern,
+    varied: Sequence[FloatArray],
+    signs: dict[int, FloatArray],
+    between: tuple[FloatArray, FloatArray],
+    selector: IntArray,
+    size: FloatArray,
+) -> tuple[FloatArray, BoolArray]:
+    """The last offset (B,) ``between`` two (B,) at which B variants satisfy the inequality ``selector`` (B,); and
+    whether that is the first that they come to violate, and nothing binds before.
+    """
+    good, bad = (bound.copy() for bound in between)
+    several = np.arange(len(good))
+
+    def looked(tau: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+        """(S, B, U) the slack of all inequalities at offsets (B, U), and the blocks' margins there, (B, U) each."""
+        run = pattern.solve(pattern.run(varied, tau, size), signs, continued=False)
+        margins = [np.broadcast_to(value, tau.shape) for value in run.margins.values()]
+        slack = pattern.selectors(filled(run.state), run.instants.clocks)
+        return np.stack([np.broadcast_to(value, tau.shape) for value in slack]) / size[:, None], margins
+
+    slack, margins = looked(good[:, None] + (bad - good)[:, None] * EVENLY)
+    own = slack[selector, several]
+    clear = (np.diff(own, axis=1) < 0.0).all(axis=1) & (own[:, 0] > CLEAR) & (own[:, -1] < -CLEAR)
+    for margin in margins:
+        clear &= (margin > CLEAR).all(axis=1)
+    for number, value in enumerate(slack):
+        clear &= (value > CLEAR).all(axis=1) | (selector == number)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        if ((middle <= good) | (middle >= bad)).all():
+            break
+        holds = looked(middle[:, None])[0][selector, several, 0] > 0.0
+        good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
+    return good, clear
 
 
 def _nothing_else(
@@ -75,11 +112,9 @@ def _nothing_else(
     size: FloatArray,
 ) -> BoolArray:
     """(B,) whether nothing but one dyad binds from the offsets ``first`` to ``last`` (B,)."""
-    state = pattern.state(varied)
-    clocks = instants_of(pattern, last[:, None] - (last - first)[:, None] * SHARES**2).clocks
-    shape = len(first), len(SHARES)
-    blocks = [item for item in pattern.blocks if not item.winds]
-    margins = [np.broadcast_to(value, shape) for value in margins_at(blocks, state, clocks, signs)]
+    run = pattern.run(varied, last[:, None] - (last - first)[:, None] * SHARES**2, size)
+    state, shape = pattern.solve(run, signs, continued=False).state, run.shape
+    margins = [np.broadcast_to(value, shape) for value in run.margins.values()]
     clear = np.ones(len(first), dtype=np.bool_)
     meeting = np.zeros(len(first), dtype=np.int64)
     for margin in margins:
@@ -93,7 +128,7 @@ def _nothing_else(
             if np.ndim(value) and np.shape(value)[-1] > 1:
                 clear &= (np.abs(np.diff(np.asarray(value), axis=-1)) <= FARTHEST_TURN).all(axis=1)
     if pattern.selectors.count:
-        for value in pattern.selectors([np.nan if each is None else each for each in state], clocks):
+        for value in pattern.selectors(filled(state), run.instants.clocks):
             slack = np.broadcast_to(value, shape) / size[:, None]
             slope = slack[:, 0] / SHARES[0]
             clear &= _stays(slack, np.full(len(first), NEAR_A_BIND)) | _falls(slack, SHARES, MET * slope)

@@ -9,15 +9,16 @@ much or comes near to something else that may bind is left to be solved by itsel
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.records import dataclass
-from movimentum.variants.together.loops import margins_at
-from movimentum.variants.together.pattern import BlockFormulas, SegmentPattern, State, instants_of
-from movimentum.variants.together.running import give
+from movimentum.solver.block.closed_form import fill_explicit
+from movimentum.solver.kinds.across import Across
+from movimentum.solver.kinds.kernels import across
+from movimentum.variants.together.pattern import SegmentPattern, filled
 
 MET = 1e-11
 STEPS = 120
@@ -44,16 +45,11 @@ class FoldSearch:
     """Finds the folds of B variants: ``varied`` (B, 1) each, ``choices`` by block, ``scale`` (B, n) of the core."""
 
     pattern: SegmentPattern
-    item: BlockFormulas
+    block: Newton
     varied: Sequence[FloatArray]
     choices: dict[int, FloatArray]
     scale: FloatArray
     size: FloatArray
-
-    def __post_init__(self) -> None:
-        blocks = [item for item in self.pattern.blocks if not item.winds]
-        place = blocks.index(self.item)
-        self.before, self.after = blocks[:place], blocks[place + 1 :]
 
     def times(self, first: FloatArray, last: FloatArray, instants: FloatArray) -> FloatArray:
         """(B,) the offsets at which the paths end that have core values ``first`` and ``last`` (B, n) at ``instants``
@@ -162,45 +158,53 @@ class FoldSearch:
 
     def _parts(self, y: FloatArray, who: IntArray) -> tuple[FloatArray, FloatArray]:
         """(b, n) residuals and (b, n, n + 1) their slopes by the core and by time, in units of the scale."""
-        block: Any = self.item.block
+        block = self.block
+        assert block.residual is not None
+        assert block.jacobian is not None
         scale, length = self.scale[who], self.pattern.length
         tau = y[:, -1:] * length
-        clocks = instants_of(self.pattern, tau + length * np.array([0.0, DIFFERENCE, -DIFFERENCE])).clocks
-        state = self._state(y, who, clocks)
-        shape = len(who), 3
-        values = [np.broadcast_to(value, shape) for value in self.item.solution(state, clocks)]
+        run = self._until_loop(y, who, tau + length * np.array([0.0, DIFFERENCE, -DIFFERENCE]))
+        state, clocks = run.state, run.instants.clocks
+        values = [np.broadcast_to(value, run.shape) for value in block.residual(state, clocks)]
         rows, n = len(block.residuals), scale.shape[1]
-        residual = np.stack([value[:, 0] for value in values[:rows]], axis=1)
+        residual = np.stack([value[:, 0] for value in values], axis=1)
         slopes = np.zeros((len(who), rows, n + 1))
-        for i, value in enumerate(values[:rows]):
+        for i, value in enumerate(values):
             slopes[:, i, n] = (value[:, 1] - value[:, 2]) / (2.0 * DIFFERENCE)
-        for (i, j), value in zip(block.entries, values[rows:], strict=True):
-            slopes[:, i, j] = value[:, 0] * scale[:, j]
+        for (i, j), value in zip(block.entries, block.jacobian(state, clocks), strict=True):
+            slopes[:, i, j] = np.broadcast_to(value, run.shape)[:, 0] * scale[:, j]
         return residual, slopes
 
-    def _state(self, y: FloatArray, who: IntArray, clocks: Sequence[FloatArray]) -> State:
+    def _until_loop(self, y: FloatArray, who: IntArray, tau: FloatArray) -> Across:
         """What is known before the loop, and its core."""
-        state = self.pattern.state([value[who] for value in self.varied])
-        self._before = margins_at(self.before, state, clocks, self._signs(who))
-        for j, n in enumerate(self.item.block.core):
-            state[n] = (y[:, j] * self.scale[who, j])[:, None]
-        return state
+        run = self.pattern.run([value[who] for value in self.varied], tau, self.size[who])
+        signs = self._signs(who)
+        for item in self.pattern.blocks:
+            if item.block.number == self.block.number:
+                break
+            if not item.block.continued:
+                across(run, item.block, signs.get(item.block.number, 1.0))
+        for j, n in enumerate(self.block.core):
+            run.state[n] = (y[:, j] * self.scale[who, j])[:, None]
+        return run
 
     def _signs(self, who: IntArray) -> dict[int, FloatArray]:
         return {number: sign[who] for number, sign in self.choices.items()}
 
     def _clear(self, y: FloatArray, who: IntArray) -> BoolArray:
         """(b,) whether nothing else is near to binding at the points ``y``."""
-        clocks = instants_of(self.pattern, y[:, -1:] * self.pattern.length).clocks
-        state = self._state(y, who, clocks)
-        give(self.item, state, clocks)
-        margins = [*self._before, *margins_at(self.after, state, clocks, self._signs(who))]
+        run = self._until_loop(y, who, y[:, -1:] * self.pattern.length)
+        state, clocks, signs = run.state, run.instants.clocks, self._signs(who)
+        fill_explicit(self.block, state, clocks)
+        for item in self.pattern.blocks:
+            if item.block.number > self.block.number and not item.block.continued:
+                across(run, item.block, signs.get(item.block.number, 1.0))
+        margins = run.margins.values()
         clear = np.ones(len(who), dtype=np.bool_)
         for margin in margins:
             clear &= np.broadcast_to(margin, (len(who), 1))[:, 0] > LEAST_MARGIN
         if self.pattern.selectors.count:
-            known = [np.nan if each is None else each for each in state]
-            for value in self.pattern.selectors(known, clocks):
+            for value in self.pattern.selectors(filled(state), clocks):
                 clear &= np.broadcast_to(value, (len(who), 1))[:, 0] / self.size[who] > LEAST_SLACK
         return clear
 

@@ -14,16 +14,18 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.planning.blocks.kinds import Linear
+from movimentum.planning.blocks.kinds import Linear, Newton
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
-from movimentum.solver.start.judgements import SELECTOR_TOLERANCE
+from movimentum.solver.block import closed_form
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.kinds.across import LoopEnds
+from movimentum.solver.kinds.integral import with_points
 from movimentum.timeline.model import Timeline
-from movimentum.variants.together.binds import CLEAR, FARTHEST_TURN, LAST, bind_times
+from movimentum.variants.together.binds import CLEAR, FARTHEST_TURN, LAST, bind_times, violation_times
 from movimentum.variants.together.folds import FoldSearch
-from movimentum.variants.together.loops import LoopEnds, solve_all
-from movimentum.variants.together.pattern import SegmentPattern, State, directed, instants_of
-from movimentum.variants.together.running import core_scale, determinant
+from movimentum.variants.together.pattern import SegmentPattern, directed, filled, instants_of
 
 INTERVALS = 96
 FARTHEST_PHASE = 20.0
@@ -51,12 +53,14 @@ class SegmentGrid:
 @dataclass(slots=True, eq=False)
 class FollowedVariants:
     """A segment of V variants: the ``state`` at the T instants; ``unsure`` (V,); the time (V,) at which a variant binds
-    (inf where it does not); ``off`` (V,): an equation does not hold somewhere, so the state is none.
+    (inf where it does not), or comes to violate an inequality (inf: none); ``off`` (V,): an equation does not hold
+    somewhere, so the state is none.
     """
 
     state: State
     unsure: BoolArray
     binds: FloatArray
+    violates: FloatArray
     off: BoolArray
 
 
@@ -91,7 +95,17 @@ def segment_grid(
         np.concatenate(each)[order] for each in zip(of_frames.clocks, of_times.clocks, even.clocks, strict=True)
     )
     frames, more = len(of_frames.tau), len(of_times.tau)
-    return SegmentGrid(Instants(tau[order], clocks), back[:frames], back[frames : frames + more])
+    found = SegmentGrid(Instants(tau[order], clocks), back[:frames], back[frames : frames + more])
+    return _with_quadrature(pattern, found) if pattern.integrates else found
+
+
+def _with_quadrature(pattern: SegmentPattern, grid: SegmentGrid) -> SegmentGrid:
+    """``grid`` with the instants between at which integrands are looked at."""
+    between = instants_of(pattern, with_points(grid.instants.tau))
+    every = (len(between) - 1) // max(len(grid.instants) - 1, 1) or 1
+    for clock, exact in zip(between.clocks, grid.instants.clocks, strict=True):
+        clock[::every] = exact
+    return SegmentGrid(between, every * grid.frames, every * grid.more)
 
 
 def follow_together(
@@ -109,25 +123,37 @@ def follow_together(
     """
     count, instants = len(size), grid.instants
     shape = count, len(instants)
-    state = pattern.state(varied)
     with np.errstate(all="ignore"):
-        margins, largest, loops = solve_all(pattern, state, instants, choices, angles, size)
+        run = pattern.solve(pattern.run(varied, instants, size, angles, quadrature=pattern.integrates), choices)
+        state, margins, loops = run.state, run.margins, run.ends
         stuck, lost = np.full(count, shape[1]), np.zeros(count, dtype=np.bool_)
         for each in loops.values():
             stuck, lost = np.minimum(stuck, each.end), lost | each.lost
         end, certain = _ends(margins, shape, stuck)
+        slack = _slack(pattern, state, instants, shape, size)
+        whole = end
+        selector, violated = _first_violated(slack, shape)
+        breaks = violated < end - 1
+        end = np.where(breaks, violated, end)
         inside = np.arange(shape[1]) < end[:, None]
         alone = not (loops or pattern.turns)  # then the last instants before a bind are looked at more closely
         before = inside & (np.arange(shape[1]) < np.where(alone & (end < shape[1]), end - LAST, end)[:, None])
-        unsure = lost | ~certain | (largest > FARTHEST_ANGLE) & (end == shape[1])
+        unsure = lost | ~certain | run.rough | (run.turned > FARTHEST_ANGLE) & (end == shape[1])
         unsure |= _too_fast(pattern, state, instants, inside, before)
         unsure |= _nearly_one(pattern, state, instants, shape)
         unsure |= _near_infinity(pattern, state, instants, end, shape)
-        unsure |= _near_inequality(pattern, state, instants, before, size)
+        until = np.where(breaks, end, before.sum(axis=1))
+        for number, values in enumerate(slack):
+            unsure |= ~_clear(values, until, falls=breaks & (selector == number)) & (until > 0)
         off = _off(pattern, state, instants, inside, size)
         unsure |= off
-        binds = np.full(count, np.inf)
-        bound = end < shape[1]
+        binds, violates = np.full(count, np.inf), np.full(count, np.inf)
+        if breaks.any():
+            unsure |= breaks & (bool(pattern.turns or loops or not timed) | (end == 0))
+            found, clear = _violation_times(pattern, varied, choices, instants, end, selector, breaks & ~unsure, size)
+            unsure |= breaks & ~clear
+            violates = np.where(breaks & clear, found, np.inf)
+        bound = (whole < shape[1]) & ~(violated < whole - 1)
         if bound.any():
             if pattern.turns or len(loops) > 1:
                 unsure |= bound
@@ -136,12 +162,34 @@ def follow_together(
             elif loops:
                 bound &= ~unsure & (end == stuck)
                 binds[bound] = _fold_times(pattern, varied, choices, state, instants, loops, bound, size)
-                unsure |= (end < shape[1]) & ~np.isfinite(binds)
+                unsure |= (whole < shape[1]) & (end == whole) & ~np.isfinite(binds)
                 binds = np.where(np.isfinite(binds), binds, np.inf)
             else:
                 binds[bound], clear = bind_times(pattern, varied, choices, instants, end, bound, size)
                 unsure[bound] |= ~clear
-    return FollowedVariants(state, unsure, binds, off)
+    return FollowedVariants(state, unsure, binds, violates, off)
+
+
+def _violation_times(
+    pattern: SegmentPattern,
+    varied: Sequence[FloatArray],
+    choices: dict[int, FloatArray],
+    instants: Instants,
+    end: IntArray,
+    selector: IntArray,
+    chosen: BoolArray,
+    size: FloatArray,
+) -> tuple[FloatArray, BoolArray]:
+    """(V,) when the variants ``chosen`` come to violate their inequality ``selector``, before the instant ``end``; and
+    whether that is clear.
+    """
+    some = np.nonzero(chosen)[0]
+    times, clear = np.full(len(size), np.inf), np.zeros(len(size), dtype=np.bool_)
+    between = instants.tau[end[some] - 1], instants.tau[end[some]]
+    own = {number: sign[some] for number, sign in choices.items()}
+    constants = [value[some] for value in varied]
+    times[some], clear[some] = violation_times(pattern, constants, own, between, selector[some], size[some])
+    return times, clear
 
 
 def _ends(margins: dict[int, Any], shape: tuple[int, int], stuck: IntArray) -> tuple[IntArray, BoolArray]:
@@ -193,8 +241,8 @@ def _too_fast(
                 steps = np.abs(np.diff(np.asarray(value), axis=-1))
                 fast |= ((~(steps <= FARTHEST_TURN)) & before[:, 1:]).any(axis=1)
     for item in pattern.blocks:
-        if item.phases is not None:
-            for phase in item.phases(state, instants.clocks):
+        if item.block.phases is not None:
+            for phase in item.block.phases(state, instants.clocks):
                 if np.ndim(phase) and np.shape(phase)[-1] > 1:
                     steps = np.abs(np.diff(np.asarray(phase), axis=-1))
                     fast |= ((~(steps <= FARTHEST_PHASE)) & inside[:, 1:]).any(axis=1)
@@ -221,7 +269,7 @@ def _near_infinity(
     for item in pattern.blocks:
         divisors = [] if item.divisors is None else [*item.divisors(state, instants.clocks)]
         if isinstance(item.block, Linear):
-            divisors.append(determinant(item.solution(state, instants.clocks), len(item.block.core)))
+            divisors.append(closed_form.determinant(item.block, state, instants.clocks))
         for divisor in divisors:
             if np.ndim(divisor) and np.shape(divisor)[-1] > 1:
                 values = np.broadcast_to(divisor, shape)
@@ -233,19 +281,24 @@ def _near_infinity(
     return near
 
 
-def _near_inequality(
-    pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray, size: FloatArray
-) -> BoolArray:
-    """(V,) whether some inequality is violated on the way, or nearly."""
-    count = len(inside)
-    near = np.zeros(count, dtype=np.bool_)
+def _slack(
+    pattern: SegmentPattern, state: State, instants: Instants, shape: tuple[int, int], size: FloatArray
+) -> list[FloatArray]:
+    """The left-hand side of every inequality (it is to be positive), in units of the scene's size, (V, T) each."""
     if not pattern.selectors.count:
-        return near
-    end = inside.sum(axis=1)
-    for value in pattern.selectors(state, instants.clocks):
-        values = np.broadcast_to(value, inside.shape) / size[:, None] + SELECTOR_TOLERANCE
-        near |= ~_clear(values, end, falls=np.zeros_like(near)) & (end > 0)
-    return near
+        return []
+    values = pattern.selectors(filled(state), instants.clocks)
+    return [np.broadcast_to(value, shape) / size[:, None] for value in values]
+
+
+def _first_violated(slack: Sequence[FloatArray], shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
+    """(V,) the inequality that is violated first, and at which instant: T where none is."""
+    selector, first = np.zeros(shape[0], dtype=np.int64), np.full(shape[0], shape[1])
+    for number, values in enumerate(slack):
+        bad = values < 0.0
+        at = np.where(bad.any(axis=1), np.argmax(bad, axis=1), shape[1])
+        selector, first = np.where(at < first, number, selector), np.minimum(at, first)
+    return selector, first
 
 
 def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray, size: FloatArray) -> BoolArray:
@@ -281,14 +334,16 @@ def _fold_times(
     size: FloatArray,
 ) -> FloatArray:
     """The offset at which the one loop of each of the variants ``bound`` binds; nan where it is not certain."""
-    (item,) = (item for item in pattern.blocks if item.newton)
-    (ends,) = loops.values()
+    ((number, ends),) = loops.items()
+    block = pattern.blocks[number].block
+    assert isinstance(block, Newton)
     places = ends.sure[bound]
-    path = np.stack([state[n][bound] for n in item.block.core], axis=2)
+    path = np.stack([state[n][bound] for n in block.core], axis=2)
     several = np.arange(len(places))
     own = {number: choice[bound] for number, choice in choices.items()}
     some = [value[bound] for value in varied]
-    search = FoldSearch(pattern, item, some, own, core_scale(pattern, item, size[bound]), size[bound])
+    scale = scale_of(pattern.plan, block.core, size[bound])
+    search = FoldSearch(pattern, block, some, own, scale, size[bound])
     two = np.stack([instants.tau[places - 1], instants.tau[places]], axis=1)
     found = search.times(path[several, places - 1], path[several, places], two)
     after = (

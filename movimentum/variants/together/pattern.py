@@ -15,26 +15,26 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.expressions import Expr, substitute, symbol, walk
-from movimentum.planning.blocks.kinds import Assign, Block, Linear, Newton, Quadratic, Winding
+from movimentum.expressions import Expr, const, substitute, symbol, symbols, walk
+from movimentum.planning.blocks.kinds import Block, Integral, Newton, Quadratic
 from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import Equation
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import compile_structure, structure_of
-from movimentum.records import dataclass, replace
-from movimentum.scene.model import AnchorCoordinate, Bearing, Scene, ThingAngle, VariableComponent
+from movimentum.records import dataclass
+from movimentum.scene.model import AnchorCoordinate, Relation, Scene, ThingAngle, VariableComponent
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.block.closed_form import State
 from movimentum.solver.judge import Judge
+from movimentum.solver.kinds.across import Across, Lift
+from movimentum.solver.kinds.kernels import across, lifted
 from movimentum.solver.start.deceptive import deceptive
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.variants.tracing import OriginUnfolding, Varied
-
-State = list[Any]
-"""By unknown number, then the varied constants: None, a number, or an array that broadcasts to (V, T)."""
 
 MOST_CHOICES = 8
 """Blocks of two solutions in one part of a scene, beyond which all their combinations are too many."""
@@ -80,37 +80,14 @@ class PolynomialRows:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockFormulas:
-    """One block: ``solution`` gives (quadratic: the margin, then) the unknowns ``order``; for a winding the sine and
-    the cosine, for linear equations the matrix and the right-hand sides, then the targets with ``given``; for equations
-    that Newton's method solves the residuals and the slopes, and `PolynomialRows` in ``rows``.
-
-    ``apart``: the square of the distance of a dyad's two centres, where it can vanish; ``phases``: the driving angles;
-    ``divisors``: what it divides by.
+    """One block, lifted: its code reads the varied constants. ``apart``: the square of the distance of a dyad's two
+    centres, where it can vanish; ``divisors``: what it divides by; ``rows``: a loop's equations.
     """
 
     block: Block
-    solution: SegmentFormulas
-    order: tuple[int, ...]
     apart: SegmentFormulas | None = None
-    given: SegmentFormulas | None = None
-    phases: SegmentFormulas | None = None
-    rows: PolynomialRows | None = None
     divisors: SegmentFormulas | None = None
-
-    @property
-    def branches(self) -> bool:
-        """Whether it has several solutions."""
-        return isinstance(self.block, Quadratic | Newton)
-
-    @property
-    def winds(self) -> bool:
-        """Whether it is a continuous angle."""
-        return isinstance(self.block, Winding)
-
-    @property
-    def newton(self) -> bool:
-        """Whether Newton's method solves it."""
-        return isinstance(self.block, Newton)
+    rows: PolynomialRows | None = None
 
 
 @dataclass(eq=False)
@@ -138,18 +115,48 @@ class SegmentPattern:
     @property
     def loops(self) -> bool:
         """Whether Newton's method solves any of its blocks."""
-        return any(item.newton for item in self.blocks)
+        return any(item.block.iterative for item in self.blocks)
+
+    @property
+    def integrates(self) -> bool:
+        """Whether something is integrated."""
+        return any(isinstance(item.block, Integral) for item in self.blocks)
 
     @property
     def turns(self) -> bool:
-        """Whether a block reads a continuous angle that follows a direction."""
-        angles = {n for item in self.blocks if item.winds for n in item.order}
-        return any(not angles.isdisjoint(item.block.inputs) for item in self.blocks)
+        """Whether a block reads what goes on from before: a continuous angle that follows a direction, an integral."""
+        found = {n for item in self.blocks if item.block.continued for n in item.block.unknowns}
+        return any(not found.isdisjoint(item.block.inputs) for item in self.blocks)
 
     @property
     def length(self) -> float:
         """In time units."""
         return float(self.segment.end - self.segment.start)
+
+    @property
+    def ahead(self) -> float:
+        """How far to look ahead to tell apart what meets at the beginning."""
+        return 1e-4 * self.length if self.length > 0.0 else 1e-4
+
+    def run(
+        self,
+        varied: Sequence[FloatArray],
+        tau: FloatArray | Instants,
+        size: FloatArray,
+        before: dict[int, Any] | None = None,
+        *,
+        quadrature: bool = False,
+    ) -> Across:
+        """What solves variants with the constants ``varied``, (V, 1) each, at instants or offsets (T,) or (V, T)."""
+        instants = tau if isinstance(tau, Instants) else instants_of(self, tau)
+        return Across(self.plan, self.state(varied), instants, size, before or {}, quadrature)
+
+    def solve(self, run: Across, choices: Mapping[int, FloatArray], *, continued: bool = True) -> Across:
+        """Solve all blocks of ``run``; without what is ``continued``, for nothing but the instants themselves."""
+        for item in self.blocks:
+            if continued or not item.block.continued:
+                across(run, item.block, choices.get(item.block.number, 1.0))
+        return run
 
     def state(self, varied: Sequence[FloatArray]) -> State:
         """A state in which nothing is known but the varied constants, (V, 1) each."""
@@ -198,7 +205,12 @@ def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
             made = _segment_pattern(before.plan, segment, names, unfolding, size, continues=True)
         else:
             made = _segment_pattern(
-                _plan(scene, segment, size, first=before is None), segment, names, unfolding, size, continues=False
+                _plan(scene, segment, size, unfolding, first=before is None),
+                segment,
+                names,
+                unfolding,
+                size,
+                continues=False,
             )
         segments.append(made)
     place_of: dict[tuple[int, int], int] = {}
@@ -211,25 +223,36 @@ def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
     return Pattern(names, dict(values), timeline, tuple(segments), unfolding, function, place_of)
 
 
-def _plan(scene: Scene, segment: Segment, size: float, *, first: bool) -> Plan:
+def _plan(scene: Scene, segment: Segment, size: float, unfolding: OriginUnfolding, *, first: bool) -> Plan:
     if any(constraint.paired for constraint in segment.active):
-        raise NotTogether("gears")
+        _check_teeth(segment, unfolding)
     structure = structure_of(scene, segment, {})
     if first and deceptive(structure, as_drawn(scene), size):
         raise NotTogether("a mechanism that moves although it looks determined")
     plan = compile_structure(structure, size, None)
     if plan.wishes or any(not _known_kind(block) for block in plan.blocks):
         raise NotTogether("blocks without a closed form")
-    if any(isinstance(unknown.payload, Bearing) for unknown in plan.system.unknowns):
-        raise NotTogether("bearings")
     return plan
+
+
+def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
+    """Raise `NotTogether` where the turn that a constraint states at first, and with it which teeth of gears are in
+    which gaps, may depend on the varied constants. (What else that depends on is in the gears' equations.)
+    """
+
+    def at_first(node: Expr) -> Expr | None:
+        return const(float(segment.start - node.start)) if node.op == "clock" else None
+
+    for constraint in segment.active:
+        if constraint.relation is Relation.EQUAL and isinstance(constraint.left[0].payload, ThingAngle):
+            begun = substitute(unfolding.unfolded(constraint.right[0]), at_first)
+            if any(isinstance(payload, Varied) for payload in symbols(begun)):
+                raise NotTogether("the teeth of gears may depend on it")
 
 
 def _known_kind(block: Block) -> bool:
     """Whether blocks of that kind are solved for many variants at once."""
-    if isinstance(block, Newton):
-        return block.is_square and 0 < len(block.core) <= MOST_UNKNOWNS
-    return isinstance(block, Assign | Linear | Quadratic | Winding)
+    return not block.iterative or 0 < len(block.core) <= MOST_UNKNOWNS
 
 
 def _segment_pattern(
@@ -242,10 +265,23 @@ def _segment_pattern(
         made = [numbered(unfolding.unfolded(each), names, count) for each in expressions]
         return SegmentFormulas(compiled(made, clocks), len(made))
 
-    made = (_block_formulas(plan, block, formulas, unfolding.varies) for block in plan.blocks)
-    blocks = tuple(
-        replace(item, divisors=formulas(item.block.divisors)) if item.block.divisors else item for item in made
+    lift = Lift(
+        plan, lambda root: numbered(unfolding.unfolded(root), names, count), lambda some: compiled(some, clocks)
     )
+
+    def lift_block(block: Block) -> BlockFormulas:
+        try:
+            made = lifted(block, lift)
+        except NotImplementedError as error:
+            raise NotTogether("blocks without a closed form") from error
+        return BlockFormulas(
+            made,
+            apart=formulas([block.apart]) if isinstance(block, Quadratic) and block.apart is not None else None,
+            divisors=formulas(block.divisors) if block.divisors else None,
+            rows=_polynomial_rows(block, formulas, unfolding.varies) if isinstance(block, Newton) else None,
+        )
+
+    blocks = tuple(map(lift_block, plan.blocks))
     system = plan.system
     checks: list[Expr] = [system.equations[n].residual for n in plan.checks]
     rows = Judge(plan, size).rows
@@ -268,38 +304,6 @@ def _is_of_angles(row: Equation) -> bool:
     residual = row.original or row.residual
     sides = residual.args if residual.op == "add" else (residual,)
     return any("atan2d" in (side.op, side.args[0].op if side.op == "neg" else "") for side in sides)
-
-
-def _block_formulas(
-    plan: Plan,
-    block: Block,
-    formulas: Callable[[Sequence[Expr]], SegmentFormulas],
-    varies: Callable[[Expr], bool],
-) -> BlockFormulas:
-    phases = _phases(block)
-    driving = formulas(phases) if phases else None
-    match block:
-        case Quadratic():
-            order = tuple(n for n, _ in block.formulas)
-            apart = None if block.apart is None else formulas([block.apart])
-            return BlockFormulas(block, formulas(_sequential(block, [block.margin])), order, apart, phases=driving)
-        case Linear():
-            order = (*block.core, *(n for n, _ in block.given))
-            given = formulas([each for _, each in block.given]) if block.given else None
-            return BlockFormulas(block, formulas(block.entries), order, given=given)
-        case Newton():
-            order = (*block.core, *(n for n, _ in block.given))
-            given = formulas([each for _, each in block.given]) if block.given else None
-            rows = _polynomial_rows(block, formulas, varies)
-            return BlockFormulas(block, formulas((*block.residuals, *block.slopes)), order, given=given, rows=rows)
-        case Winding():
-            (equation,) = (plan.system.equations[e] for e in block.equations)
-            return BlockFormulas(block, formulas(equation.residual.args[1].args[0].args), block.core)
-        case Assign():
-            order = tuple(n for n, _ in block.formulas)
-            return BlockFormulas(block, formulas(_sequential(block, [])), order, phases=driving)
-        case _:
-            raise NotTogether("blocks without a closed form")
 
 
 def _polynomial_rows(
@@ -329,31 +333,6 @@ def _polynomial_rows(
     return PolynomialRows(tuple(terms), groups, formulas(coefficients), tuple(degrees))
 
 
-def _sequential(block: Assign | Quadratic, before: list[Expr]) -> list[Expr]:
-    """The block's formulas in its inputs only: each may use those before it."""
-    memo: dict[Expr, Expr] = {}
-    found: list[Expr] = [*before]
-    for unknown, root in block.formulas:
-        made = _replaced(root, memo)
-        memo[symbol(unknown)] = made
-        found.append(made)
-    return found
-
-
-def _replaced(root: Expr, values: dict[Expr, Expr]) -> Expr:
-    if not any(node in values for node in walk(root) if node.op == "symbol"):
-        return root
-    return substitute(root, lambda node: values.get(node) if node.op == "symbol" else None)
-
-
-def _phases(block: Block) -> list[Expr]:
-    found: dict[Expr, None] = {}
-    for node in walk(*(root for _, root in block.formulas)):
-        if node.op in ("sind", "cosd", "tand") and node.args[0].value is None:
-            found[node.args[0]] = None
-    return list(found)
-
-
 def numbered(root: Expr, names: Sequence[str], first: int) -> Expr:
     """``root`` with the number of its place in a state for each varied constant."""
     place = {name: first + k for k, name in enumerate(names)}
@@ -362,6 +341,11 @@ def numbered(root: Expr, names: Sequence[str], first: int) -> Expr:
         return symbol(place[node.payload.name]) if isinstance(node.payload, Varied) else None
 
     return substitute(root, number)
+
+
+def filled(state: State) -> State:
+    """``state`` with nan for what is not known."""
+    return [np.nan if value is None else value for value in state]
 
 
 def directed(pattern: SegmentPattern) -> list[tuple[int, int, int]]:

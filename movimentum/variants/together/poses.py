@@ -13,8 +13,9 @@ from movimentum.planning.codegen.numeric import sincosd
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Relation
+from movimentum.solver.block.closed_form import State
 from movimentum.solver.start.placement import FITS, connected_parts
-from movimentum.variants.together.pattern import Pattern, SegmentPattern, State, numbered
+from movimentum.variants.together.pattern import Pattern, SegmentPattern, numbered
 
 
 @dataclass(slots=True, eq=False)

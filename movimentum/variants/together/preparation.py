@@ -6,25 +6,28 @@ number that got lost on its way through the stages (a time, a count, a choice th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Assign, Linear, Newton, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Block, Newton, Quadratic
+from movimentum.planning.lowering.unknowns import Accumulated, Unknown
 from movimentum.records import replace
+from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.kinds.across import Across
+from movimentum.solver.kinds.kernels import across
 from movimentum.timeline.model import Timeline
 from movimentum.variants.lowered import lower_measures
 from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.together.batch import Batch
 from movimentum.variants.together.pattern import (
-    BlockFormulas,
     NotTogether,
     Pattern,
     SegmentPattern,
-    State,
     make_pattern,
 )
 from movimentum.variants.together.poses import Places
@@ -99,6 +102,9 @@ def _compare(pattern: Pattern, own: Pattern, values: Mapping[str, float]) -> Non
     varied = [np.array([[values[name]]]) for name in pattern.names]
     here, there = Places(pattern, varied), Places(own, [])
     _same([here.size()[0]], [scene_size(own.scene)], "the size")
+    gears = [[(t.teeth, t.module, t.inner, t.shape) for t in each.scene.things] for each in (pattern, own)]
+    if gears[0] != gears[1]:
+        raise NotTogether("gears depend on it")
     for thing in own.scene.things:
         for k, anchor in enumerate(thing.anchors):
             _same(here.local(thing.number, k), anchor.local, "an anchor")
@@ -110,7 +116,7 @@ def _compare(pattern: Pattern, own: Pattern, values: Mapping[str, float]) -> Non
 def _compare_segment(mine: SegmentPattern, other: SegmentPattern, varied: list[FloatArray]) -> None:
     kinds = [type(item.block) for item in mine.blocks] == [type(item.block) for item in other.blocks]
     ours, theirs = mine.plan.system, other.plan.system
-    if not kinds or [u.payload for u in ours.unknowns] != [u.payload for u in theirs.unknowns]:
+    if not kinds or list(map(_what, ours.unknowns)) != list(map(_what, theirs.unknowns)):
         raise NotTogether("the structure of the equations depends on it")
     if ours.shift != theirs.shift or mine.plan.checks != other.plan.checks or mine.continues != other.continues:
         raise NotTogether("the structure of the equations depends on it")
@@ -122,33 +128,51 @@ def _compare_segment(mine: SegmentPattern, other: SegmentPattern, varied: list[F
             raise NotTogether("times depend on it")
         with np.errstate(all="ignore"):
             for a, b in zip(mine.blocks, other.blocks, strict=True):
-                if sorted(a.order) != sorted(b.order) or a.block.equations != b.block.equations:
+                one, two = a.block, b.block
+                if sorted(one.unknowns) != sorted(two.unknowns) or one.equations != two.equations:
                     raise NotTogether("the structure of the equations depends on it")
                 # another order of elimination is as good: every variant's equations are verified as they are stated
-                if a.order == b.order and isinstance(a.block, Quadratic):
-                    _same_pair(a, [*known, *varied], b, known, clocks)
-                elif a.order == b.order and isinstance(a.block, Assign | Linear | Winding | Newton):
-                    _same(_solution(a, [*known, *varied], clocks), _solution(b, known, clocks), "a formula")
+                if (one.core, one.targets) == (two.core, two.targets):
+                    _same_block(mine, one, [*known, *varied], other, two, known, clocks)
             for x, y in ((mine.selectors, other.selectors), (mine.checks, other.checks), (mine.stated, other.stated)):
                 _same(x([*known, *varied], clocks), y(known, clocks), "an equation")
 
 
-def _same_pair(mine: BlockFormulas, here: State, other: BlockFormulas, there: State, clocks: list[FloatArray]) -> None:
-    """Whether two quadratic blocks have the same two solutions; which of them is called the first does not matter."""
-    found = mine.solution(here, clocks)
+def _what(unknown: Unknown) -> Any:
+    """What an unknown is; of an integral, the numbers in its integrand do not matter."""
+    return Accumulated if isinstance(unknown.payload, Accumulated) else unknown.payload
+
+
+def _same_block(
+    mine: SegmentPattern,
+    one: Block,
+    here: State,
+    other: SegmentPattern,
+    two: Block,
+    there: State,
+    clocks: Sequence[FloatArray],
+) -> None:
+    """Whether two blocks have the same solutions; which of a pair is called the first does not matter."""
+    own = _solution(mine, one, here, clocks)
     try:
-        _same(found, other.solution(there, clocks), "a formula")
+        _same(own, _solution(other, two, there, clocks), "a formula")
     except NotTogether:
-        _same(found, other.solution(there, clocks, -1.0), "a formula")
+        if one.iterative or not one.branches:
+            raise
+        _same(own, _solution(other, two, there, clocks, -1.0), "a formula")
 
 
-def _solution(item: Any, state: list[Any], clocks: list[FloatArray]) -> Any:
-    if isinstance(item.block, Linear):
-        from movimentum.variants.together.running import solved_linear
-
-        given = item.given(state, clocks) if item.given is not None else ()
-        return [*solved_linear(item.solution(state, clocks), len(item.block.core)), *given]
-    return item.solution(state, clocks)
+def _solution(
+    segment: SegmentPattern, block: Block, state: State, clocks: Sequence[FloatArray], sign: float = 1.0
+) -> list[Any]:
+    """What a block makes of ``state``; of a loop, its residuals and their slopes."""
+    if isinstance(block, Newton):
+        assert block.residual is not None
+        assert block.jacobian is not None
+        return [*block.residual(state, clocks), *block.jacobian(state, clocks)]
+    run = Across(segment.plan, list(state), Instants(np.zeros((1, 1)), tuple(clocks)), np.ones(1))
+    across(run, block, sign)
+    return [*run.margins.values(), *(run.state[n] for n in block.unknowns)]
 
 
 def _same(mine: Any, other: Any, what: str) -> None:

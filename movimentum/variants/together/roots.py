@@ -15,18 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Newton
 from movimentum.records import dataclass
+from movimentum.solver.block.closed_form import State
 from movimentum.solver.solutions.homotopy import REAL, ComplexArray, followed
-from movimentum.variants.together.pattern import BlockFormulas, NotTogether, PolynomialRows, State
+from movimentum.variants.together.pattern import BlockFormulas, NotTogether, PolynomialRows
 
 NEARLY_REAL = 1e-4
 """An imaginary part between `REAL` and this: two real solutions have just met, or are about to."""
 SAME = 1e-6
 """In units of the unknowns' scale: solutions nearer than that are one."""
-FAR = 1e5
-STEP_TOLERANCE = 1e-13
-MET = 1e-11
 
 
 class VariantPolynomials:
@@ -132,7 +129,7 @@ def all_roots(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], s
     """All real solutions of a block at the first instant, for ``scale`` (V, n) of its core."""
     assert item.rows is not None
     count, size = scale.shape
-    values = item.rows.coefficients(_first(state), [clock[:1] for clock in clocks])
+    values = item.rows.coefficients(_first(state), [clock[..., :1] for clock in clocks])
     table = np.stack([np.broadcast_to(value, (count, 1))[:, 0] for value in values], axis=1)
     unit = np.median(scale, axis=0)
     for t, (_, factors) in enumerate(item.rows.terms):
@@ -180,51 +177,3 @@ def _generic_roots(
 
 def _first(state: State) -> State:
     return [value[..., :1] if np.ndim(value) and np.shape(value)[-1] > 1 else value for value in state]
-
-
-def newton_together(
-    item: BlockFormulas,
-    state: State,
-    clocks: Sequence[FloatArray],
-    x: FloatArray,
-    scale: FloatArray,
-    iterations: int = 8,
-) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """Newton's method for V variants at one instant each, from core values ``x`` (V, n): where it ends, whether that is
-    a solution (V,), and the determinant (V,) of the Jacobian with rows and unknowns of size one.
-
-    ``state`` holds the inputs, numbers or (V, 1).
-    """
-    block = item.block
-    assert isinstance(block, Newton)
-    count, size = x.shape
-    rows = len(block.residuals)
-    inner: State = list(state)
-    converged = np.zeros(count, dtype=np.bool_)
-    determinant = np.zeros(count)
-    for _ in range(iterations):
-        for j, n in enumerate(block.core):
-            inner[n] = x[:, j : j + 1]
-        values = item.solution(inner, clocks)
-        residual = np.empty((count, rows))
-        jacobian = np.zeros((count, rows, size))
-        for i, value in enumerate(values[:rows]):
-            residual[:, i : i + 1] = value
-        for (i, j), value in zip(block.entries, values[rows:], strict=True):
-            jacobian[:, i, j : j + 1] = value
-        jacobian *= scale[:, None]
-        lengths = np.sqrt(np.einsum("vij,vij->vi", jacobian, jacobian))
-        jacobian /= np.maximum(lengths, 1e-300)[..., None]
-        residual /= np.maximum(lengths, 1e-300)
-        determinant = np.asarray(np.linalg.det(np.nan_to_num(jacobian)))
-        able = (
-            (np.abs(determinant) > 1e-14) & np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
-        )
-        matrix = np.where(able[:, None, None], jacobian, np.eye(size))
-        step = np.linalg.solve(matrix, np.where(able[:, None], residual, 0.0)[..., None])[..., 0]
-        moved = np.max(np.abs(step), axis=1)
-        x = x - step * scale
-        converged = able & (np.max(np.abs(residual), axis=1) <= MET) & (moved <= MET)
-        if (converged & (moved <= STEP_TOLERANCE) | ~able).all():
-            break
-    return x, converged, determinant

@@ -6,17 +6,13 @@ All variants take the same steps. One whose step does not count is left to be so
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.records import dataclass
-from movimentum.solver.basis.instants import Instants
-from movimentum.variants.together.pattern import BlockFormulas, SegmentPattern, State
-from movimentum.variants.together.roots import newton_together
-from movimentum.variants.together.running import column, core_scale, give, solve_block, wind
+from movimentum.arrays import FloatArray, IntArray
+from movimentum.planning.blocks.kinds import Newton
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.newton import newton_across
+from movimentum.solver.kinds.across import Across, LoopEnds, column
 
 LARGEST_STEP = 0.25
 """How far (in units of the unknowns' scale) a step may lead,"""
@@ -30,40 +26,24 @@ WEAKEST = 2e-3
 """Of its largest value on the way: a determinant below that is near to a singular point."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LoopEnds:
-    """How far V variants of a loop were followed: through the instants before ``end`` (V,), of which ``sure`` (V,) is
-    the last one before its Jacobian becomes weak; ``lost`` (V,): not even that is certain.
-    """
-
-    end: IntArray
-    sure: IntArray
-    lost: BoolArray
-
-
-def follow_loop(
-    pattern: SegmentPattern,
-    item: BlockFormulas,
-    state: State,
-    instants: Instants,
-    core: FloatArray,
-    size: FloatArray,
-) -> LoopEnds:
-    """Set ``state`` for a block that Newton's method solves, from its ``core`` (V, n) at the first instant."""
+def follow_loop(run: Across, block: Newton, core: FloatArray) -> LoopEnds:
+    """Set the state of a block that Newton's method solves, from its ``core`` (V, n) at the first instant."""
+    state, instants = run.state, run.instants
     count, unknowns = core.shape
     many = len(instants)
-    scale = core_scale(pattern, item, size)
+    scale = run.scale(block)
     path = np.empty((many, count, unknowns))
     determinants = np.zeros((many, count))
     end = np.full(count, many)
-    reads = [n for n in item.block.inputs if state[n] is not None]
-    inner: State = [*[None] * pattern.unknowns, *state[pattern.unknowns :]]
+    reads = [n for n in block.inputs if state[n] is not None]
+    unknown = len(run.plan.system.unknowns)
+    inner: State = [*[None] * unknown, *state[unknown:]]
     for k in range(many):
         for n in reads:
             inner[n] = column(state[n], k)
         clocks = [clock[k : k + 1] for clock in instants.clocks]
         guess = core if k == 0 else _predicted(path, instants.tau, k)
-        x, converged, determinants[k] = newton_together(item, inner, clocks, guess, scale)
+        x, converged, determinants[k] = newton_across(block, inner, clocks, guess, scale)
         counts = converged
         if k:
             moved = np.max(np.abs(x - path[k - 1]) / scale, axis=1)
@@ -71,9 +51,8 @@ def follow_loop(
             counts &= (moved <= LARGEST_STEP) & (correction <= np.maximum(CORRECTED * moved, SURE))
         end = np.where(counts, end, np.minimum(end, k))
         path[k] = np.where(np.isfinite(x), x, path[k - 1] if k else core)
-    for j, n in enumerate(item.block.core):
+    for j, n in enumerate(block.core):
         state[n] = np.ascontiguousarray(path[:, :, j].T)
-    give(item, state, instants.clocks)
     return _ends(determinants, end)
 
 
@@ -106,40 +85,3 @@ def _predicted(path: FloatArray, tau: FloatArray, k: int) -> FloatArray:
                 weight *= (tau[k] - tau[other]) / (tau[i] - tau[other])
         total += weight * path[i]
     return total
-
-
-def solve_all(
-    pattern: SegmentPattern,
-    state: State,
-    instants: Instants,
-    choices: dict[int, FloatArray],
-    angles: dict[int, Any],
-    size: FloatArray,
-) -> tuple[dict[int, Any], FloatArray, dict[int, LoopEnds]]:
-    """Set ``state`` for all blocks, given the ``choices`` and the ``angles`` that they begin with: the margins by
-    block, (V,) the largest turn between two instants in degrees, and how far loops were followed, by block.
-    """
-    margins: dict[int, Any] = {}
-    loops: dict[int, LoopEnds] = {}
-    largest = np.zeros(len(size))
-    for item in pattern.blocks:
-        number = item.block.number
-        if item.winds:
-            shape = len(size), len(instants)
-            largest = np.maximum(largest, wind((item,), state, instants.clocks, angles, shape))
-            continue
-        if item.newton:
-            loops[number] = follow_loop(pattern, item, state, instants, choices[number], size)
-            continue
-        margin = solve_block(item, state, instants.clocks, choices.get(number, 1.0))
-        if margin is not None:
-            margins[number] = margin
-    return margins, largest, loops
-
-
-def margins_at(
-    blocks: Sequence[BlockFormulas], state: State, clocks: Sequence[FloatArray], signs: dict[int, FloatArray]
-) -> list[Any]:
-    """The margins of blocks in closed form; ``state`` is set."""
-    found = (solve_block(item, state, clocks, signs.get(item.block.number, 1.0)) for item in blocks)
-    return [margin for margin in found if margin is not None]

@@ -1,0 +1,39 @@
+"""Numbers that pictures show: those in texts, and the arrows of vectors."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from movimentum.expressions import Expr
+from movimentum.records import dataclass
+from movimentum.source import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A number in a text: the value of ``value``, written as Python's format ``spec`` says."""
+
+    value: Expr
+    spec: str
+    span: Span
+
+
+Piece: TypeAlias = str | Shown
+"""A part of a text: letters, or a number that changes."""
+
+
+def formatted(value: float, spec: str) -> str:
+    """A number as Python's format ``spec`` writes it; formats for whole numbers round it."""
+    return format(round(value), spec) if spec[-1:] in _WHOLE else format(value, spec)
+
+
+_WHOLE = frozenset("bcdoxX")
+"""Types of formats that Python has for whole numbers only."""
+
+ARROW = ("arrow x", "arrow y")
+"""Names of the components of a vector's arrow (world pixels) among the properties of poses."""
+
+
+def text_number(number: int) -> str:
+    """The name of number ``number`` of a thing's text among the properties of poses."""
+    return f"text {number}"

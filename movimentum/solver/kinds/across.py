@@ -1,0 +1,91 @@
+"""V variants of one plan at T instants: what the kernels of all kinds solve at once.
+
+The blocks are lifted: their code reads the constants that vary from the state, behind the unknowns, as arrays (V, 1).
+So what a block computes broadcasts to (V, T), and an ordinary script is one variant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.expressions import Expr
+from movimentum.planning.blocks.kinds import Block
+from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.sizes import scale_of
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lift:
+    """Makes code and formulas read the constants that vary: ``formula`` of one expression, ``code`` of several; the
+    ``plan`` that the blocks are of.
+    """
+
+    plan: Plan
+    formula: Callable[[Expr], Expr]
+    code: Callable[[Sequence[Expr]], Compiled]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopEnds:
+    """How far V variants of a loop were followed: through the instants before ``end`` (V,), of which ``sure`` (V,) is
+    the last one before its Jacobian becomes weak; ``lost`` (V,): not even that is certain.
+    """
+
+    end: IntArray
+    sure: IntArray
+    lost: BoolArray
+
+
+@dataclass(slots=True, eq=False)
+class Across:
+    """What is solved: the ``state`` by unknown number, then the constants that vary (None, a number, or an array that
+    broadcasts to (V, T)), at ``instants`` whose arrays are (T,) or (V, T), for scenes of ``size`` (V,).
+
+    ``quadrature``: between each two of the instants that count are those of `integral.with_points`.
+
+    ``before``: what continuous angles and integrals were (by unknown, (V,) or a number). What comes of it: ``margins``
+    of quadratic blocks and the ``ends`` of loops, by block; ``turned`` (V,) the largest turn between two instants, in
+    degrees; ``rough`` (V,): an integral is not as exact as it has to be.
+    """
+
+    plan: Plan
+    state: State
+    instants: Instants
+    size: FloatArray
+    before: dict[int, Any] = field(default_factory=dict[int, Any])
+    quadrature: bool = False
+    margins: dict[int, Any] = field(default_factory=dict[int, Any])
+    ends: dict[int, LoopEnds] = field(default_factory=dict[int, LoopEnds])
+    turned: FloatArray = field(init=False)
+    rough: BoolArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.turned = np.zeros(len(self.size))
+        self.rough = np.zeros(len(self.size), dtype=np.bool_)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Variants and instants."""
+        return len(self.size), self.instants.tau.shape[-1]
+
+    def scale(self, block: Block) -> FloatArray:
+        """(V, n) the natural sizes of a block's core."""
+        return scale_of(self.plan, block.core, self.size)
+
+
+def column(value: Any, place: int) -> Any:
+    """One instant, (V, 1), of a value; a number stays one, and so does what is the same at all instants."""
+    if np.ndim(value) < 1:
+        return value
+    array = np.asarray(value)
+    if array.shape[-1] == 1:
+        return array
+    return array[..., place : place + 1] if place >= 0 else array[..., -1:]

@@ -1,0 +1,18 @@
+"""A polygon with its anchors as corners."""
+
+from __future__ import annotations
+
+from movimentum.things.kind import ThingKind
+from movimentum.things.options import AREA, JOINTS, THROUGH
+
+POLYGON = ThingKind(
+    "polygon",
+    place=6,
+    anchors=3,
+    options=(*AREA, *JOINTS, THROUGH),
+    width=1.6,
+    inside=True,
+    link=True,
+    supported=True,
+    filled=True,
+)

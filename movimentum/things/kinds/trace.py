@@ -1,0 +1,28 @@
+"""The path of an anchor."""
+
+from __future__ import annotations
+
+from movimentum.records import dataclass
+from movimentum.things.kind import Own, ThingKind
+from movimentum.things.options import CAP, DASH, LINED, WHOLE, OptionForm, OptionRule
+
+
+@dataclass(frozen=True, slots=True)
+class Track(Own):
+    """``whole``: from the first frame on, all that it ever draws. ``tail``: how long it lasts, in time units."""
+
+    whole: bool = False
+    tail: float | None = None
+
+
+TRACE = ThingKind(
+    "trace",
+    place=15,
+    anchors=None,
+    points=(1, 1),
+    options=(*LINED, DASH, CAP, WHOLE, OptionRule("tail", OptionForm.POSITIVE, "how long a trace lasts")),
+    own=Track,
+    width=1.6,
+    accented=True,
+    of_film=True,
+)

@@ -1,0 +1,77 @@
+"""The options of things, and the arguments of their words: their names, and what may be written there.
+
+An option that several kinds have is a constant here; one that a single kind has is in the module of that kind. How
+each form is read is in `movimentum.scene.options`.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+from movimentum.records import dataclass
+
+
+class OptionForm(Enum):
+    """What an option's value is."""
+
+    FLAG = auto()
+    COLOR = auto()
+    NUMBER = auto()
+    POSITIVE = auto()
+    WHOLE = auto()
+    """A whole number from ``lowest`` to ``highest``."""
+    CHOICE = auto()
+    """One of ``words``."""
+    TEXT = auto()
+    NAMES = auto()
+    """Names of anchors of the thing."""
+    DASH = auto()
+    OPACITY = auto()
+    PINS = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class OptionRule:
+    """An option (or an argument) ``name``, which messages call ``what``, with ``least`` to ``most`` arguments."""
+
+    name: str
+    form: OptionForm
+    what: str = ""
+    least: int = 1
+    most: int = 1
+    lowest: int = 0
+    highest: int = 0
+    words: tuple[str, ...] = ()
+
+
+def flag(name: str) -> OptionRule:
+    """An option without arguments."""
+    return OptionRule(name, OptionForm.FLAG, least=0, most=0)
+
+
+COLOR = OptionRule("color", OptionForm.COLOR)
+WIDTH = OptionRule("width", OptionForm.POSITIVE, "the width")
+LAYER = OptionRule("layer", OptionForm.NUMBER, "a layer")
+HIDDEN = flag("hidden")
+OPACITY = OptionRule("opacity", OptionForm.OPACITY, "the opacity")
+FILL = OptionRule("fill", OptionForm.COLOR)
+EDGE = OptionRule("edge", OptionForm.COLOR)
+DASH = OptionRule("dash", OptionForm.DASH, "the length of a dash or a gap", most=8)
+CAP = OptionRule("cap", OptionForm.CHOICE, "a cap", words=("butt", "round", "square"))
+PINS = OptionRule("pins", OptionForm.PINS, "a pin's radius", least=0)
+FIXED = flag("fixed")
+THROUGH = OptionRule("through", OptionForm.NAMES, least=2, most=64)
+SIZE = OptionRule("size", OptionForm.POSITIVE, "the size")
+ITALIC = flag("italic")
+TEXT = OptionRule("text", OptionForm.TEXT)
+PLACES = OptionRule("places", OptionForm.WHOLE, "the number of decimals", highest=15)
+WHOLE = flag("whole")
+
+LINED = (COLOR, WIDTH, LAYER, HIDDEN, OPACITY)
+"""Of whatever has lines."""
+AREA = (*LINED, FILL, EDGE, DASH)
+"""Of what has an inside."""
+JOINTS = (PINS, FIXED)
+"""Of bodies that can be links."""
+WRITTEN = (SIZE, ITALIC, TEXT)
+"""Of what has a text beside it."""
