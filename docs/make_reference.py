@@ -101,14 +101,15 @@ def _table(options: dict[str, str]) -> str:
 
 def _spelled(key: str) -> str:
     """``-o, --output OUT`` as code, with its bars escaped."""
-    return ", ".join(f"`{part}`" for part in key.split(", ")).replace("|", "\\|")
+    parts = (f"<code>{part}</code>" if "|" in part else f"`{part}`" for part in key.split(", "))
+    return ", ".join(parts).replace("|", "&#124;")
 
 
 def _cell(text: str) -> str:
     said, bracket, rest = text, "", ""
     if noted := re.fullmatch(r"(.*)  \[(.*)\]", text, re.DOTALL):
         said, bracket, rest = noted[1], "[", noted[2]
-    said = said.replace("|", "\\|").replace("*", "\\*").replace("<", "&lt;")
+    said = said.replace("|", "&#124;").replace("*", "\\*").replace("<", "&lt;")
     return re.sub(r"(?<![`\w])(--[a-z-]+|\.[a-z]\w*)(?![`\w])", r"`\1`", said) + (_default(rest) if bracket else "")
 
 
@@ -217,7 +218,7 @@ def _members(kind: type) -> Iterator[tuple[str, Any]]:
 
 
 def _escaped(text: str) -> str:
-    return text.replace("|", "\\|")
+    return text.replace("|", "&#124;")
 
 
 def _signature(name: str, function: Any) -> str:
