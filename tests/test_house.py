@@ -112,13 +112,11 @@ def test_one_name_stands_for_one_class() -> None:
 
 
 UNSORTED = {
-    "analysis",
     "drawing",
     "encoding",
     "fitting",
     "golden",
     "interop",
-    "planning",
     "rendering",
     "repl",
     "scene",

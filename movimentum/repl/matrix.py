@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from movimentum.analysis.freedom.rank import RANK_TOLERANCE
 from movimentum.analysis.interactive.matrix import Matrix, PartMatrix, RowName, sparse_basis
 from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError
@@ -16,6 +15,7 @@ from movimentum.repl.command import table
 from movimentum.repl.session import Session
 from movimentum.solver.block.scaling import null_space
 from movimentum.text import counted, listed, number
+from movimentum.tolerances import RANK_TOLERANCE
 
 MOST = 24
 """Rows and columns of the largest matrix that is shown; for a larger one, the number of entries of a motion that are
