@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from results import Link, Result
     from stages import Solved
 
-BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 PEERS = ("pylinkage", "numba", "slvs", "python-solvespace", "py-slvs", "mechanism", "pyslvs")
 STAGES = ("parse", "scene", "plan", "code", "path", "first", "solve", "poses", "turns")
 
@@ -198,11 +197,12 @@ def cold(seconds: Mapping[str, float]) -> str:
     return "### From a cold process\n\n" + _table(["", "s", "× the imports"], rows)
 
 
-def write(path: Path, text: str) -> None:
-    """Put ``text`` between the marks in ``path``, or make a file of it where there are none."""
+def write(path: Path, text: str, what: str = "measured") -> None:
+    """Put ``text`` between the marks for ``what`` in ``path``, or make a file of it where there are none."""
+    begin, end = f"<!-- {what}: begin -->", f"<!-- {what}: end -->"
     before, after = "# Benchmarks of the solver\n\n", "\n"
     if path.exists():
         old = path.read_text(encoding="utf-8")
-        if BEGIN in old and END in old:
-            before, after = old[: old.index(BEGIN)], old[old.index(END) + len(END) :]
-    path.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+        if begin in old and end in old:
+            before, after = old[: old.index(begin)], old[old.index(end) + len(end) :]
+    path.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")

@@ -1,4 +1,6 @@
-"""The trade between time and accuracy, over the gallery and some extremes; writes docs/trade.md and docs/trade.svg.
+"""The trade between time and accuracy, over the gallery and some extremes.
+
+It writes tables into docs/understanding/accuracy-and-speed.md and draws docs/pictures/trade.svg.
 
     python benchmarks/trade.py [--out FOLDER] [--long N]
 
@@ -14,7 +16,8 @@ from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
-from measure import ROOT, machine
+from measure import ROOT
+from tables import write
 
 from movimentum.encoding.plot import Panel, Point, write_plot
 from movimentum.source import SourceText
@@ -95,7 +98,7 @@ def main() -> None:
     """Measure and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=ROOT / "docs")
-    parser.add_argument("--long", type=int, default=20_000, help="frames of the long animation")
+    parser.add_argument("--long", type=int, default=20_000, help="frames of the long film")
     options = parser.parse_args()
     reports: list[tuple[str, bool, TradeReport]] = []
     for path in sorted((ROOT / "scripts").glob("*.mov")):
@@ -104,8 +107,8 @@ def main() -> None:
     for name, text in extremes(options.long):
         reports.append((name, False, measured(SourceText("extreme.mov", text))))
         print(name, flush=True)
-    (options.out / "trade.md").write_text(page(reports), encoding="utf-8")
-    write_plot(panels(reports), options.out / "trade.svg", ".svg")
+    write(options.out / "understanding" / "accuracy-and-speed.md", page(reports).strip(), "trade")
+    write_plot(panels(reports), options.out / "pictures" / "trade.svg", ".svg")
 
 
 def measured(source: SourceText) -> TradeReport:
@@ -114,16 +117,7 @@ def measured(source: SourceText) -> TradeReport:
 
 
 PAGE = """\
-# What accuracy costs, and what it gains
-
-`movimentum trade SCRIPT` measures this on any script. This page shows it for the gallery and for some extremes. It is
-written by `benchmarks/trade.py`. Times are medians, on one thread of this machine:
-
-> {machine}
-
-![time per frame against error](trade.svg)
-
-## Which default is best
+### Which default is best
 
 **Solving: `standard`.** Over the gallery a frame takes {standard} to solve and {drawing} to draw. So a faster tier
 could save at most {share:.1%} of the time that a picture takes. `draft` is the
@@ -141,7 +135,7 @@ enlarged. `high` reduces the error to {fine:.2f} for {fine_time:.1f} times the t
 and takes {jagged_time:.1f} times the time. The palette of a GIF adds {palette:.2f}. At half the scale, shown at full
 size, the error is {half:.1f}.
 
-## Solving
+### Solving
 
 Start-up means compiling and finding the path. Residuals are those of the script's own equations and of rigidity,
 evaluated with more digits, relative to the scene's size. An error is the largest distance of any anchor from its place
@@ -150,7 +144,7 @@ in all tiers.
 
 {solving}
 
-## Drawing
+### Drawing
 
 Each cell has the milliseconds per frame and the rms error of 255 levels.
 
@@ -164,7 +158,7 @@ DRAWING = ("script", "size", "draft", "standard", "high", "scale 0.5", "scale 2"
 
 
 def page(reports: list[tuple[str, bool, TradeReport]]) -> str:
-    """docs/trade.md."""
+    """What stands between the marks of the page."""
     gallery = [report for _, shown, report in reports if shown]
 
     def over(tier: str, what: str) -> float:
@@ -175,7 +169,6 @@ def page(reports: list[tuple[str, bool, TradeReport]]) -> str:
 
     drawing = median(cost.frame for r in gallery for cost in r.pictures.costs if cost.name == "quality standard")
     return PAGE.format(
-        machine=machine(),
         standard=us(over("standard", "frame")),
         drawing=us(drawing),
         share=over("standard", "frame") / drawing,

@@ -1,11 +1,13 @@
 """Renders the gallery: ``python docs/make_gallery.py [NAME …]`` writes ``docs/gallery/NAME.gif`` for every script.
 
-``python docs/make_gallery.py --sizes`` prints the table of sizes in ``docs/gallery.md``. It calls the command line, as
-a reader of the gallery would.
+``--sizes`` prints the table of sizes in ``docs/gallery.md``, ``--scripts`` writes the scripts beside their films
+there, and ``--players`` makes ``docs/gallery/NAME.html`` for the site, which git does not keep. It calls the command
+line, as a reader of the gallery would.
 """
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tempfile
@@ -46,10 +48,53 @@ def sizes() -> None:
             print(f"| {name} | {frames} |", " | ".join(f"{out.stat().st_size / 1000:.0f}" for out in made), "|")
 
 
+LONGEST = 90
+"""Lines of a script that the page shows."""
+FILM = re.compile(
+    r"(?:<div class=\"film\" markdown=\"1\">\n\n)?(!\[[^\]]*\]\(gallery/([a-z-]+)\.gif\))\n"
+    r"(?:\n<details.*?</details>\n\n</div>\n)?",
+    re.DOTALL,
+)
+
+
+def with_scripts(page: str) -> str:
+    """The page of the gallery with every film's script beside it."""
+
+    def beside(match: re.Match[str]) -> str:
+        picture, name = match.groups()
+        lines = (SCRIPTS / f"{name}.mov").read_text(encoding="utf-8").rstrip().splitlines()
+        if len(lines) > LONGEST:
+            lines = [*lines[: LONGEST // 2], f"// … and {len(lines) - LONGEST // 2} more lines"]
+        script = "\n".join(lines)
+        return (
+            f'<div class="film" markdown="1">\n\n{picture}\n\n<details markdown="1">\n'
+            f"<summary>The script, scripts/{name}.mov</summary>\n\n```movimentum\n{script}\n```\n\n"
+            "</details>\n\n</div>\n"
+        )
+
+    return FILM.sub(beside, page)
+
+
+def players() -> None:
+    """Pages with players, for the site."""
+    for name in sorted(path.stem for path in SCRIPTS.glob("*.mov")):
+        out = DOCS / "gallery" / f"{name}.html"
+        if not out.exists() or out.stat().st_mtime < (SCRIPTS / f"{name}.mov").stat().st_mtime:
+            done = [sys.executable, "-m", "movimentum", *command(name), "-q", "-o", str(out)]
+            subprocess.run(done, check=True)
+
+
 def main(names: list[str]) -> None:
     """Renders the named scripts, or all."""
     if names == ["--sizes"]:
         sizes()
+        return
+    if names == ["--players"]:
+        players()
+        return
+    if names == ["--scripts"]:
+        page = DOCS / "gallery.md"
+        page.write_text(with_scripts(page.read_text(encoding="utf-8")), encoding="utf-8")
         return
     (DOCS / "gallery").mkdir(exist_ok=True)
     for name in names or sorted(path.stem for path in SCRIPTS.glob("*.mov")):

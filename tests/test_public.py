@@ -58,7 +58,7 @@ def examples() -> list[doctest.DocTest]:
             found.append(parser.get_doctest(value.__doc__ or "", {}, name, None, 0))
         else:
             found += [test for test in finder.find(value, name, globs={}) if test.examples]
-    for page in ("README.md", "docs/api.md"):
+    for page in ("README.md", "docs/how-to/python.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
         session = "\n".join(re.findall(r"```pycon\n(.*?)```", text, re.DOTALL))
         found.append(doctest.DocTestParser().get_doctest(session, {}, page, page, 0))

@@ -200,8 +200,8 @@ class Script(UnderstoodScript):
         anything that is one), or a ``sample`` such as "sobol:4096" of the intervals of all that have a `.range`.
 
         ``measure``: what is measured, by name: expressions with reductions over all frames, such as
-        ``".max(Rod.B.x) - .min(Rod.B.x)"`` (see docs/sweep.md). ``vary``: the same as ``constants``, for constants that
-        are called like an argument. ``client``: a `distributed.Client` whose workers solve.
+        ``".max(Rod.B.x) - .min(Rod.B.x)"`` (see docs/how-to/sweep.md). ``vary``: the same as ``constants``, for
+        constants that are called like an argument. ``client``: a `distributed.Client` whose workers solve.
 
         A variant that does not move is a row, and no error. Raises `UsageError` for a constant that there is not, and
         for a measure that makes no sense.
@@ -255,7 +255,9 @@ class Script(UnderstoodScript):
         client: object = None,
         **intervals: object,
     ) -> Fit:
-        """Find the constants that bring the script's goals nearest, while its requirements hold (see docs/fit.md).
+        """Find the constants that bring the script's goals nearest, while its requirements hold.
+
+        docs/how-to/fit.md explains goals and requirements.
 
         ``intervals`` (or ``vary``, for constants that are called like an argument): the constants to fit, each with
         (least, most), or None for that of its `.range`; without any, all constants that have a `.range` and were not

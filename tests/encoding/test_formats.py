@@ -86,7 +86,7 @@ def test_a_new_format_is_one_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_every_list_of_formats_is_whole() -> None:
-    page = (ROOT / "docs/commands.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/reference/files.md").read_text(encoding="utf-8")
     table = page.partition("| suffix | |")[2].partition("\n\n")[0]
     assert sorted(re.findall(r"`(\.\w+)`", table)) == sorted(FORMATS)
     told = movimentum("run", "--help").stdout

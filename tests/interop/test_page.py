@@ -1,4 +1,4 @@
-"""What docs/formats.md shows is what the commands write."""
+"""What docs/reference/formats.md shows is what the commands write."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import pytest
 from movimentum.interop.recognised import SHAPES
 from tests.command import ROOT, movimentum
 
-PAGE = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```[\w ]*\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+PAGE = (ROOT / "docs" / "reference" / "formats.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```[^\n]*\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
 
 
 def block(beginning: str) -> str:

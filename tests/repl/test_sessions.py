@@ -471,7 +471,7 @@ def test_motion_of_edited_text_is_that_of_the_script(talk):
 
 
 def test_the_session_in_the_documentation(tmp_path, monkeypatch):
-    page = (Path(__file__).parents[2] / "docs" / "debugger.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "reference" / "debugger.md").read_text()
     script, session = re.findall(r"```(?:mov|text)\n(.*?)```", page, re.DOTALL)
     monkeypatch.chdir(tmp_path)
     Path("crank.mov").write_text(script)

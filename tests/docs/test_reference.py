@@ -1,0 +1,50 @@
+"""The pages that are made from the package are what the package says today, and say all of it."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import sys
+from types import ModuleType
+
+import pytest
+
+from tests.command import ROOT
+
+DOCS = ROOT / "docs"
+
+
+@pytest.fixture(scope="module")
+def maker() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_reference", DOCS / "make_reference.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("page", ["commands", "python", "messages"])
+def test_the_page_is_what_the_package_says(page: str, maker: ModuleType) -> None:
+    made = getattr(maker, page)()
+    shown = (DOCS / "reference" / f"{page}.md").read_text(encoding="utf-8")
+    assert shown == made, "python docs/make_reference.py"
+
+
+def test_every_code_is_explained(maker: ModuleType) -> None:
+    explained = set(maker.catalogue())
+    assert maker.codes() - explained == set()
+    package = "\n".join(path.read_text("utf-8") for path in (ROOT / "movimentum").rglob("*.py"))
+    for code in explained:  # some codes are put together from a family and a word
+        assert f'"{code}"' in package or f'"{code.partition("/")[2]}"' in package, code
+
+
+def test_every_family_of_codes_is_known(maker: ModuleType) -> None:
+    """So that a new family is not overlooked: every text of the package that looks like a code."""
+    words: set[str] = set()
+    for path in (ROOT / "movimentum").rglob("*.py"):
+        words |= set(
+            re.findall(r'(?:Diagnostic|error|warning|refused)\(\s*f?"([a-z0-9]+)/[a-z{]', path.read_text("utf-8"))
+        )
+    assert words <= set(maker.FAMILIES)
