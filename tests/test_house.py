@@ -112,17 +112,12 @@ def test_one_name_stands_for_one_class() -> None:
 
 
 UNSORTED = {
-    "analysis",
     "drawing",
     "encoding",
     "fitting",
     "golden",
-    "interop",
-    "planning",
     "rendering",
-    "scene",
     "solver",
-    "timeline",
     "tradeoff",
     "variants",
     "vector",

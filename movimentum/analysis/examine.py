@@ -34,6 +34,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
+from movimentum.tolerances import ROUNDING
 
 MOST_NOTES = 8
 """Up to this many things have a note each; more are reported together."""
@@ -215,7 +216,7 @@ def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     for found in nearly_singular(motion, segment_motion, *span):
         names = listed([f"`{scene.things[t].name}`" for t in things_of(segment_motion, (found.block,))])
         when = time_text(float(segment_motion.segment.start) + found.time)
-        known = number(motion.size * found.condition * 2.2e-16, 1)
+        known = number(motion.size * found.condition * ROUNDING, 1)
         yield Diagnostic(
             code="solve/ill-conditioned",
             severity=Severity.NOTE,

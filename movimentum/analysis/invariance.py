@@ -19,11 +19,10 @@ from movimentum.solver.solver import solve
 from movimentum.text import number, time_text
 from movimentum.timeline.arrange import arrange
 from movimentum.timeline.model import Timeline
+from movimentum.tolerances import INVARIANT
 
 OTHER_RATE = Fraction(17, 11)
 """Of the script's frame rate: its frames rarely coincide with those of the script."""
-TOLERANCE = 1e-8
-"""Of the scene's size: the accuracy of free motion, which is integrated; everything else is accurate to 1e-13."""
 MOST_TIMES = 2000
 
 
@@ -60,7 +59,7 @@ def _apart(one: PathMotion, other: PathMotion, times: Sequence[Fraction], backwa
             place = int(np.argmax(far))
             if far[place] > worst.amount or not worst.anchor:
                 worst = Apart(f"{thing.name}.{anchor.name}", float(far[place]), float(times[place]), None)
-    bad = np.nonzero(off > TOLERANCE * one.size)[0]
+    bad = np.nonzero(off > INVARIANT * one.size)[0]
     first = bad[-1 if backwards else 0] if len(bad) else None
     return replace(worst, first=None if first is None else float(times[int(first)]))
 

@@ -4,6 +4,7 @@ and errors that name keywords, not options.
 
 from __future__ import annotations
 
+import gc
 import inspect
 import math
 import operator
@@ -17,6 +18,7 @@ from fractions import Fraction
 from functools import cache, wraps
 from numbers import Rational, Real
 from reprlib import repr as short
+from threading import Lock
 from typing import Any, Literal, ParamSpec, SupportsIndex, TypeGuard, TypeVar, Union, cast, get_args, get_origin
 
 from movimentum.diagnostics import Diagnostic
@@ -99,7 +101,7 @@ def called(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def calling(*args: P.args, **kwargs: P.kwargs) -> R:
-        with errors_in_python():
+        with errors_in_python(), _SPARING:
             positions, keywords, kinds = _parameters(function)
             given = dict(zip(positions, args, strict=False)) | {name: kwargs[name] for name in keywords & kwargs.keys()}
             for name, value in given.items():
@@ -108,6 +110,37 @@ def called(function: Callable[P, R]) -> Callable[P, R]:
             return function(*args, **kwargs)
 
     return calling
+
+
+class _RareCollections:
+    """While a call runs in any thread, Python looks for garbage rarely: planning makes hundreds of thousands of small
+    objects and hardly any cycles, and looking would take a quarter of the time of a large scene.
+    """
+
+    THRESHOLD = 200_000
+    """New objects after which garbage is looked for."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._calls = 0
+        self._before = gc.get_threshold()
+
+    def __enter__(self) -> None:
+        with self._lock:
+            self._calls += 1
+            if self._calls == 1:
+                self._before = gc.get_threshold()
+                if 0 < self._before[0] < self.THRESHOLD:  # 0: it is switched off
+                    gc.set_threshold(self.THRESHOLD, *self._before[1:])
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._calls -= 1
+            if not self._calls:
+                gc.set_threshold(*self._before)
+
+
+_SPARING = _RareCollections()
 
 
 def _of_another_kind(function: Callable[..., Any], name: str, hint: Any, value: object) -> UsageError:

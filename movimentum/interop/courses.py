@@ -9,9 +9,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.syntax.printer import float_text
+from movimentum.tolerances import FRAME_VALUE, NONZERO
 
-SAME = 2e-13
-"""Of the largest value and 1: the allowed error of a statement at a frame."""
 PIECES = 100
 """The largest number of pieces in one statement; further pieces follow in another step."""
 
@@ -21,7 +20,7 @@ def course(values: FloatArray, fps: Fraction) -> list[tuple[int, str]]:
 
     Between frames the values are interpolated linearly, because the list says nothing about them.
     """
-    tolerance = SAME * (1.0 + float(np.max(np.abs(values))))
+    tolerance = FRAME_VALUE * (1.0 + float(np.max(np.abs(values))))
     corners = _corners(values, tolerance)
     found: list[tuple[int, str]] = []
     for begin in range(0, max(1, len(corners) - 1), PIECES):
@@ -64,7 +63,7 @@ def _line(values: FloatArray, first: int, last: int, origin: int, fps: Fraction,
     start, end = float(values[first]), float(values[last])
     length = float(Fraction(last - first) / fps)
     rate = (end - start) / length if length else 0.0
-    start, rate = _round(start, tolerance), _round(rate, tolerance / max(length, 1e-300) if length else 0.0)
+    start, rate = _round(start, tolerance), _round(rate, tolerance / max(length, NONZERO) if length else 0.0)
     if rate == 0.0:
         return float_text(start)
     since = ".t" if first == origin else f"(.t - {time_text(Fraction(first - origin) / fps)})"

@@ -10,6 +10,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formulas, evaluate, literal
 from movimentum.records import replace
+from movimentum.tolerances import FASTEST_RATE, SIMPLE_RATE
 
 USUAL_FPS = Fraction(24)
 _STARTS = range(0, 360, 15)  # degrees of the trial values for the beginning of a free angle
@@ -86,10 +87,10 @@ def frame_count(formulas: Formulas) -> int:
 def frame_rate(formulas: Formulas) -> Fraction:
     """Frames in a time unit: the number in the file as the simple fraction nearest to it."""
     value = formulas.values.get(FPS)
-    if value is None or FPS in kinds_of(formulas) or value.ndim or not 1e-6 < float(value) < 1e6:
+    if value is None or FPS in kinds_of(formulas) or value.ndim or not 1.0 / FASTEST_RATE < float(value) < FASTEST_RATE:
         return USUAL_FPS
     simple = Fraction(float(value)).limit_denominator(10_000)
-    return simple if abs(float(simple) - float(value)) <= 1e-12 * float(value) else Fraction(float(value))
+    return simple if abs(float(simple) - float(value)) <= SIMPLE_RATE * float(value) else Fraction(float(value))
 
 
 def first_pose(formulas: Formulas, inputs: Sequence[str]) -> tuple[int, dict[str, FloatArray]]:

@@ -13,6 +13,7 @@ from movimentum.interop.joints import Joint, scene_joints
 from movimentum.interop.linkages import Linkage, turn
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Anonymous, Constraint, Relation, Scene
 from movimentum.solver.poses import Poses
+from movimentum.tolerances import STATED_ANGLE_DEG
 
 
 def linkage_of(
@@ -119,4 +120,4 @@ def _agrees(expr: Expr, corner: tuple[int, int, int], of_anchor: dict[AnchorRef,
         return None
 
     found = substitute(expr, value).value
-    return found is not None and abs((found - turn(places, corner) + 180.0) % 360.0 - 180.0) < 1e-9
+    return found is not None and abs((found - turn(places, corner) + 180.0) % 360.0 - 180.0) < STATED_ANGLE_DEG

@@ -18,12 +18,9 @@ from movimentum.errors import ScriptError
 from movimentum.records import dataclass, replace
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
+from movimentum.tolerances import NOISE, NOISE_DEG
 
 Vertex = tuple[float, float]
-NOISE = 1e-15
-"""Of the largest coordinate: a smaller one is the rounding of a sum that is zero."""
-NOISE_DEG = 1e-12
-"""What rounding of coordinates in the arctangents of two directions may add up to, in degrees."""
 
 
 @dataclass(frozen=True, slots=True)

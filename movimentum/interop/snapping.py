@@ -15,13 +15,10 @@ from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.interop.linkages import Linkage, turn
 from movimentum.records import dataclass, replace
+from movimentum.tolerances import NEARLY_EQUAL_LENGTHS, NONZERO, REPAIR_RANK, REPAIRED, SAME_LENGTHS, STATED_ANGLE_DEG
 
-NEARLY = 1e-4
-"""Lengths that differ by less, relative to their size, are taken as equal."""
 NEARLY_WHOLE = 0.5
 """Degrees by which an angle may differ from the multiple that it should be."""
-REPAIRED = 1e-12
-RANK_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +57,7 @@ def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
         degrees.append(-whole if whole <= -180.0 else whole)
     before = np.array(linkage.vertices, dtype=np.float64).reshape(-1, 2)
     after, off = _fitted(linkage, before, lengths, np.radians(degrees))
-    if off > REPAIRED * max(float(np.max(lengths, initial=0.0)), 1e-300):
+    if off > REPAIRED * max(float(np.max(lengths, initial=0.0)), NONZERO):
         found.append(
             Diagnostic(
                 "import/unrepaired",
@@ -71,7 +68,9 @@ def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
         )
     vertices = tuple((float(x), float(y)) for x, y in after)
     degrees = [
-        whole if abs((turn(vertices, corner) - whole + 180.0) % 360.0 - 180.0) < 1e-9 else turn(vertices, corner)
+        whole
+        if abs((turn(vertices, corner) - whole + 180.0) % 360.0 - 180.0) < STATED_ANGLE_DEG
+        else turn(vertices, corner)
         for corner, whole in zip(linkage.angles, degrees, strict=True)
     ]
     moved = float(np.max(np.hypot(*(after - before).T), initial=0.0))
@@ -85,7 +84,10 @@ def equalised(lengths: Iterable[float]) -> list[float]:
     order = sorted(range(len(values)), key=values.__getitem__)
     begin = 0
     for place in range(1, len(order) + 1):
-        if place < len(order) and values[order[place]] - values[order[place - 1]] <= NEARLY * values[order[place]]:
+        if (
+            place < len(order)
+            and values[order[place]] - values[order[place - 1]] <= NEARLY_EQUAL_LENGTHS * values[order[place]]
+        ):
             continue
         alike = [values[k] for k in order[begin:place]]
         common = _round_between(alike)
@@ -99,7 +101,7 @@ def _round_between(values: list[float]) -> float:
     """The number with the fewest digits that is as near to the mean as the values are to one another."""
     mean = sum(values) / len(values)
     spread = max(values) - min(values)
-    if spread <= 1e-12 * mean:
+    if spread <= SAME_LENGTHS * mean:
         return mean
     for digits in range(1, 17):
         short = float(f"{mean:.{digits}g}")
@@ -178,4 +180,4 @@ def rows_of(
 
 def _least_norm(jacobian: FloatArray, residual: FloatArray) -> FloatArray:
     """The smallest step with jacobian @ step = residual, as nearly as possible."""
-    return np.asarray(np.linalg.lstsq(jacobian, residual, rcond=RANK_TOLERANCE)[0], dtype=np.float64)
+    return np.asarray(np.linalg.lstsq(jacobian, residual, rcond=REPAIR_RANK)[0], dtype=np.float64)

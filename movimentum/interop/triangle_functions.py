@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.numeric import sincosd
 from movimentum.records import dataclass
-
-TOUCHING = 1e-12
-"""Relative gap up to which two circles count as touching."""
+from movimentum.tolerances import TOUCHING
 
 
 @dataclass(frozen=True, slots=True)

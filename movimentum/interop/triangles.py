@@ -20,10 +20,7 @@ from movimentum.scene.model import Scene
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import listed
-
-STILL = 1e-13
-SAME = 1e-12
-"""Relative to the scene's size: the tolerance for constants, and for the points that formulas must reproduce."""
+from movimentum.tolerances import CONSTANT, SHORT_LINE, STRAIGHT, TURNED_OVER
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +168,7 @@ class _TriangleBuilder:
 
     def _still(self, j: int) -> bool:
         place = self.places[j]
-        if np.max(np.ptp(place, axis=0)) > STILL * self.size:
+        if np.max(np.ptp(place, axis=0)) > CONSTANT * self.size:
             return False
         self.values[self._point(j)] = place[0]
         return True
@@ -181,7 +178,7 @@ class _TriangleBuilder:
         for _, known in self._bodies(j):
             for a, b in combinations(known, 2):
                 base, arm = self.places[b] - self.places[a], self.places[j] - self.places[a]
-                if np.min(_lengths(base)) < 1e-3 * np.max(_lengths(arm)):
+                if np.min(_lengths(base)) < SHORT_LINE * np.max(_lengths(arm)):
                     continue
                 self._plap(self._point(j), a, b, self.places[j])
                 return True
@@ -198,7 +195,7 @@ class _TriangleBuilder:
         for _, known in self._bodies(j):
             for a in known:
                 offset = self.places[j] - self.places[a]
-                if np.max(np.ptp(offset, axis=0)) <= STILL * self.size:
+                if np.max(np.ptp(offset, axis=0)) <= CONSTANT * self.size:
                     x, y = (self._scalar("x", float(np.mean(offset[:, axis]))) for axis in (0, 1))
                     self._add("PXY", self._point(j), self.names[a], x, y)
                     return True
@@ -228,7 +225,7 @@ class _TriangleBuilder:
                     base, arm = self.places[b] - self.places[a], self.places[j] - self.places[a]
                     side = base[:, 0] * arm[:, 1] - base[:, 1] * arm[:, 0]
                     near, far = float(np.min(side)), float(np.max(side))
-                    reach = 1e-9 * self.size**2
+                    reach = TURNED_OVER * self.size**2
                     if near < -reach and far > reach:
                         told = self.joints[j].told(self.scene)
                         message = f"the triangle of `{told}` turns over on its way (a change point)"
@@ -247,7 +244,7 @@ class _TriangleBuilder:
                     line = c.place - b.place
                     unit = line / np.hypot(line[:, 0], line[:, 1])[:, None]
                     ahead = np.einsum("fk,fk->f", self.places[j] - self.places[a], unit)
-                    reach = 1e-9 * self.size
+                    reach = TURNED_OVER * self.size
                     if np.min(ahead) < -reach and np.max(ahead) > reach:
                         continue
                     if np.min(ahead) + np.max(ahead) < 0.0:
@@ -336,7 +333,7 @@ def _straight(path: FloatArray, size: float) -> Sequence[FloatArray] | None:
     last = path[int(np.argmax(np.hypot(*(path - first).T)))]
     line = last - first
     length = float(np.hypot(*line))
-    if length <= 1e-3 * size:
+    if length <= SHORT_LINE * size:
         return None
     off = ((path - first)[:, 0] * line[1] - (path - first)[:, 1] * line[0]) / length
-    return (first, last) if np.max(np.abs(off)) <= SAME * size else None
+    return (first, last) if np.max(np.abs(off)) <= STRAIGHT * size else None

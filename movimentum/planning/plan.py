@@ -9,8 +9,8 @@ from movimentum.expressions import Expr
 from movimentum.planning.blocks.fused import Schedule, schedule
 from movimentum.planning.blocks.kinds import Block, Winding
 from movimentum.planning.blocks.stated import BlockRows, blocks_before, blocks_behind, rows_of
-from movimentum.planning.codegen.generate import Clocks, Compiled
-from movimentum.planning.codegen.kept_code import KeptCode
+from movimentum.planning.codegen.generate import Clocks
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.records import dataclass, field
@@ -26,7 +26,7 @@ class Plan:
     for each error of `System.wishes` (``wish_of``: which wish). ``measured`` are expressions of what hangs from free
     motion without a say in it, see `blocks.wishes`. ``clocks`` are the starts of the clocks that all compiled functions
     read as ``k``. ``bodies`` are the unknowns of all things that constraints mention. ``size`` is the scene's size in
-    pixels. ``code`` is what other plans have compiled, if it is kept.
+    pixels.
     """
 
     system: System
@@ -40,7 +40,6 @@ class Plan:
     measured: Mapping[Expr, Expr]
     bodies: tuple[BodyUnknowns, ...]
     size: float
-    code: KeptCode | None = None
     _schedules: dict[bool, Schedule] = field(default_factory=dict[bool, Schedule])
     _owner: dict[int, int] = field(default_factory=dict[int, int], init=False)
     _stated: dict[int, BlockRows] = field(default_factory=dict[int, BlockRows], init=False)
@@ -90,6 +89,5 @@ class Plan:
                 for block in self.blocks
                 if windings or not isinstance(block, Winding) or awaited & set(block.unknowns)
             )
-            clocks = Clocks(self.clocks)
-            found = self._schedules[windings] = schedule(self.blocks, needed, clocks, self.code)
+            found = self._schedules[windings] = schedule(self.blocks, needed, Clocks(self.clocks))
         return found

@@ -27,6 +27,7 @@ from movimentum.planning.structure.turns import without_repetitions
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import Anonymous, Bearing, Scene
 from movimentum.timeline.model import Segment
+from movimentum.tolerances import ROUNDED_FAR
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,23 +117,21 @@ def compile_structure(structure: Structure, size: float, kept: KeptBlocks | None
         if node.op == "clock":  # also those that no block reads, for whoever looks at the equations as they were stated
             clocks.number(node.start)
     turning = {item.number for item in system.segment.active if item.paired}
-    code = compiled if kept is None else kept.code.of
     return Plan(
         system=system,
         blocks=tuple(blocks),
         checks=decomposition.checks,
         check_values=tuple(
-            code([system.equations[n].residual, _size_of_terms(system, n, size, turning)], clocks)
+            compiled([system.equations[n].residual, _size_of_terms(system, n, size, turning)], clocks)
             for n in decomposition.checks
         ),
-        selectors=tuple(code([selector.value], clocks) for selector in system.selectors),
-        wishes=tuple(code([error], clocks) for error in errors),
+        selectors=tuple(compiled([selector.value], clocks) for selector in system.selectors),
+        wishes=tuple(compiled([error], clocks) for error in errors),
         wish_of=tuple(i for i, wish in enumerate(system.wishes) for _ in wish.errors),
         measured=hanging,
         clocks=tuple(clocks.starts),
         bodies=system.bodies(),
         size=size,
-        code=None if kept is None else kept.code,
     )
 
 
@@ -180,12 +179,6 @@ def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
     )
 
 
-ROUNDED = 5e-8
-"""Of how far a scene lies from the origin: what its numbers are rounded by, as large as if it were a term (of which a
-redundant equation may be off by 1e-8).
-"""
-
-
 def _size_of_terms(system: System, number: int, size: float, turning: Set[int]) -> Expr:
     """The sum of the sizes of an equation's terms: what its residual is small or large against.
 
@@ -194,7 +187,7 @@ def _size_of_terms(system: System, number: int, size: float, turning: Set[int]) 
     equation = system.equations[number]
     if equation.polynomial is None:
         return const(size)
-    total = const(360.0 if equation.constraint in turning else ROUNDED * max(map(abs, system.shift)))
+    total = const(360.0 if equation.constraint in turning else ROUNDED_FAR * max(map(abs, system.shift)))
     for monomial, coefficient in equation.polynomial.items():
         term = coefficient
         for n in monomial:

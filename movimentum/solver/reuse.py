@@ -57,6 +57,11 @@ class Known:
         """How many blocks had to be made so far, of those that are kept."""
         return self._blocks.made
 
+    @property
+    def plans_made(self) -> int:
+        """How many plans had to be made so far."""
+        return self._plans.made
+
     def begin(self) -> None:
         """Another timeline is solved: forget what the last ones had no use for."""
         kept = (self._numbers, self._segment_motions, self._structures, self._equations, self._plans, self._blocks)
@@ -137,6 +142,26 @@ class Known:
         if last is None or last.scene is not scene:
             last = self._last = _OfScene(scene, self.number(scene_key(scene)), scene_shift(scene), {})
         return last
+
+
+class _Plans(Known):
+    """Plans for those who keep nothing themselves. What a timeline finds beside its plans is forgotten with it."""
+
+    def begin(self) -> None:
+        super().begin()
+        self._blocks, self.memory = KeptBlocks(KEPT), Memory(KEPT)
+
+
+_PLANS = _Plans()
+FEW = 200
+"""Things of a scene whose plans are kept for the process."""
+
+
+def plans_of_this_process(scene: Scene) -> Known:
+    """Where plans of ``scene`` are kept: so a script that is solved again is not planned again. Large ones are not, as
+    nobody could give their memory back.
+    """
+    return _PLANS if len(scene.things) <= FEW else Known()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

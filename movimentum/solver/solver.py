@@ -18,7 +18,7 @@ from movimentum.solver.continuation.tracks import Choice, Gap
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.reuse import Known, scene_key, segment_key
+from movimentum.solver.reuse import Known, plans_of_this_process, scene_key, segment_key
 from movimentum.solver.segment_motion import Failure, FailureKind, PathBeginning, PathReason, SegmentMotion, Unsolved
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.resumption import Branch, first_beginning, times_after
@@ -61,7 +61,7 @@ def solve(
     """
     scene = timeline.scene
     size = scene_size(scene)
-    work = Solving(scene, size, known or Known(), resumes)
+    work = Solving(scene, size, known or plans_of_this_process(scene), resumes)
     if not is_limited():  # what is only tried out belongs to the text that it is tried for
         work.known.begin()
     with remembering(work.known.memory):
@@ -69,24 +69,22 @@ def solve(
 
 
 def _solved(work: Solving, timeline: Timeline, begin: Carry | None, known: Known | None) -> tuple[SegmentMotion, ...]:
-    scene = work.scene
-    whole = 0 if known is None else known.number(scene_key(scene))
+    scene, number = work.scene, work.known.number
+    whole = number(scene_key(scene))
     carry = begin or as_drawn(scene)
     key = 0
     segment_motions: list[SegmentMotion] = []
     for segment in timeline.segments:
-        own = segment.number
-        if known is not None:  # the motion depends on that of all segments before
-            own = known.number(segment_key(whole, segment, scene.source.text))
-            key = known.number((own, key))
-        segment_motion = work.known.segment_motion(key, scene, segment) if known is not None and begin is None else None
+        own = number(segment_key(whole, segment, scene.source.text))
+        key = number((own, key))  # the motion depends on that of all segments before
+        segment_motion = None if known is None or begin is not None else known.segment_motion(key, scene, segment)
         if segment_motion is None:
             earlier = segment_motions[-1] if segment_motions else None
             if earlier is not None:
                 carry = _left_by(earlier)
             segment_motion = _solve_segment(work, SegmentTask(segment, own, carry), earlier)
             if known is not None and begin is None:
-                work.known.keep(key, segment_motion)
+                known.keep(key, segment_motion)
         segment_motions.append(segment_motion)
         if segment_motion.troubles and not work.resumes:
             break

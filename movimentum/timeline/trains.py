@@ -35,9 +35,7 @@ from movimentum.scene.pairs import belt_radius
 from movimentum.scene.values import from_line
 from movimentum.things.kinds.toothed import RACK
 from movimentum.timeline.joints import Direction, Joints, value_at
-
-_TIE = 1e-6
-"""Of a tooth: so near to the middle between two choices, the lower one is taken."""
+from movimentum.tolerances import NEAREST_TOOTH
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +187,7 @@ class Trains:
             form = forms[pair]
             phase = form.drawn + sum(float(f) * turns.get(t, 0.0) for t, f in form.factors.items())
             if (number, pair) not in self._teeth:
-                self._teeth[number, pair] = math.ceil(phase / 360.0 - 0.5 - _TIE)
+                self._teeth[number, pair] = math.ceil(phase / 360.0 - 0.5 - NEAREST_TOOTH)
             for thing, factor in form.factors.items():
                 if thing not in turns:
                     turns[thing] = (360.0 * self._teeth[number, pair] - phase) / float(factor)

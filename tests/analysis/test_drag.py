@@ -12,7 +12,7 @@ from benchmarks.penrose import transformable
 from movimentum.analysis.interactive.drag import Grip
 from movimentum.expressions import symbol
 from movimentum.interop.linkages import linkage_script
-from movimentum.planning.codegen.generate import structures_compiled
+from movimentum.planning.codegen.writing import structures_compiled
 from movimentum.scene.model import AnchorCoordinate, Scene
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.solver import solve

@@ -5,6 +5,7 @@ What is tried is read from the signatures, so a new method or a new keyword is t
 
 from __future__ import annotations
 
+import gc
 import inspect
 import re
 from collections.abc import Callable, Iterator
@@ -18,7 +19,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.api.arguments import QualityWord, ShowWord, in_python
+from movimentum.api.arguments import _SPARING, QualityWord, ShowWord, in_python
 from movimentum.cli.app import commands
 from movimentum.diagnostics import Diagnostic
 from movimentum.drawing.options import Quality, Show
@@ -207,3 +208,13 @@ def test_goals_are_told_in_short() -> None:
     (goal,) = mv.loads(SCRIPT).fit().goals
     assert repr(goal).startswith("AimOutcome(told='.max(Arm.P.y) = 50', line=4, rms=")
     assert len(repr(goal)) < 160
+
+
+def test_calls_look_for_garbage_rarely_and_leave_it_as_it_was():
+    before = gc.get_threshold()
+    with pytest.raises(mv.MovimentumError):
+        mv.loads("Crank : .bar")
+    assert gc.get_threshold() == before
+    with _SPARING, _SPARING:
+        assert gc.get_threshold()[0] == _SPARING.THRESHOLD
+    assert gc.get_threshold() == before

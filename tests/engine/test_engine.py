@@ -140,7 +140,7 @@ def test_an_edit_in_a_step_solves_from_there_on() -> None:
 
 
 def test_another_number_plans_no_more_than_a_restatement() -> None:
-    from movimentum.planning.codegen.generate import structures_compiled
+    from movimentum.planning.codegen.writing import structures_compiled
 
     engine = _engine()
     before = structures_compiled()

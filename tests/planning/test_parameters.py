@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from movimentum.planning.blocks.kept import KeptBlocks
-from movimentum.planning.codegen.generate import structures_compiled
+from movimentum.planning.codegen.writing import structures_compiled
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.rendering.images import image_size
 from movimentum.scene.build import build

@@ -17,7 +17,7 @@ from movimentum.analysis.freedom.degrees import block_ranks, generic_moment
 from movimentum.analysis.freedom.sparse_rank import SparseRank
 from movimentum.interop.linkages import linkage_script
 from movimentum.planning.blocks.kinds import Free
-from movimentum.planning.codegen.generate import structures_compiled
+from movimentum.planning.codegen.writing import structures_compiled
 from movimentum.planning.structure.graph import maximum_matching
 from movimentum.solver import beginning
 from movimentum.solver.block import change_points
@@ -29,6 +29,7 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.options import BlockOptions
 from movimentum.solver.start.resumption import times_after
 from movimentum.source import SourceText
+from movimentum.tolerances import RANK_TOLERANCE
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, moved, understand
 from tests.command import ROOT
@@ -165,7 +166,7 @@ def test_sparse_rank_is_the_rank() -> None:
     (block,) = (block for block in segment_motion.plan.blocks if isinstance(block, Free))
     scale = np.full(len(block.core), segment_motion.plan.size)
     rows, found, free = rank.rank_at(block, rank.at_one(state), instants.clocks, rank.values_of(block, state), scale)
-    expected, null, _ = null_space(rows, rank.RANK_TOLERANCE)
+    expected, null, _ = null_space(rows, RANK_TOLERANCE)
     assert found == expected < len(block.core)
     assert np.abs(rows @ free).max() < 1e-12
     assert free == pytest.approx(null @ (null.T @ free), abs=1e-11)

@@ -54,8 +54,7 @@ STAR = '''
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind
 from movimentum.things.options import AREA, JOINTS, OptionForm, OptionRule
 

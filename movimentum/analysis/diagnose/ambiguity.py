@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from movimentum.analysis.diagnose.equal_solutions import ONE, loose_variables, solutions_of
+from movimentum.analysis.diagnose.equal_solutions import loose_variables, solutions_of
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.diagnostics import Diagnostic, Fix, Severity
@@ -20,9 +20,7 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.solver.start.candidates import Part
 from movimentum.text import listed, time_text
-
-CLOSED = 1e-6
-"""Of the scene's size: a drawing this near to a solution counts as drawn in it."""
+from movimentum.tolerances import AS_DRAWN, ONE_SOLUTION, SAME_INSTANT
 
 
 def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
@@ -131,10 +129,10 @@ def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Seq
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(piece.instants(np.array([piece.begin])))
     begun, size = snapshot(segment_motion.plan, state, segment_motion.base.now, 0), segment_motion.plan.size
-    near = (_same(a, b, size, 10.0 * ONE) for a, b in zip(begun.things, wanted.things, strict=True))
+    near = (_same(a, b, size, 10.0 * ONE_SOLUTION) for a, b in zip(begun.things, wanted.things, strict=True))
     names = {u.payload: u.name for u in segment_motion.plan.system.unknowns if isinstance(u.payload, VariableComponent)}
     return all(near) and all(
-        abs(begun.others[payload] - wanted.others.get(payload, begun.others[payload])) <= 10.0 * ONE * size
+        abs(begun.others[payload] - wanted.others.get(payload, begun.others[payload])) <= 10.0 * ONE_SOLUTION * size
         for payload, name in names.items()
         if payload in begun.others and name not in loose
     )
@@ -146,7 +144,7 @@ def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Seq
 def _states(segment_motion: SegmentMotion, beginning: PathBeginning, part: Part) -> list[State]:
     """The whole state (one instant) at the beginning with each candidate of the part in turn; none without a path."""
     piece = next(
-        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
+        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < SAME_INSTANT),
         None,
     )
     if piece is None:
@@ -193,6 +191,6 @@ def _moved_as_one(pose: Snapshot, things: Sequence[int], size: float) -> bool:
     return all(_same(pose.things[t], pose.things[things[0]], size) for t in things)
 
 
-def _same(a: ThingPose, b: ThingPose, size: float, tolerance: float = CLOSED) -> bool:
+def _same(a: ThingPose, b: ThingPose, size: float, tolerance: float = AS_DRAWN) -> bool:
     apart = max(abs(a.x - b.x) / size, abs(a.y - b.y) / size, abs(a.c - b.c), abs(a.s - b.s))
     return apart <= tolerance

@@ -20,11 +20,8 @@ from movimentum.solver.segment_motion import Unsolved
 from movimentum.source import SourceText
 from movimentum.text import counted, number, time_text
 from movimentum.timeline.model import HeldClaim
+from movimentum.tolerances import CLAIM_MET, CLAIM_NEARLY_MET, NEXT_ROUND
 
-TOLERANCE = 1e-9
-"""Of the scene's size (its largest extent, in pixels), for a claim without ``.within``."""
-NEARLY = 1e-3
-"""Of the scene's size: for a larger error, no tolerance is suggested."""
 CHUNK = 8192
 HALVINGS = 60
 AT_MOST = 50_000
@@ -113,7 +110,7 @@ class _Judge:
         self.motion, self.held = motion, held
         self.read: Reader = reader(motion.timeline.scene, (*claim.left, *claim.right))
         given = claim.tolerance
-        self.tolerance = TOLERANCE * motion.size if given is None else float(given)
+        self.tolerance = CLAIM_MET * motion.size if given is None else float(given)
         self.fails: tuple[Fraction, tuple[float, ...], float] | None = None
         self.worst, self.worst_time = 0.0, held.start
         self.good: list[Fraction] = []
@@ -208,7 +205,7 @@ def _told(broken: Broken, size: float, source: SourceText) -> Diagnostic:
     asked = wanted if right == wanted else f"`{right}`, which is {wanted}"
     finite = np.isfinite(broken.worst)
     helps: list[str | Fix] = ["either the claim or a constraint is wrong: the claim itself moves nothing"]
-    if finite and broken.worst <= max(NEARLY * size, 10.0 * broken.tolerance):
+    if finite and broken.worst <= max(CLAIM_NEARLY_MET * size, 10.0 * broken.tolerance):
         enough = _rounded_up(broken.worst)
         helps.append(Fix(f"`.within({enough})` after it accepts this result", (tolerated(source, claim, enough),)))
     off = f"it is off by {number(broken.amount)} there" if finite else "it has no value there"
@@ -249,4 +246,4 @@ def _rounded_up(value: float) -> str:
     if value <= 0.0:
         return "0"
     unit = 10.0 ** (np.floor(np.log10(value)) - 1)
-    return number(float(np.ceil(value / unit * (1.0 + 1e-9)) * unit), 2)
+    return number(float(np.ceil(value / unit * (1.0 + NEXT_ROUND)) * unit), 2)

@@ -18,13 +18,10 @@ from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.tolerances import UNCERTAIN_AT_FOLD
 
 WORTH_TELLING = 1e6
 """From this condition on, half of float64's digits are lost at worst."""
-LARGEST = 1e-8
-"""Where two solutions meet, rounding separates them by its own square root: no condition is reported as worse than the
-inverse of that.
-"""
 NEAR = 0.02
 """Relative discriminant below which a minimum between nodes is examined frame by frame."""
 MOST_FRAMES = 20_000
@@ -61,7 +58,7 @@ def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int,
                 chosen = frames[_near_minima(piece, margins, frames)][:MOST_FRAMES]
                 if len(chosen) == 0:
                     continue
-                found = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), LARGEST**2))
+                found = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), UNCERTAIN_AT_FOLD**2))
             elif isinstance(track, NodeTrack) and isinstance(block, Newton) and block.is_square:
                 if not (conditions(piece, block, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
                     continue
@@ -107,4 +104,4 @@ def conditions(piece: Piece, block: Newton, tau: FloatArray, values: FloatArray 
     scale = track_scale(piece.plan, block)
     rows, _ = scaled(BlockProblem.of(block, state, instants.clocks, scale).jacobian(values), scale)
     singular = np.linalg.svd(np.nan_to_num(rows, posinf=0.0, neginf=0.0), compute_uv=False)
-    return singular[:, 0] / np.maximum(singular[:, -1], LARGEST * singular[:, 0])
+    return singular[:, 0] / np.maximum(singular[:, -1], UNCERTAIN_AT_FOLD * singular[:, 0])

@@ -16,6 +16,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.start.contradictions import Contradiction, find_contradiction
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, scattered
 from movimentum.solver.start.fitting import MET, Fitting
+from movimentum.tolerances import EQUALLY_CHEAP, LIGHT_WEIGHTS
 
 MOST = 60
 """The number of poses from which the least errors of the members are searched: those found already, and random ones."""
@@ -23,10 +24,6 @@ EFFORT = 2e9
 """Work for all amounts, see `Effort`; amounts beyond it are not reported."""
 SENSIBLE = 1e6
 """Of the scene's size: a larger amount means that the search went astray."""
-LIGHT = (0.1, 1e-2, 1e-3, 1e-4)
-"""Weights, one after the other, of a constraint that is satisfied only as far as the others allow (with the last weight
-alone, the valley would be too narrow).
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,14 +31,14 @@ class Conflict:
     """``constraints`` (numbers, in script order) and rigid ``things`` that cannot all hold.
 
     ``off``: constraint number -> how far its sides stay apart (script units) when all others of the set hold.
-    ``segment_motion``: thing number -> the factor by which it would have to be scaled for the others to hold.
+    ``stretch_of``: thing number -> the factor by which it would have to be scaled for the others to hold.
     ``others``: how many constraints of the same plan are not involved.
     """
 
     constraints: tuple[int, ...]
     things: tuple[int, ...]
     off: dict[int, float]
-    segment_motion: dict[int, float]
+    stretch_of: dict[int, float]
     others: int
 
 
@@ -60,7 +57,7 @@ def told(found: Contradiction) -> Conflict:
     near = list(found.meeting.values())[:: max(1, len(found.meeting) // 3)]
     others = [*found.poses[:4], *near, *scattered(demands, few)][: few + 2]
     off: dict[int, float] = {}
-    segment_motion: dict[int, float] = {}
+    stretch_of: dict[int, float] = {}
     with np.errstate(all="ignore"):
         for member, pose in sorted(found.meeting.items(), key=lambda item: item[0]):
             kind, number = member
@@ -75,11 +72,11 @@ def told(found: Contradiction) -> Conflict:
             elif kind == "thing":
                 factor = _stretched(demands, number, u)
                 if factor is not None:
-                    segment_motion[number] = factor
+                    stretch_of[number] = factor
     constraints = tuple(sorted(n for kind, n in found.members if kind == "constraint"))
     stated = {e.constraint for e in demands.plan.system.equations if e.constraint is not None}
     things = tuple(sorted(n for kind, n in found.members if kind == "thing"))
-    return Conflict(constraints, things, off, segment_motion, len(stated) - len(constraints))
+    return Conflict(constraints, things, off, stretch_of, len(stated) - len(constraints))
 
 
 def _nearest(demands: Demands, one: Member, starts: Sequence[FloatArray]) -> FloatArray:
@@ -91,10 +88,10 @@ def _nearest(demands: Demands, one: Member, starts: Sequence[FloatArray]) -> Flo
     fitting = Fitting(demands, rows, [i for i in mine if i < demands.linear])
     light = np.array([i in mine for i in fitting.fitted])
     poses = np.array(starts)
-    for weight in LIGHT:
+    for weight in LIGHT_WEIGHTS:
         fit = fitting.fit(poses, np.where(light, weight, 1.0))
         cost = np.sum((fit.left * np.where(light, weight, 1.0)) ** 2, axis=1)
-        poses = fit.u[[int(np.argmax(cost <= cost.min() * (1.0 + 1e-6)))]]
+        poses = fit.u[[int(np.argmax(cost <= cost.min() * (1.0 + EQUALLY_CHEAP)))]]
     rest = Fitting(demands, [i for i in rows if i not in mine]).fit(poses)
     return rest.u[0] if rest.error[0] <= MET else starts[0]
 

@@ -14,17 +14,15 @@ from movimentum.solver.continuation.tracks import FlowTrack, Trouble
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Failure, SegmentMotion
 from movimentum.text import listed, number, time_text
-
-UNCERTAIN = 1e-9
-"""Of its largest value: an error of an integrated state that is told."""
+from movimentum.tolerances import UNCERTAIN_STATE
 
 
 def uncertain(segment_motion: SegmentMotion, block: Block, track: FlowTrack) -> Iterator[Diagnostic]:
-    """The error of a differential equation's solution, where it is more than `UNCERTAIN`."""
-    if not np.any(track.errors > UNCERTAIN):
+    """The error of a differential equation's solution, where it is more than `UNCERTAIN_STATE`."""
+    if not np.any(track.errors > UNCERTAIN_STATE):
         return
     begin = float(segment_motion.segment.start)
-    first = begin + float(track.times[int(np.argmax(track.errors > UNCERTAIN))])
+    first = begin + float(track.times[int(np.argmax(track.errors > UNCERTAIN_STATE))])
     worst = int(np.argmax(track.errors))
     error, when = float(track.errors[worst]), time_text(begin + float(track.times[worst]))
     yield Diagnostic(

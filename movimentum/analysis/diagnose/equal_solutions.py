@@ -10,15 +10,7 @@ from movimentum.planning.plan import Plan
 from movimentum.scene.model import ThingProperty, VariableComponent
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.start.candidates import Candidate, Part
-
-ONE = 1e-5
-"""Of the scene's size (or a direction of length 1): solutions this near to each other are one solution found several
-times.
-
-Newton's method finds a double root to about 1e-8 and a triple one to about 1e-5.
-"""
-PARTED = 1e-6
-"""The same for two solutions that begin together: if they are this far apart shortly afterwards, they part."""
+from movimentum.tolerances import ONE_SOLUTION, SOLUTIONS_PARTED
 
 
 def shown_unknowns(plan: Plan, part: Part) -> list[int]:
@@ -57,7 +49,7 @@ def solutions_of(plan: Plan, part: Part) -> list[list[Candidate]]:
         for group, other_now, other_later in seen:
             apart = float(np.max(np.abs(now - other_now), initial=0.0))
             afterwards = float(np.max(np.abs(later - other_later), initial=0.0))
-            if apart <= ONE and afterwards <= 3.0 * apart + PARTED:
+            if apart <= ONE_SOLUTION and afterwards <= 3.0 * apart + SOLUTIONS_PARTED:
                 group.append(candidate)
                 break
         else:
@@ -73,7 +65,7 @@ def loose_variables(plan: Plan, solutions: list[list[Candidate]]) -> list[str]:
             continue
         for group in solutions:
             values = [candidate.values[unknown.number] for candidate in group]
-            if max(values) - min(values) > ONE * max(1.0, *map(abs, values)):
+            if max(values) - min(values) > ONE_SOLUTION * max(1.0, *map(abs, values)):
                 names.append(unknown.name)
                 break
     return names

@@ -23,6 +23,7 @@ from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.rejections import Rejection
 from movimentum.text import counted, number, time_text
+from movimentum.tolerances import SAME_LENGTH, STEADY_AMOUNT
 
 if TYPE_CHECKING:
     from movimentum.analysis.diagnose.conflict import Conflict
@@ -36,8 +37,6 @@ SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
 MOST_LEFT_OUT = 6
 """Of contradicting constraints, so many of the last ones are offered to be left out."""
-STEADY = 1e-4
-"""By which fraction the amount of such a contradiction may vary."""
 
 
 def failure_diagnostic(
@@ -174,7 +173,7 @@ def _holds_all_along(segment_motion: SegmentMotion, contradiction: Contradiction
     amount = apart(contradiction)
     for tau in samples:
         there = later(contradiction, segment_motion.plan, tau, segment_motion.base)
-        if there is None or abs(apart(there) - amount) > STEADY * amount:
+        if there is None or abs(apart(there) - amount) > STEADY_AMOUNT * amount:
             return False
     return True
 
@@ -189,8 +188,8 @@ def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float
     for t in conflict.things:
         thing = scene.things[t]
         text = "rigid"
-        factor = conflict.segment_motion.get(t)
-        if factor is not None and abs(factor - 1.0) > 1e-9:
+        factor = conflict.stretch_of.get(t)
+        if factor is not None and abs(factor - 1.0) > SAME_LENGTH:
             change = (factor - 1.0) * 100.0
             text = f"rigid: would have to be {number(abs(change), 3)} % {'longer' if change > 0 else 'shorter'}"
             if len(thing.anchors) == 2:

@@ -15,9 +15,8 @@ from movimentum.solver.poses import Poses
 from movimentum.text import number
 from movimentum.things.kinds.disc import DISC
 from movimentum.things.kinds.toothed import GEAR
+from movimentum.tolerances import LOOKS_SAME
 
-SAME = 1e-6
-"""Of the scene's size (angles: of a radian, colours: of the full range): poses that look the same."""
 LOOKED_AT = 16
 """Instants between beginning and end, to see whether anything moves at all."""
 
@@ -33,7 +32,7 @@ class _Difference:
 
     def amount(self, size: float) -> float:
         """In units of what still looks the same."""
-        return max(self.distance / size, np.radians(abs(self.turn)), self.looks) / SAME
+        return max(self.distance / size, np.radians(abs(self.turn)), self.looks) / LOOKS_SAME
 
 
 def film_loops(motion: PathMotion) -> Iterator[Diagnostic]:
@@ -51,9 +50,9 @@ def film_loops(motion: PathMotion) -> Iterator[Diagnostic]:
         if worst is not None and worst.amount(motion.size) > 1.0:
             yield _seam(worst, motion)
         return
-    moved = [_farthest(poses, 0, k, things, motion.size) for k in range(1, LOOKED_AT)]
     if worst is None or worst.amount(motion.size) > 1.0:
         return
+    moved = (_farthest(poses, 0, k, things, motion.size) for k in range(1, LOOKED_AT))
     if not any(each is not None and each.amount(motion.size) > 1.0 for each in moved):
         return  # a still picture
     last = scene.steps[-1].span
@@ -68,11 +67,11 @@ def film_loops(motion: PathMotion) -> Iterator[Diagnostic]:
 def _seam(worst: _Difference, motion: PathMotion) -> Diagnostic:
     name = worst.thing.name
     parts: list[str] = []
-    if worst.distance > SAME * motion.size:
+    if worst.distance > LOOKS_SAME * motion.size:
         parts.append(f"{number(worst.distance)} pixels away")
-    if np.radians(abs(worst.turn)) > SAME:
+    if np.radians(abs(worst.turn)) > LOOKS_SAME:
         parts.append(f"turned by {number(worst.turn)} degrees")
-    if worst.looks > SAME:
+    if worst.looks > LOOKS_SAME:
         parts.append("of another colour or opacity, or not there")
     return Diagnostic(
         code="loop/seam",

@@ -13,15 +13,12 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Scene, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.text import listed
+from movimentum.tolerances import MOVED_AWAY, TOUCHING
 
 MOST_NOTES = 8
 """Up to this many things have a note each; more are reported together."""
-TOUCHING = 1e-6
-"""Of the scene's size: anchors at one place."""
 SOON = Fraction(1, 16)
 """Of the animation: by this time, a joint that leaves a thing behind has moved."""
-LEAVING = 1e-3
-"""Of the scene's size: how far it has moved."""
 
 
 def forgotten(motion: PathMotion) -> Iterator[Diagnostic]:
@@ -84,7 +81,7 @@ def _left_behind(motion: PathMotion, still: list[Thing]) -> dict[int, str]:
     if not names:
         return {}
     starts = np.array([path[0] for path in paths])
-    leaves = np.array([float(np.hypot(*(path[1] - path[0]))) > LEAVING * motion.size for path in paths])
+    leaves = np.array([float(np.hypot(*(path[1] - path[0]))) > MOVED_AWAY * motion.size for path in paths])
     found: dict[int, str] = {}
     for thing in still:
         for anchor in thing.anchors:

@@ -24,11 +24,10 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.follow import follow
 from movimentum.solver.segment_motion import PathBeginning, SegmentMotion
 from movimentum.solver.start.candidates import Candidate, Part, Selection
+from movimentum.tolerances import CLEARLY_FARTHER, SEEN_APART, STANDS_STILL
 
 MOST_CANDIDATES = 6
 LARGE = 1000
-SEEN = 1e-6
-"""Of the scene's size (or of a direction): smaller differences are not reported."""
 MOST_WORDS = 4
 CLEAR = 0.01
 """How far from equality, in units of the scene's size (or radians), an inequality must stay to be offered."""
@@ -157,7 +156,7 @@ def _dyads(scene: Scene, first: Followed) -> list[tuple[Key, tuple[Key, Key], Ke
     result: list[tuple[Key, tuple[Key, Key], Key]] = []
     for k, a in enumerate(keys):
         for b in keys[k + 1 :]:
-            if a[0] == b[0] or np.max(np.abs(first.anchors[a] - first.anchors[b])) > 1e-6 * (
+            if a[0] == b[0] or np.max(np.abs(first.anchors[a] - first.anchors[b])) > SEEN_APART * (
                 1 + np.max(np.abs(first.anchors[a]))
             ):
                 continue
@@ -173,7 +172,7 @@ def _against_number(text: str, values: list[FloatArray], rank: int) -> list[_Opt
     begins = sorted(float(v[0]) for v in values)
     options: list[_Option] = []
     for low, high in pairwise(begins):
-        if high - low > 1e-9 * (1 + abs(high)):
+        if high - low > STANDS_STILL * (1 + abs(high)):
             number = _round_between(low, high)
             options.append(_Option(text, f"{number:g}", tuple(v - number for v in values), rank))
     return options
@@ -237,7 +236,7 @@ def selecting_wish(plan: Plan, part: Part, index: int, without: Sequence[str] = 
         scale = 57.0 if isinstance(payload, ThingAngle) else plan.size
         others = [other.values[n] for k, other in enumerate(part.candidates) if k != index]
         apart = min(abs(value - other) for other in others) / scale
-        if apart > CLEAR and (best is None or apart > best[0] * (1.0 + 1e-9)):
+        if apart > CLEAR and (best is None or apart > best[0] * (1.0 + CLEARLY_FARTHER)):
             rounded = round(value, max(0, 2 - int(np.floor(np.log10(scale * apart)))))
             best = apart, f"{symbol_name(plan.system.scene, payload)} ~ {rounded + 0.0:g};"
     return None if best is None else best[1]
@@ -253,7 +252,7 @@ def described(
     anchor if all candidates turn it alike.
     """
     items = sorted(_differences(plan, candidates, followed, without), key=lambda item: -item[0])
-    told = [words for apart, words in items if apart > SEEN]
+    told = [words for apart, words in items if apart > SEEN_APART]
     return [
         ", ".join(words[k] for words in told[:MOST_WORDS]) + (", …" if len(told) > MOST_WORDS else "")
         or "differs in what is not drawn"
@@ -279,7 +278,7 @@ def _differences(
         if t in angle_of:
             turns = [candidate.values[angle_of[t]] for candidate in candidates]
         apart = _spread([np.array([np.cos(np.radians(a)), np.sin(np.radians(a))]) for a in turns])
-        if apart > SEEN:
+        if apart > SEEN_APART:
             yield apart, [f"`{body.name}` turned {round(a, 2) + 0.0:g} degrees" for a in turns]
             continue
         points = [np.array([f.anchors[t, anchors[0]][0]]).ravel() for f in followed]

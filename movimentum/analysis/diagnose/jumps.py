@@ -17,11 +17,10 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.source import Span
 from movimentum.text import number, time_text
+from movimentum.tolerances import LEAST_JUMP, SAME_INSTANT
 
 FRAMES = 1.5
 """The distance that things move in this many frames is not a jump."""
-LEAST = 1e-6
-"""Of the scene's size, or in radians: less is never a jump."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +58,7 @@ def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
         carry = beginning.carry
         over = beginning.reason is PathReason.INEQUALITY
         seen = segment_motion.segment.visible if over else motion.segments[index - 1].segment.visible
-        least = LEAST * motion.size
+        least = LEAST_JUMP * motion.size
         far, thing = _farthest(scene, carry.now, after, seen)
         travel = _travel_per_frame(motion, beginning)
         jumped: int | None = None
@@ -71,7 +70,7 @@ def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
             continue
         before = carry.before
         turning = 0.0 if before is None else _turn(before, carry.now, thing) * _frames(motion, carry)
-        if turned > (LEAST if over else max(FRAMES * turning, LEAST)):
+        if turned > (LEAST_JUMP if over else max(FRAMES * turning, LEAST_JUMP)):
             degrees = f"{number(float(np.degrees(turned)))} degrees"
             slow = number(float(np.degrees(turning)))
             yield Jump(beginning, thing, degrees, f"it turns {slow} degrees per frame there")
@@ -82,7 +81,7 @@ def _after(segment_motion: SegmentMotion, beginning: PathBeginning) -> Snapshot 
     if beginning.selection.choices is None:
         return None
     piece = next(
-        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < 1e-12),
+        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < SAME_INSTANT),
         None,
     )
     if piece is None:

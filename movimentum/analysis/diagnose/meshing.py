@@ -18,11 +18,10 @@ from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.text import number, time_text
 from movimentum.things.kinds.toothed import RACK
+from movimentum.tolerances import TURNED_DEG
 
 PLAY = 0.05
 """In modules: how far from where they belong centres may be."""
-TURNED_DEG = 1e-6
-"""Degrees: a smaller turn is rounding."""
 MOST = 400
 """Instants of a segment that are looked at."""
 

@@ -20,6 +20,7 @@ from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
+from movimentum.tolerances import AT_FRAME, LEAST_ROUNDED, SAME_LENGTH, STRETCHED
 
 if TYPE_CHECKING:
     from movimentum.analysis.diagnose.conflict import Conflict
@@ -106,14 +107,14 @@ def _long_enough(
     end = min(trouble.until, float(segment_motion.segment.end - segment_motion.segment.start))
     places = [trouble.begin + part * (end - trouble.begin) for part in MOMENTS]
     later = [find_conflict(plan, set(block.unknowns), tau, carry) for tau in places]
-    for t, factor in sorted(conflict.segment_motion.items()):
+    for t, factor in sorted(conflict.stretch_of.items()):
         thing = plan.system.scene.things[t]
         factors = [
             factor,
-            *(found.segment_motion[t] for found in later if found is not None and t in found.segment_motion),
+            *(found.stretch_of[t] for found in later if found is not None and t in found.stretch_of),
         ]
         now = _length(thing)
-        if len(thing.anchors) != 2 or abs(factor - 1.0) < 1e-9 or now <= 0.0:
+        if len(thing.anchors) != 2 or abs(factor - 1.0) < SAME_LENGTH or now <= 0.0:
             continue
         wanted = _round(now * max(factors), up=True) if factor > 1.0 else _round(now * min(factors), up=False)
         edit = lengthened(thing, wanted / now)
@@ -128,7 +129,7 @@ def _length(thing: Thing) -> float:
 
 def _round(value: float, *, up: bool) -> float:
     """A number of two or three digits that is clearly beyond ``value``."""
-    unit = 10.0 ** (np.floor(np.log10(max(value, 1e-9))) - 1)
+    unit = 10.0 ** (np.floor(np.log10(max(value, LEAST_ROUNDED))) - 1)
     return float(unit * (np.ceil(value / unit + CLEARLY) if up else np.floor(value / unit - CLEARLY)))
 
 
@@ -194,7 +195,7 @@ def _conflict(
     )
     end = min(trouble.until, length)
     first = float(timeline.start)
-    frame = int(np.floor((start + trouble.begin - first) * float(timeline.fps) + 1e-9)) + 1
+    frame = int(np.floor((start + trouble.begin - first) * float(timeline.fps) + AT_FRAME)) + 1
     following = first + frame / float(timeline.fps) - start
     if trouble.kind is FailureKind.START:
         following = trouble.begin
@@ -210,7 +211,7 @@ def _amount(scene: Scene, conflict: Conflict) -> str:
     """The thing that is too short or too long, and by how much; otherwise the error of a constraint; "" if neither is
     known.
     """
-    short = [(t, f) for t, f in conflict.segment_motion.items() if abs(f - 1.0) > 1e-12]
+    short = [(t, f) for t, f in conflict.stretch_of.items() if abs(f - 1.0) > STRETCHED]
     if not short:
         most = max(conflict.off.values(), default=np.nan)
         return f"they are out of reach by {number(most)}" if np.isfinite(most) else ""
@@ -224,7 +225,7 @@ def _last_good(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failu
     """The last frame strictly before the end of the path, and its time."""
     timeline = motion.timeline
     begin = float(segment_motion.segment.start) + trouble.begin
-    last = int(np.ceil((begin - float(timeline.start)) * float(timeline.fps) - 1e-9)) - 1
+    last = int(np.ceil((begin - float(timeline.start)) * float(timeline.fps) - AT_FRAME)) - 1
     if last < 0:
         return "there is no good frame before that"
     return f"the last good frame is {last}, at t = {time_text(float(timeline.frame_time(last)))}"

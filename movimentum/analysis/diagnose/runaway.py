@@ -16,13 +16,10 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Failure, SegmentMotion
 from movimentum.text import listed, number, time_text
+from movimentum.tolerances import AT_INFINITY, AWAY_FOR
 
-CLEARLY = 1e-6
-"""Of a frame: what is nearer than that to infinity is there."""
 AFAR = 1e4
 """Of the scene's size: what is farther away beside a pole runs away, too."""
-NEAR = 1e-6
-"""Of a step: what is away for no longer comes back from infinity at once."""
 
 
 def runaway(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic | None:
@@ -42,7 +39,7 @@ def runaway(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure)
     names = [f"`{system.scene.things[thing].name}`" for thing in things if thing != unknown.thing or not is_place]
     name = system.scene.things[unknown.thing].name if is_place and unknown.thing is not None else unknown.name
     with_it = "" if is_place or not names else f", and {listed(names)} with it"
-    back = trouble.until - pole <= 2.0 * max(pole - trouble.begin, NEAR * length)
+    back = trouble.until - pole <= 2.0 * max(pole - trouble.begin, AWAY_FOR * length)
     after = "" if back else f"; there is no solution from then {until_when(motion, segment_motion, trouble)}"
     shown = unknown.thing if is_place else things[0] if things else None
     places = () if shown is None else tuple(_places(motion, segment_motion, pole, shown))
@@ -91,7 +88,7 @@ def _places(motion: PathMotion, segment_motion: SegmentMotion, pole: float, thin
     timeline = motion.timeline
     name, (anchor, *_) = timeline.scene.things[thing].name, timeline.scene.things[thing].anchors
     place = (float(segment_motion.segment.start) + pole - float(timeline.start)) * float(timeline.fps)
-    before, after = int(np.ceil(place - CLEARLY)) - 1, int(np.floor(place + CLEARLY)) + 1
+    before, after = int(np.ceil(place - AT_INFINITY)) - 1, int(np.floor(place + AT_INFINITY)) + 1
     for frame, which in ((before, "the last frame before"), (after, "the first frame after")):
         if not 0 <= frame < timeline.frame_count:
             continue

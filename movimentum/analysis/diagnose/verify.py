@@ -13,10 +13,9 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.tolerances import JUDGED_BESIDE
 
 CHUNK = 8192
-BESIDE = 1e-6
-"""Of a path: where a constraint is judged that has no value at an instant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +89,7 @@ def _beside(piece: Piece, judge: Judge, tau: FloatArray, asked: BoolArray) -> Fl
     """
     worst = np.full(len(tau), np.inf)
     if asked.any():
-        aside = BESIDE * (piece.end - piece.begin)
+        aside = JUDGED_BESIDE * (piece.end - piece.begin)
         points = np.concatenate([tau[asked] - aside, tau[asked] + aside])
         instants = piece.instants(np.clip(points, piece.begin, piece.end))
         state, bad = evaluated(piece, instants)

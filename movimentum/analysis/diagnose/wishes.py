@@ -23,14 +23,9 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.text import listed, number, time_text
+from movimentum.tolerances import WISH_ASIDE, WISH_REACHED, WISH_STANDS_STILL
 
-REACHED = 1e-3
-"""Of the scene's size: how far from its goal a wish may be and count as reached."""
-STILL = 1e-3
-"""Of the speed with which an unhindered wish is followed: slower than that, it comes no nearer."""
 SAMPLES = 200
-ASIDE = 1e-3
-"""Of the scene's size: how far a pose is pushed to see whether it is stuck or blocked."""
 
 
 MOST = 50
@@ -104,7 +99,7 @@ def _told(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic 
     last = float(off[-1])
     left = life.constraint.left_span
     name = motion.timeline.scene.source.slice(left)
-    tolerance = REACHED * motion.size
+    tolerance = WISH_REACHED * motion.size
     if last <= tolerance:
         late = np.nonzero(off > tolerance)[0]
         begin = int(late[-1]) + 1 if len(late) else 0
@@ -147,7 +142,7 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
     held = HeldBlock(piece, block, piece.end, watched, reads)
     speed = held.approach(held.x)
     wanted = min(FOLLOWING * last, wish.speed or np.inf)
-    if speed > STILL * wanted:
+    if speed > WISH_STANDS_STILL * wanted:
         return Diagnostic(
             "wish/under-way",
             Severity.NOTE,
@@ -157,9 +152,9 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
         )
     if len(wishes_drawing(block)) > 1:
         held = HeldBlock(piece, drawn_by(plan, block, wish), piece.end, watched, reads)
-        if held.approach(held.x) > STILL * wanted:
+        if held.approach(held.x) > WISH_STANDS_STILL * wanted:
             return _opposed(motion, life, last, name, [plan.system.wishes[i] for i in wishes_drawing(block)])
-    if held.stuck(held.x, ASIDE * motion.size):
+    if held.stuck(held.x, WISH_ASIDE * motion.size):
         return Diagnostic(
             "wish/singular",
             Severity.WARNING,

@@ -22,11 +22,7 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
-
-STRESSED = 1e-6
-"""Of the largest: from here, a row takes part in a dependence among rows."""
-TOGETHER = 1e-6
-"""Of the fastest: velocities that differ by less are the same."""
+from movimentum.tolerances import MOVE_ALIKE, NO_VELOCITY, SEEN_MOVING, STEP_OF_DIFFERENCE, STRESSED
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +184,9 @@ def _twists(segment_motion: SegmentMotion, ranks: Sequence[BlockRank]) -> dict[i
         for place in (0.37931, 0.71713):
             tau = piece.begin + place * (min(piece.end, gap) - piece.begin)
             with np.errstate(all="ignore"):
-                state, bad = piece.evaluate(piece.instants(np.array([tau - 1e-6 * length, tau + 1e-6 * length])))
+                state, bad = piece.evaluate(
+                    piece.instants(np.array([tau - STEP_OF_DIFFERENCE * length, tau + STEP_OF_DIFFERENCE * length]))
+                )
             if bad.any():
                 continue
             before, after = (snapshot(segment_motion.plan, state, segment_motion.base.now, k).things for k in (0, 1))
@@ -211,7 +209,7 @@ def _weighed(twist: tuple[float, float, float], size: float) -> tuple[float, flo
 
 def _unit(twists: dict[int, tuple[float, float, float]], size: float) -> dict[int, tuple[float, float, float]]:
     largest = max((max(map(abs, _weighed(twist, size))) for twist in twists.values()), default=0.0)
-    if not largest > 1e-9 * size:
+    if not largest > NO_VELOCITY * size:
         return {}
     return {t: (a / largest, b / largest, c / largest) for t, (a, b, c) in twists.items()}
 
@@ -220,9 +218,9 @@ def _together(twists: dict[int, FloatArray]) -> tuple[tuple[tuple[int, ...], ...
     """Groups of at least two things that move alike, and the things that do not move."""
     found: list[tuple[FloatArray, list[int]]] = []
     fixed: list[int] = []
-    tolerance = TOGETHER * max((float(np.max(np.abs(v), initial=0.0)) for v in twists.values()), default=0.0)
+    tolerance = MOVE_ALIKE * max((float(np.max(np.abs(v), initial=0.0)) for v in twists.values()), default=0.0)
     # what moves is seen to 1e-9 or so by differences of poses
-    tolerance = max(tolerance, 1e-7)
+    tolerance = max(tolerance, SEEN_MOVING)
     for t, twist in sorted(twists.items(), key=lambda item: (*item[1][:1].tolist(), item[0])):
         if float(np.max(np.abs(twist), initial=0.0)) <= tolerance:
             fixed.append(t)

@@ -9,7 +9,8 @@ import numpy as np
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.blocks.wishes import with_wishes
-from movimentum.planning.codegen.generate import Clocks, Compiled
+from movimentum.planning.codegen.generate import Clocks
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.plan import Plan
 from movimentum.records import replace
@@ -18,8 +19,9 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
+from movimentum.tolerances import SHORTEST_PULL, STEP_OF_DIFFERENCE, TINY
 
-TRIES, STEPS, STEP, SHORTEST = 3, 60, 0.05, 1e-6
+TRIES, STEPS, STEP = 3, 60, 0.05
 FARTHEST = 0.05
 """Of the scene's size: how far a step may move anything."""
 
@@ -84,7 +86,7 @@ class HeldBlock:
         """How fast that length falls, per time unit."""
         with np.errstate(all="ignore"):
             velocity = self.motion.velocity(self.tau, x)
-            step = 1e-6 * self.piece.plan.size / max(float(np.max(np.abs(velocity), initial=0.0)), 1e-300)
+            step = STEP_OF_DIFFERENCE * self.piece.plan.size / max(float(np.max(np.abs(velocity), initial=0.0)), TINY)
             return (self.off(x) - self.off(x + step * velocity)) / step if np.isfinite(step) else 0.0
 
     def pulled(self, x: FloatArray, steps: int) -> Iterator[FloatArray]:
@@ -95,12 +97,12 @@ class HeldBlock:
                 tangent = self.motion.tangent(self.tau, x)
                 velocity = self.motion.velocity(self.tau, x, tangent)
                 largest = float(np.max(np.abs(velocity), initial=0.0))
-                step = min(longest, FARTHEST * self.piece.plan.size / max(largest, 1e-300))
+                step = min(longest, FARTHEST * self.piece.plan.size / max(largest, TINY))
                 y, good, _ = self.motion.restored(self.tau, x + step * velocity, tangent)
                 now = self.off(y)
                 if not good or now > off:  # too far: near a stretched pose it would bounce
                     longest = 0.5 * step
-                    if longest < SHORTEST:
+                    if longest < SHORTEST_PULL:
                         return
                     continue
                 longest, x, off = min(STEP, 1.5 * step), y, now

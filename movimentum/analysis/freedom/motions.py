@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from movimentum.analysis.freedom.rank import RANK_TOLERANCE, at_one, rank_at, values_of
+from movimentum.analysis.freedom.rank import at_one, rank_at, values_of
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
 from movimentum.planning.lowering.builder import can_be_seen_turning
@@ -23,6 +23,7 @@ from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.text import number
+from movimentum.tolerances import RANK_TOLERANCE, SEEMS_ZERO, TINY, ZERO_ENTRY, ZERO_PIVOT
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +91,7 @@ def _spanned(
     along = slopes @ velocities.T
     if not np.isfinite(along).all():
         return [(v, False) for v in _reduced(plan, block, one, velocities)]
-    rank, loose, inverse = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), 1e-300), RANK_TOLERANCE)
+    rank, loose, inverse = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), TINY), RANK_TOLERANCE)
     drawn = np.linalg.svd(inverse.T)[2][:rank] if rank else np.zeros((0, len(velocities)))
     return [
         *((v, False) for v in _reduced(plan, block, one, loose.T @ velocities)),
@@ -159,7 +160,7 @@ def _reduced(plan: Plan, block: Newton, one: State, rows: FloatArray) -> FloatAr
         if done == len(whole):
             break
         pivot = done + int(np.argmax(np.abs(whole[done:, column])))
-        if abs(whole[pivot, column]) < 1e-7 * np.max(np.abs(whole[done:, : seen.shape[1]])):
+        if abs(whole[pivot, column]) < ZERO_PIVOT * np.max(np.abs(whole[done:, : seen.shape[1]])):
             continue
         whole[[done, pivot]] = whole[[pivot, done]]
         whole[done] /= whole[done, column]
@@ -169,7 +170,7 @@ def _reduced(plan: Plan, block: Newton, one: State, rows: FloatArray) -> FloatAr
         done += 1
     result = whole[:, seen.shape[1] :]
     largest = np.max(np.abs(result), axis=1, keepdims=True)
-    return np.where(np.abs(result) < 1e-9 * largest, 0.0, result)
+    return np.where(np.abs(result) < ZERO_ENTRY * largest, 0.0, result)
 
 
 def _seen(plan: Plan, block: Newton, one: State, velocity: FloatArray) -> FloatArray:
@@ -222,14 +223,14 @@ def _told(plan: Plan, block: Newton, one: State, velocity: FloatArray, drawn: bo
     velocities: dict[AnchorRef, tuple[float, float]] = {}
     for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
         (x, y, c, s, vx, vy, turn), anchors = _moved(plan, one, speeds, t)
-        if max(abs(vx), abs(vy), abs(turn) * plan.size) <= 1e-6 * largest * plan.size:
+        if max(abs(vx), abs(vy), abs(turn) * plan.size) <= SEEMS_ZERO * largest * plan.size:
             continue
         twists[t] = (turn, vx + turn * y, vy - turn * x)
         velocities |= {AnchorRef(t, k): velocity for k, velocity in enumerate(anchors)}
         numbers = (system.number_of.get(PoseX(t)), system.number_of.get(PoseY(t)))
         here = tuple(None if n is None else v for n, v in zip(numbers, (x, y), strict=True))
         moving.append((t, *_way(plan, t, (vx, vy, turn), system.frame(t).to_thing(c, s), here)))
-    fast = {n for n, speed in speeds.items() if abs(speed) > 1e-6 * largest}
+    fast = {n for n, speed in speeds.items() if abs(speed) > SEEMS_ZERO * largest}
     measured = (unknown_number(name.payload) for name, of in plan.measured.items() if symbol_numbers(of) & fast)
     variables = tuple(
         system.unknowns[n].name
@@ -304,7 +305,7 @@ def _way(
     body = plan.system.scene.things[thing]
     rx, ry = plan.system.frame(thing).origin
     reference = next(a.name for a in body.anchors if a.local == (rx, ry))
-    if abs(turn) * plan.size <= 1e-6 * max(abs(vx), abs(vy)):
+    if abs(turn) * plan.size <= SEEMS_ZERO * max(abs(vx), abs(vy)):
         along = 0 if abs(vx) >= abs(vy) else 1
         point = f"{body.name}.{reference}"
         if can_be_seen_turning(body):
@@ -313,17 +314,17 @@ def _way(
         else:  # a point alone is meant where it is drawn, wherever it has been taken
             x, y = number(rx, 12), number(ry, 12)
             remedy = (f"{point} = [{x}, {y}];", f"{point}.{'xy'[along]} = {(x, y)[along]};")
-        if abs(vy) <= 1e-6 * abs(vx):
+        if abs(vy) <= SEEMS_ZERO * abs(vx):
             return "move along x", remedy
-        if abs(vx) <= 1e-6 * abs(vy):
+        if abs(vx) <= SEEMS_ZERO * abs(vy):
             return "move along y", remedy
         angle = float(np.degrees(np.arctan2(vy, vx))) % 180.0
         return f"move in the direction of {number(angle)} degrees", remedy
     angle = float(np.degrees(np.arctan2(s, c)))
-    remedy = (f"{body.name}.angle = {number(angle if abs(angle) > 1e-9 else 0.0)};",)
+    remedy = (f"{body.name}.angle = {number(angle if abs(angle) > ZERO_ENTRY else 0.0)};",)
     for anchor in body.anchors:  # an anchor at reference + R d has the velocity v + turn * perp(R d)
         dx, dy = anchor.local[0] - rx, anchor.local[1] - ry
         wx, wy = c * dx - s * dy, s * dx + c * dy
-        if np.hypot(vx - turn * wy, vy + turn * wx) <= 1e-6 * abs(turn) * plan.size:
+        if np.hypot(vx - turn * wy, vy + turn * wx) <= SEEMS_ZERO * abs(turn) * plan.size:
             return f"turn about `{body.name}.{anchor.name}`", remedy
     return "turn and move", remedy

@@ -18,15 +18,12 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space, relative_error, scaled
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import projected
+from movimentum.tolerances import NEARBY_SOLVED, RANK_TOLERANCE, TINY
 
 Clocks = tuple[FloatArray, ...]
 
-RANK_TOLERANCE = 1e-5
-"""Of the largest singular value, rows scaled to unit gradients."""
 ASIDE = 0.03
 """Of the scene's size: the distance to a nearby pose in general position that is examined too."""
-MET = 1e-13
-"""Relative residual below which a nearby pose is a solution."""
 
 
 def at_one(state: State, unknowns: Iterable[int] | None = None) -> State:
@@ -91,11 +88,11 @@ def beside(
     scale = scale_of(plan, block.core)
     weights = np.cos(1.0 + 2.399963 * np.arange(free.shape[1], dtype=np.float64))
     step = (free @ weights) * scale
-    step *= ASIDE / max(float(np.max(np.abs(step) / scale)), 1e-300)
+    step *= ASIDE / max(float(np.max(np.abs(step) / scale)), TINY)
     problem = BlockProblem.of(block, one, clocks, scale)
     y, good = projected(problem, x + step)
     # where rods in a line stay in a line, Newton's method converges slowly, and what it has not reached has more rank
-    if not good or not relative_error(problem.residual(y[None]), problem.jacobian(y[None]), scale)[0] <= MET:
+    if not good or not relative_error(problem.residual(y[None]), problem.jacobian(y[None]), scale)[0] <= NEARBY_SOLVED:
         y = x
     there = list(one)
     for n, value in zip(block.core, y, strict=True):

@@ -13,9 +13,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.solver.block.sparse import factored
+from movimentum.tolerances import RANK_SHIFT, TINY
 
-SHIFT = 1e-12
-"""Of the square of a row's length, which is one: far below the square of what still counts for rank."""
 STEPS = 4
 PROBES = 16
 """Directions looked at to begin with; twice as many, where all of them turn out to be free."""
@@ -36,7 +35,7 @@ class SparseRank:
         self._across: Any = self._rows.T.tocsr()
         n = rows.shape[1]
         shifted: Any = (self._across @ self._rows).tocsc()
-        shifted.setdiag(shifted.diagonal() + SHIFT)
+        shifted.setdiag(shifted.diagonal() + RANK_SHIFT)
         self._factors: Any = factored(shifted, order="MMD_AT_PLUS_A")
         if self._factors is None:
             raise np.linalg.LinAlgError
@@ -56,7 +55,7 @@ class SparseRank:
         vector = np.cos(1.0 + 2.399963 * np.arange(n, dtype=np.float64))
         size = 0.0
         for _ in range(30):
-            vector = self._across @ (self._rows @ (vector / max(float(np.linalg.norm(vector)), 1e-300)))
+            vector = self._across @ (self._rows @ (vector / max(float(np.linalg.norm(vector)), TINY)))
             size = float(np.linalg.norm(vector))
         return float(np.sqrt(size))
 

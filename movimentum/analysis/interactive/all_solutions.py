@@ -15,8 +15,7 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.solver.start.candidates import Part
 from movimentum.solver.start.search import select
-
-AHEAD = 1e-6
+from movimentum.tolerances import LISTED_AHEAD, SAME_POSE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +46,7 @@ def alternatives(segment_motion: SegmentMotion, piece: Piece, tau: float) -> lis
     with np.errstate(all="ignore"):
         now, _ = piece.evaluate(piece.instants(np.array([tau])))
         totals = {n: first_of(now[n]) for block in plan.blocks for n in block.unknowns if now[n] is not None}
-        found = select(plan, segment_motion.segment.start, tau, AHEAD, as_drawn(scene), totals)
+        found = select(plan, segment_motion.segment.start, tau, LISTED_AHEAD, as_drawn(scene), totals)
     result: list[Alternatives] = []
     for part in found.parts:
         groups = solutions_of(plan, part)
@@ -65,7 +64,7 @@ def alternatives(segment_motion: SegmentMotion, piece: Piece, tau: float) -> lis
             Alternative(
                 what,
                 text or (selecting_wish(plan, part, index, loose) if len(states) > 1 else None),
-                index == nearest and apart[index] < 1e-6,
+                index == nearest and apart[index] < SAME_POSE,
                 snapshot(plan, state, segment_motion.base.now, 0),
             )
             for index, (what, text, state) in enumerate(zip(words, texts, states, strict=True))

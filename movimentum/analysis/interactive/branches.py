@@ -16,6 +16,7 @@ from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.tolerances import NEARLY_MEETS
 
 CLOSE = 0.01
 """Of the scene's size: if a rival solution comes nearer than that, the choice was close."""
@@ -103,4 +104,4 @@ def _newton(segment_motion: SegmentMotion, piece: Piece, block: Newton, track: N
     worst = int(np.argmax(found))
     time = float(segment_motion.segment.start) + float(track.tau[worst])
     least = 1.0 / float(found[worst])
-    return BranchReport(block.number, _names(segment_motion, block), least, time, None, time, least < 1e-3)
+    return BranchReport(block.number, _names(segment_motion, block), least, time, None, time, least < NEARLY_MEETS)

@@ -14,7 +14,8 @@ from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.planning.blocks.wishes import in_what_moves
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.lowering.system import lowered_expressions
 from movimentum.planning.lowering.unknowns import symbol_numbers
@@ -24,14 +25,11 @@ from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
+from movimentum.tolerances import ARRIVED, DRAG_ASIDE, DRAG_STANDS_STILL, SAME_POSE
 
 MOST_STEPS = 400
 STEPS_A_MOVE = 3
 """As many as one move of a hand takes; what is farther off follows with the next move."""
-MET = 1e-9
-"""Of the scene's size: at a smaller distance, it has arrived."""
-STILL = 1e-3
-ASIDE = 1e-3
 
 
 class DragResult(StrEnum):
@@ -132,13 +130,13 @@ class Grip:
         if held is None:
             return
         off = held.off(self.x)
-        if off <= MET * size:
+        if off <= ARRIVED * size:
             return
         for y in islice(held.pulled(self.x, steps), steps):
             self.x = y
             yield
             before, off = off, held.off(y)
-            if off <= MET * size or before - off <= 1e-9 * size:
+            if off <= ARRIVED * size or before - off <= ARRIVED * size:
                 return
 
     def placements(self) -> FloatArray:
@@ -158,8 +156,8 @@ class Grip:
         held, size = self._held, self.segment_motion.plan.size
         if held is None:
             return False
-        slow = held.approach(self.x) <= STILL * min(self.off(), size)
-        return slow and held.stuck(np.array(self.x), ASIDE * size)
+        slow = held.approach(self.x) <= DRAG_STANDS_STILL * min(self.off(), size)
+        return slow and held.stuck(np.array(self.x), DRAG_ASIDE * size)
 
 
 def drag(
@@ -172,6 +170,6 @@ def drag(
         return Drag(DragResult.FIXED, grip.off(), [])
     moments = grip.path(target)
     off = grip.off()
-    if off <= 1e-6 * segment_motion.plan.size:
+    if off <= SAME_POSE * segment_motion.plan.size:
         return Drag(DragResult.REACHED, off, moments)
     return Drag(DragResult.SINGULAR if grip.stuck() else DragResult.BLOCKED, off, moments)

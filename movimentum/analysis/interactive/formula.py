@@ -15,6 +15,7 @@ from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.solver.continuation.tracks import SignTrack
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.tolerances import SHORT_NUMBER
 
 LARGEST = 4000
 """The limit of operations for putting a formula together; a longer one helps nobody, even simplified."""
@@ -216,7 +217,7 @@ def _tidy(expression: Any) -> Any:
 def _decimal(value: float | None) -> str:
     """A number as a person would write it: 135 for 134.99999999999994."""
     short = f"{value:.13g}"
-    return short if value is not None and abs(float(short) - value) <= 1e-15 * abs(value) else repr(value)
+    return short if value is not None and abs(float(short) - value) <= SHORT_NUMBER * abs(value) else repr(value)
 
 
 def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:

@@ -24,6 +24,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
+from movimentum.tolerances import TINY, ZERO_ENTRY, ZERO_PIVOT
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,13 +170,13 @@ def sparse_basis(null: FloatArray) -> FloatArray:
         if done == len(rows):
             break
         pivot = done + int(np.argmax(np.abs(rows[done:, column])))
-        if abs(rows[pivot, column]) < 1e-7:
+        if abs(rows[pivot, column]) < ZERO_PIVOT:
             continue
         rows[[done, pivot]] = rows[[pivot, done]]
         rows[done] /= rows[done, column]
         others = np.arange(len(rows)) != done
         rows[others] -= rows[others, column][:, None] * rows[done]
         done += 1
-    largest = np.max(np.abs(rows), axis=1, keepdims=True, initial=1e-300)
+    largest = np.max(np.abs(rows), axis=1, keepdims=True, initial=TINY)
     rows = rows / largest
-    return np.where(np.abs(rows) < 1e-9, 0.0, rows).T
+    return np.where(np.abs(rows) < ZERO_ENTRY, 0.0, rows).T

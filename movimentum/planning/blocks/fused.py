@@ -6,15 +6,15 @@ straight-line function a run costs what its arithmetic costs.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.planning.blocks.kinds import Assign, Block, Quadratic, Winding
-from movimentum.planning.codegen.generate import Clocks, Writer
-from movimentum.planning.codegen.kept_code import KeptCode
+from movimentum.planning.codegen.generate import Clocks, Flattening
 from movimentum.records import dataclass
 
 
@@ -34,64 +34,55 @@ Schedule = tuple[Run | int, ...]
 """The order in which to solve for what moves: runs, and the numbers of other blocks between them."""
 
 
-def schedule(
-    blocks: Sequence[Block],
-    needed: frozenset[int],
-    clocks: Clocks,
-    kept: KeptCode | None = None,
-    largest: int = 400,
-) -> Schedule:
-    """Fuse the moving closed-form blocks among ``needed`` (block numbers). ``kept``: code of other schedules.
+SHORTEST = 24
+"""Blocks of a run that ends where it would begin to repeat itself: then runs of equal mechanisms are written once."""
+LONGEST = 400
+"""Blocks of any run, because compiling a function costs more than its share when it is very long."""
+AHEAD = 4
+"""Blocks by which a repetition is recognised."""
 
-    Windings that nothing waits for come last, so that they cut no run. A run has at most ``largest`` blocks, because
-    compiling a function costs more than its share when it is very long.
+
+def schedule(blocks: Sequence[Block], needed: frozenset[int], clocks: Clocks) -> Schedule:
+    """Fuse the moving closed-form blocks among ``needed`` (block numbers).
+
+    Windings that nothing waits for come last, so that they cut no run.
     """
     awaited = {n for block in blocks if block.number in needed for n in block.inputs}
-    late = [b.number for b in blocks if isinstance(b, Winding) and b.moving and not awaited & set(b.unknowns)]
+    late = {b.number for b in blocks if isinstance(b, Winding) and b.moving and not awaited & set(b.unknowns)}
+    moving = [block for block in blocks if block.moving and block.number in needed and block.number not in late]
     result: list[Run | int] = []
-    waiting: list[Block] = []
-
-    def flush() -> None:
-        if waiting:
-            run, said = tuple(waiting), tuple(block.identity for block in waiting)
-            function: Callable[..., Any] = (
-                _function(run, clocks)
-                if kept is None or 0 in said
-                else kept.made_by(("run", said), clocks, lambda: _function(run, clocks))
-            )
-            result.append(Run(tuple(block.number for block in run), function))
-            waiting.clear()
-
-    for block in blocks:
-        if not block.moving or block.number not in needed or block.number in late:
-            continue
-        if block.formulas:
-            waiting.append(block)
-            if len(waiting) >= largest:
-                flush()
+    for fused, some in groupby(moving, key=lambda block: bool(block.formulas)):
+        if fused:
+            runs = _runs(list(some))
+            result += [Run(tuple(block.number for block in run), _function(run, clocks)) for run in runs]
         else:
-            flush()
-            result.append(block.number)
-    flush()
-    result.extend(number for number in late if number in needed)
-    return tuple(result)
+            result += [block.number for block in some]
+    return (*result, *sorted(late & needed))
+
+
+def _runs(blocks: Sequence[Block]) -> Iterator[Sequence[Block]]:
+    """``blocks`` in runs."""
+    likeness = [(type(block), *(root.depth for _, root in block.formulas)) for block in blocks]
+    begin = 0
+    for end in range(1, len(blocks) + 1):
+        length, first = end - begin, likeness[begin : begin + AHEAD]
+        repeats = length >= SHORTEST and likeness[end : end + AHEAD] == first
+        if repeats or length == LONGEST or end == len(blocks):
+            yield blocks[begin:end]
+            begin = end
 
 
 def _function(blocks: Sequence[Block], clocks: Clocks) -> Callable[..., Any]:
-    writer = Writer(clocks)
-    margins: list[str] = []
-    stores: list[str] = []
+    parts = Flattening(clocks, branches=True)
+    margins: list[int] = []
+    stored: list[tuple[int, int]] = []
     for block in blocks:
-        writer.branch(block.number)
-        locals_ = [(unknown, writer.define(unknown, root)) for unknown, root in block.formulas]
-        stores += [f" {writer.element(unknown)} = {text}" for unknown, text in locals_]
+        values = [parts.define(unknown, root) for unknown, root in block.formulas]
+        stored += [
+            (parts.place("u", unknown), value) for (unknown, _), value in zip(block.formulas, values, strict=True)
+        ]
         if isinstance(block, Quadratic):
-            margins.append(writer.name(block.margin))
+            margins.append(parts.value(block.margin))
         elif isinstance(block, Assign) and block.partial:  # infinite and nan both give nan
-            margins += [f"({text} - {text})" for _, text in locals_]
-    tail = list(stores)
-    if margins:
-        tail.append(f" m = {margins[0]}")
-        tail += [f" m = minimum(m, {text})" for text in margins[1:]]
-    tail.append(" return m" if margins else " return None")
-    return writer.function("u, k, g", tail)
+            margins += map(parts.difference, values)
+    return parts.function(margins, stored, whole=False)

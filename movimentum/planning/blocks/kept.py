@@ -11,35 +11,23 @@ from movimentum.kept import Kept
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.blocks.wishes import with_wishes
 from movimentum.planning.codegen.generate import Clocks
-from movimentum.planning.codegen.kept_code import KeptCode
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import Equation, Form, System, Wish
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.planning.structure.decompose import Group
 from movimentum.records import replace
 
+_IDENTITIES = count(1)
+
 
 class KeptBlocks(Kept[Block]):
-    """Blocks by everything that `blocks.build.make_block` reads, but for the numbers of their equations.
-
-    ``code`` is what plans compile besides.
-    """
-
-    def __init__(self, generations: int) -> None:
-        super().__init__(generations)
-        self.code = KeptCode(generations)
-        self._identities = count(1)
-
-    def begin(self) -> None:
-        """Another generation begins."""
-        super().begin()
-        self.code.begin()
+    """Blocks by everything that `blocks.build.make_block` reads, but for the numbers of their equations."""
 
     def block(self, key: Hashable, equations: tuple[int, ...], make: Callable[[], Block]) -> Block:
         """The block under ``key`` with these numbers of its ``equations``, made where it is not kept."""
         block = self.get(key)
         if block is None:
-            block = replace(make(), identity=next(self._identities))
+            block = replace(make(), identity=next(_IDENTITIES))
             self.keep(key, block)
         if block.equations == equations:
             return block

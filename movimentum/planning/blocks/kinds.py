@@ -9,7 +9,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from movimentum.expressions import Expr, add, mul
-from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
 from movimentum.planning.structure.metric import Metric
 from movimentum.records import dataclass

@@ -11,6 +11,7 @@ from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
+from movimentum.tolerances import PROPORTIONAL, ROUND
 
 
 def eliminated_linear(
@@ -144,7 +145,7 @@ def line_and_conic(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[in
         a, b = np.array([c.value for c in first]), np.array([c.value for c in second])
         k = int(np.argmax(np.abs(b)))
         ratio = a[k] / b[k]
-        if np.max(np.abs(a - ratio * b)) > 1e-14 * np.max(np.abs(a)):
+        if np.max(np.abs(a - ratio * b)) > PROPORTIONAL * np.max(np.abs(a)):
             return None
         conic = min(forms, key=lambda form: (not _is_circle(form, core), len(form)))  # a direction's own unit circle
         one, other = (form.get(quadratic[k], ZERO) for form in forms)
@@ -155,7 +156,7 @@ def line_and_conic(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[in
     a, b, c = (conic.get(m, ZERO) for m in quadratic)
     if a.value is not None and b.value is not None and c.value is not None:
         mean = 0.5 * (a.value + c.value)
-        if max(abs(a.value - mean), abs(b.value)) <= 4e-15 * abs(mean):  # a circle but for rounding
+        if max(abs(a.value - mean), abs(b.value)) <= ROUND * abs(mean):  # a circle but for rounding
             a = c = mul(const(0.5), add(a, c))
             b = ZERO
     return [

@@ -12,15 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.expressions import ZERO, Expr, add, const, mul, substitute, symbol
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
-
-NEGLIGIBLE = 1e-13
-"""Of a row's largest coefficient: what is left of coefficients that cancel."""
+from movimentum.tolerances import CANCELLED
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +124,7 @@ def _substituted(row: _Row, given: dict[int, _Row]) -> _Row:
             rest = add(rest, mul(const(c), given[n].rest))
         else:
             coefficients[n] = coefficients.get(n, 0.0) + c
-    return _Row({n: c for n, c in coefficients.items() if abs(c) > NEGLIGIBLE * largest}, rest)
+    return _Row({n: c for n, c in coefficients.items() if abs(c) > CANCELLED * largest}, rest)
 
 
 def _expression(row: _Row) -> Expr:

@@ -13,15 +13,10 @@ from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY
 from movimentum.planning.structure.linear_rows import LinearMap
 from movimentum.records import dataclass
+from movimentum.tolerances import DEFINITE, UNWEIGHTED
 
 Entries = tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]
 """Rows, columns and values of a sparse matrix, each place at most once."""
-
-UNWEIGHTED = 1e-9
-"""Of the largest weight: that of unknowns that move no anchor, so that they too stay where nothing drives them."""
-DEFINITE = 1e-12
-"""Of its own weight: what an unknown's weight gets besides, so that M is positive definite where two unknowns move the
-same anchors. It is the relative error of a least velocity."""
 
 
 @dataclass(frozen=True, eq=False)

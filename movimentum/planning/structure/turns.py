@@ -11,9 +11,7 @@ from collections.abc import Collection, Sequence
 from movimentum.planning.lowering.equations import Equation, System
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.records import replace
-
-_NOTHING = 1e-9
-"""Of a row's largest coefficient: what is left of it where it follows from others."""
+from movimentum.tolerances import DEPENDENT_TURNS, TINY
 
 Row = dict[int, float]
 
@@ -89,14 +87,14 @@ def _reduced(row: Row, rows: dict[int, Row]) -> Row:
             if pivot in row:
                 row = _less(row, other, row[pivot], pivot)
                 progress = True
-    return {n: factor for n, factor in row.items() if abs(factor) > _NOTHING * scale}
+    return {n: factor for n, factor in row.items() if abs(factor) > DEPENDENT_TURNS * scale}
 
 
 def _less(row: Row, other: Row, factor: float, pivot: int) -> Row:
     result = dict(row)
     for n, value in other.items():
         result[n] = result.get(n, 0.0) - factor * value
-        if abs(result[n]) <= _NOTHING * max(abs(factor * value), 1e-300):
+        if abs(result[n]) <= DEPENDENT_TURNS * max(abs(factor * value), TINY):
             del result[n]
     result.pop(pivot, None)
     return result

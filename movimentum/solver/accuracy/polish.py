@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import ONE, ZERO, Expr, add, mul, sub, symbol, symbols
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass

@@ -15,7 +15,8 @@ from typing import Generic, TypeVar, cast
 
 from movimentum.expressions import Expr
 from movimentum.kept import Kept
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
 from movimentum.solver.basis.effort import charge, counted
 

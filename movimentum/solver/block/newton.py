@@ -13,7 +13,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Free, Newton
-from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import chord_newton

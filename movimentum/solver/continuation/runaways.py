@@ -13,7 +13,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Block, Linear, Newton
-from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block import closed_form

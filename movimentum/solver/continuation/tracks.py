@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants

@@ -11,7 +11,8 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.codegen.elimination import newton_steps, pivot_order
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import remembered

@@ -13,7 +13,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Winding
-from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
-from movimentum.planning.codegen.generate import Compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.solver.block.change_points import MARGIN_TOLERANCE, find_events
 from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.path.piece import Piece

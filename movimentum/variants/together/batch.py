@@ -11,10 +11,11 @@ from movimentum.analysis.diagnose.meshing import PLAY, meshings
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
-from movimentum.scene.model import AnchorCoordinate, Shape, ThingAngle, VariableComponent
+from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.kinds.across import column
+from movimentum.things.kinds.toothed import RACK
 from movimentum.variants.lowered import FrameMoments, LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
@@ -248,7 +249,7 @@ class Batch:
             )
             off = np.abs(np.hypot(u - x, v - y) - item.fitting)
             largest = np.max(np.broadcast_to(off, (places.count, np.shape(off)[-1] if np.ndim(off) else 1)), axis=1)
-            misplaced |= ~(largest <= 0.9 * PLAY * (item.first.module or 0.0)) | (item.first.shape is Shape.RACK)
+            misplaced |= ~(largest <= 0.9 * PLAY * item.first.toothed.module) | (item.first.kind is RACK)
         return misplaced
 
     def _jumped(

@@ -17,7 +17,8 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, const, substitute, symbol, symbols, walk
 from movimentum.planning.blocks.kinds import Block, Integral, Newton, Quadratic
-from movimentum.planning.codegen.generate import Clocks, Compiled, compiled
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import Equation
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin

@@ -20,6 +20,7 @@ from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.kinds.across import Across
 from movimentum.solver.kinds.kernels import across
+from movimentum.things.kinds.toothed import Toothed
 from movimentum.timeline.model import Timeline
 from movimentum.variants.lowered import lower_measures
 from movimentum.variants.single import Variants, structure_key
@@ -102,7 +103,7 @@ def _compare(pattern: Pattern, own: Pattern, values: Mapping[str, float]) -> Non
     varied = [np.array([[values[name]]]) for name in pattern.names]
     here, there = Places(pattern, varied), Places(own, [])
     _same([here.size()[0]], [scene_size(own.scene)], "the size")
-    gears = [[(t.teeth, t.module, t.inner, t.shape) for t in each.scene.things] for each in (pattern, own)]
+    gears = [[t.own for t in each.scene.things if isinstance(t.own, Toothed)] for each in (pattern, own)]
     if gears[0] != gears[1]:
         raise NotTogether("gears depend on it")
     for thing in own.scene.things:
