@@ -89,7 +89,7 @@ SAME_LENGTH = 1e-9
 """Of a length: a change to it that is smaller is none."""
 LOOKS_SAME = 1e-6
 """Of the scene's size (angles: of a radian, colours: of the full range): poses that look the same."""
-TOUCHING = 1e-6
+AT_ONE_PLACE = 1e-6
 """Of the scene's size: anchors at one place."""
 MOVED_AWAY = 1e-3
 """Of the scene's size: how far it has moved."""

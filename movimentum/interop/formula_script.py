@@ -7,8 +7,8 @@ from fractions import Fraction
 
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic
-from movimentum.interop.courses import course, time_text
 from movimentum.interop.formula_values import (
+    course,
     first_pose,
     frame_count,
     frame_rate,
@@ -16,9 +16,10 @@ from movimentum.interop.formula_values import (
     kinds_of,
     refuse_disorder,
     shortfalls,
+    time_text,
 )
 from movimentum.interop.formulas import Formula, Formulas, literal
-from movimentum.interop.names import script_name
+from movimentum.interop.mechanisms import script_name
 from movimentum.records import dataclass, field
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS

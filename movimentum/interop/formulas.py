@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import ScriptError
-from movimentum.interop.formula_words import SHAPES, without_comments
+from movimentum.interop.recognised import SHAPES, without_comments
 from movimentum.interop.triangle_functions import FUNCTIONS, Fault
 from movimentum.records import dataclass, field
 from movimentum.settings import FailurePolicy

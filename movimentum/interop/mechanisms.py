@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UsageError
-from movimentum.interop.names import script_name
 from movimentum.records import dataclass
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
@@ -338,3 +337,14 @@ def _size(joints: Sequence[MechanismJoint]) -> float:
 def point_text(place: tuple[float, float]) -> str:
     """A place as a script has it."""
     return f"[{float_text(place[0])}, {float_text(place[1])}]"
+
+
+def script_name(word: str, prefix: str, taken: Callable[[str], object]) -> str:
+    """A name that the language allows, as near to ``word`` as possible: it begins with a letter (otherwise with
+    ``prefix``), and is lengthened by ``_`` until it is not ``taken``.
+    """
+    name = re.sub(r"[^A-Za-z0-9_]", "_", word)
+    name = name if re.match(r"[A-Za-z]", name) else f"{prefix}{name}"
+    while taken(name):
+        name += "_"
+    return name

@@ -6,16 +6,16 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from movimentum import tolerances
 from movimentum.analysis.interactive.matrix import Matrix, PartMatrix, RowName, sparse_basis
 from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError
-from movimentum.interop.linkage_export import linkage_of
-from movimentum.interop.rigidity import rigidity_rows
+from movimentum.interop.linkage_export import linkage_of, rigidity_rows
 from movimentum.repl.command import table
 from movimentum.repl.session import Session
 from movimentum.solver.block.scaling import null_space
 from movimentum.text import counted, listed, number
-from movimentum.tolerances import RANK_TOLERANCE, SHOWN_ZERO
+from movimentum.tolerances import RANK_TOLERANCE
 
 MOST = 24
 """Rows and columns of the largest matrix that is shown; for a larger one, the number of entries of a motion that are
@@ -72,7 +72,7 @@ def _text(title: str, names: Sequence[str], found: Matrix) -> str:
         lines.append(f"{m} x {n}: too large to show; the limit is {MOST} x {MOST}")
     else:
         entries = np.abs(found.jacobian)
-        noise = entries <= SHOWN_ZERO * np.max(entries, axis=1, keepdims=True)
+        noise = entries <= tolerances.SHOWN_ZERO * np.max(entries, axis=1, keepdims=True)
         lines += _panels(names, found.columns, np.where(noise, 0.0, found.jacobian))
     if m:
         lines.append(f"singular values: {_singular(found.singular)}")
@@ -127,7 +127,7 @@ def _shortened(text: str, room: int) -> str:
 
 
 def _singular(values: FloatArray) -> str:
-    words = [number(value, 3) if value > SHOWN_ZERO else "0" for value in values.tolist()]
+    words = [number(value, 3) if value > tolerances.SHOWN_ZERO else "0" for value in values.tolist()]
     if len(words) > VALUES:
         words = [*words[:3], "…", *words[-(VALUES - 4) :]]
     return ", ".join(words)

@@ -11,13 +11,11 @@ from movimentum.errors import ScriptError, script_error
 from movimentum.expressions import Expr
 from movimentum.records import replace
 from movimentum.scene.claims import build_claims, report_undetermined
-from movimentum.scene.configuration import MAX_PIXELS, build_config
+from movimentum.scene.configuration import MAX_PIXELS, build_config, build_loop
 from movimentum.scene.constants import exact
-from movimentum.scene.drafts import Draft
 from movimentum.scene.expansion.expand import expand
 from movimentum.scene.expansion.includes import ReadText, folder
 from movimentum.scene.expansion.product import Expanded
-from movimentum.scene.film_loops import build_loop
 from movimentum.scene.findings import Findings
 from movimentum.scene.joints import attached, fixed, joined
 from movimentum.scene.keys import key_text
@@ -41,6 +39,7 @@ from movimentum.scene.reductions import at_one_time
 from movimentum.scene.resolve import (
     AngleUse,
     PropertyUse,
+    ResolvedStatement,
     ThingTable,
     VariableUse,
     resolve,
@@ -80,9 +79,9 @@ def build(
     table, options = build_things(expanded.definitions, expanded.placements, assets, findings)
     times = [step.time for step in expanded.steps]
     loop = build_loop(expanded, findings)
-    inference, sound = _kinds(list(_drafts(expanded, table, findings)), findings)
-    stated = [draft for draft in sound if isinstance(draft.statement, Statement)]
-    claimed = [draft for draft in sound if isinstance(draft.statement, ClaimStatement)]
+    inference, sound = _kinds(list(_all_resolved(expanded, table, findings)), findings)
+    stated = [resolved for resolved in sound if isinstance(resolved.statement, Statement)]
+    claimed = [resolved for resolved in sound if isinstance(resolved.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
     things = table.things
     if inference:
@@ -109,7 +108,7 @@ def build(
         loop=loop,
         elements=assets.elements,
     )
-    painted = any(isinstance(use, PropertyUse) for draft in stated for use in draft.meanings.values())
+    painted = any(isinstance(use, PropertyUse) for resolved in stated for use in resolved.meanings.values())
     silent = says_nothing(expanded.definitions, config, painted)
     return _in_theme(scene, options, config.theme or ("textbook" if silent else None))
 
@@ -159,7 +158,7 @@ def _no_files(path: str) -> SourceText:
 # --- steps ----------------------------------------------------------------------------------------
 
 
-def _drafts(expanded: Expanded, table: ThingTable, findings: Findings) -> Iterator[Draft]:
+def _all_resolved(expanded: Expanded, table: ThingTable, findings: Findings) -> Iterator[ResolvedStatement]:
     """The statements whose names are all known."""
     if expanded.early is not None and expanded.steps:
         first = expanded.early.span
@@ -171,9 +170,9 @@ def _drafts(expanded: Expanded, table: ThingTable, findings: Findings) -> Iterat
             helps=(insertion("write `@0` before it", first.start, "@0 "),),
         )
     for item in expanded.statements:
-        draft = _draft(item.statement, item.step, table, findings)
-        if draft is not None:
-            yield replace(draft, step_end=item.until)
+        resolved = _resolved(item.statement, item.step, table, findings)
+        if resolved is not None:
+            yield replace(resolved, step_end=item.until)
 
 
 def _report_no_step(script: ScriptTree, expanded: Expanded, findings: Findings) -> None:
@@ -199,7 +198,9 @@ def _at_the_end(script: ScriptTree, source: SourceText) -> tuple[int, str]:
 # --- statements -----------------------------------------------------------------------------------
 
 
-def _draft(statement: Statement | ClaimStatement, step: int, table: ThingTable, findings: Findings) -> Draft | None:
+def _resolved(
+    statement: Statement | ClaimStatement, step: int, table: ThingTable, findings: Findings
+) -> ResolvedStatement | None:
     first, second, crossed = uncrossed(statement)
     statement = replace(statement, left=first, right=second)
     if isinstance(statement, ClaimStatement):
@@ -209,19 +210,19 @@ def _draft(statement: Statement | ClaimStatement, step: int, table: ThingTable, 
     right = None if ends else tuple(postorder(statement.right))
     sign = statement.comparison if isinstance(statement, Statement) else None
     meanings = resolve(left if right is None else (*left, *right), table, findings, crossed=crossed, sign=sign)
-    return None if meanings is None else Draft(step, statement, left, right, meanings)
+    return None if meanings is None else ResolvedStatement(step, statement, left, right, meanings)
 
 
-def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, list[Draft]]:
+def _kinds(items: list[ResolvedStatement], findings: Findings) -> tuple[Inference | None, list[ResolvedStatement]]:
     """The kinds of all expressions, and the statements without errors."""
     inference = Inference(findings)
-    sound: list[Draft] = []
-    for draft in drafts:
+    sound: list[ResolvedStatement] = []
+    for resolved in items:
         errors = findings.errors
-        statement = draft.statement
-        inference.expression(draft.left, draft.meanings)
-        if draft.right is not None:
-            inference.expression(draft.right, draft.meanings)
+        statement = resolved.statement
+        inference.expression(resolved.left, resolved.meanings)
+        if resolved.right is not None:
+            inference.expression(resolved.right, resolved.meanings)
             if findings.errors == errors:
                 sign = statement.comparison
                 message = f"the two sides of `{sign}` are a scalar and a vector"
@@ -232,17 +233,17 @@ def _kinds(drafts: list[Draft], findings: Findings) -> tuple[Inference | None, l
             message = f"`{statement.comparison}` compares scalars, not vectors"
             inference.require(statement.left, Kind.SCALAR, message)
         if findings.errors == errors:
-            _judge_transition(draft, findings)
+            _judge_transition(resolved, findings)
         if findings.errors == errors:
-            sound.append(draft)
+            sound.append(resolved)
     errors = findings.errors
     inference.finish()
     return (inference if findings.errors == errors else None), sound
 
 
-def _judge_transition(draft: Draft, findings: Findings) -> None:
+def _judge_transition(resolved: ResolvedStatement, findings: Findings) -> None:
     """Report ``x < 0 -> 90`` (an inequality moves nothing) and ``x = _ -> 90`` (which would begin anywhere)."""
-    statement, way = draft.statement, draft.statement.right
+    statement, way = resolved.statement, resolved.statement.right
     if not isinstance(way, Transition):
         return
     for side in (way.start, way.end):
@@ -271,24 +272,28 @@ def _judge_transition(draft: Draft, findings: Findings) -> None:
 
 
 def _statements(
-    drafts: list[Draft], times: Sequence[Fraction], inference: Inference, table: ThingTable, findings: Findings
+    items: list[ResolvedStatement],
+    times: Sequence[Fraction],
+    inference: Inference,
+    table: ThingTable,
+    findings: Findings,
 ) -> list[Constraint | Ending]:
     made: list[Constraint | Ending] = []
     blanks, numbers = count(), count()
     stated: set[tuple[str, Relation]] = set()
-    for draft in drafts:
-        statement = draft.statement
+    for resolved in items:
+        statement = resolved.statement
         assert isinstance(statement, Statement)
-        relation = draft.relation
-        key = key_text(statement.left, draft.meanings, table)
-        if draft.right is None:
+        relation = resolved.relation
+        key = key_text(statement.left, resolved.meanings, table)
+        if resolved.right is None:
             if (key, relation) not in stated:
                 _warn_nothing_to_end(statement, key, relation, stated, findings)
-            made.append(Ending(draft.step, relation, key, statement.span))
+            made.append(Ending(resolved.step, relation, key, statement.span))
             continue
         speed = _speed(statement, findings)
-        time = times[draft.step] if times else Fraction(0)
-        lowered = _constraint(draft, time, key, next(numbers), inference, table, blanks, findings)
+        time = times[resolved.step] if times else Fraction(0)
+        lowered = _constraint(resolved, time, key, next(numbers), inference, table, blanks, findings)
         made.extend(replace(constraint, speed=speed) for constraint in lowered)
         stated.add((key, relation))
     return made
@@ -310,7 +315,7 @@ def _speed(statement: Statement, findings: Findings) -> float | None:
 
 
 def _constraint(
-    draft: Draft,
+    resolved: ResolvedStatement,
     time: Fraction,
     key: str,
     number: int,
@@ -320,24 +325,24 @@ def _constraint(
     findings: Findings,
 ) -> Iterator[Constraint]:
     """The constraint, or nothing after an error."""
-    statement = draft.statement
-    context = Context(inference, findings, blanks, time, number, draft.step_end, table.things)
-    left = lower(draft.left, draft.meanings, context)
-    right = lower(draft.right or (), draft.meanings, context)
+    statement = resolved.statement
+    context = Context(inference, findings, blanks, time, number, resolved.step_end, table.things)
+    left = lower(resolved.left, resolved.meanings, context)
+    right = lower(resolved.right or (), resolved.meanings, context)
     if left is None or right is None:
         return
-    anchor = draft.meanings.get(id(statement.left))
+    anchor = resolved.meanings.get(id(statement.left))
     yield Constraint(
         number=number,
-        step=draft.step,
-        relation=draft.relation,
+        step=resolved.step,
+        relation=resolved.relation,
         key=key,
         left=left,
         right=right,
         span=statement.span,
         left_span=statement.left.span,
         anchor=anchor if isinstance(anchor, AnchorRef) else None,
-        strict=draft.strict,
+        strict=resolved.strict,
     )
 
 
@@ -365,29 +370,29 @@ def _warn_nothing_to_end(
 # --- what the scene needs to know of it all -------------------------------------------------------
 
 
-def _variables(drafts: list[Draft], inference: Inference) -> dict[str, Variable]:
+def _variables(items: list[ResolvedStatement], inference: Inference) -> dict[str, Variable]:
     """The variables of all constraints, in the order of their first uses."""
     found: dict[str, Variable] = {}
-    for draft in drafts:
-        if draft.right is None:
+    for resolved in items:
+        if resolved.right is None:
             continue
-        for node in sorted((*draft.left, *draft.right), key=lambda item: item.span.start):
-            meaning = draft.meanings.get(id(node))
+        for node in sorted((*resolved.left, *resolved.right), key=lambda item: item.span.start):
+            meaning = resolved.meanings.get(id(node))
             if isinstance(node, Name) and isinstance(meaning, VariableUse) and meaning.name not in found:
                 vector = inference.variable_kind(meaning.name) is Kind.VECTOR
                 found[meaning.name] = Variable(meaning.name, vector, node.span)
     return found
 
 
-def _mentioned(drafts: list[Draft]) -> dict[int, int]:
+def _mentioned(items: list[ResolvedStatement]) -> dict[int, int]:
     """Thing number -> first step with a constraint that mentions it, on either side."""
     found: dict[int, int] = {}
-    for draft in drafts:
-        if draft.right is not None:
-            for meaning in draft.meanings.values():
+    for resolved in items:
+        if resolved.right is not None:
+            for meaning in resolved.meanings.values():
                 if isinstance(meaning, AnchorRef | AngleUse | PropertyUse):
-                    found.setdefault(meaning.thing, draft.step)
+                    found.setdefault(meaning.thing, resolved.step)
                 elif isinstance(meaning, GearPair):
-                    found.setdefault(meaning.first, draft.step)
-                    found.setdefault(meaning.second, draft.step)
+                    found.setdefault(meaning.first, resolved.step)
+                    found.setdefault(meaning.second, resolved.step)
     return found

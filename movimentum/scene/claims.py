@@ -8,15 +8,13 @@ from itertools import count
 
 from movimentum.diagnostics import Fix, replacement
 from movimentum.expressions import Expr, walk
-from movimentum.scene.clocks import clock_meant
 from movimentum.scene.constants import exact
-from movimentum.scene.drafts import Draft
-from movimentum.scene.findings import Findings
+from movimentum.scene.findings import Findings, clock_meant
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import Anonymous, Claim, Ending
-from movimentum.scene.resolve import ThingTable, VariableUse
+from movimentum.scene.resolve import ResolvedStatement, ThingTable, VariableUse
 from movimentum.scene.text_edits import removed
 from movimentum.source import Span
 from movimentum.syntax import expression_tree, tree
@@ -29,26 +27,32 @@ NAMED = {Purpose.CLAIM: "a claim", Purpose.GOAL: "a goal", Purpose.REQUIREMENT: 
 
 
 def build_claims(
-    drafts: Sequence[Draft], times: Sequence[Fraction], inference: Inference, table: ThingTable, findings: Findings
+    items: Sequence[ResolvedStatement],
+    times: Sequence[Fraction],
+    inference: Inference,
+    table: ThingTable,
+    findings: Findings,
 ) -> list[Claim | Ending]:
     """The claims of all steps, in the order written, and what ends them."""
     made: list[Claim | Ending] = []
     blanks, numbers = count(), count()
-    for draft in drafts:
-        key = key_text(draft.statement.left, draft.meanings, table)
-        if draft.right is None:
-            assert isinstance(draft.statement, tree.ClaimStatement)
-            made.append(Ending(draft.step, draft.relation, key, draft.statement.span, draft.statement.purpose))
+    for resolved in items:
+        key = key_text(resolved.statement.left, resolved.meanings, table)
+        if resolved.right is None:
+            assert isinstance(resolved.statement, tree.ClaimStatement)
+            made.append(
+                Ending(resolved.step, resolved.relation, key, resolved.statement.span, resolved.statement.purpose)
+            )
             continue
-        time = times[draft.step] if times else Fraction(0)
-        for claim in _claim(draft, time, key, next(numbers), inference, table, blanks, findings):
+        time = times[resolved.step] if times else Fraction(0)
+        for claim in _claim(resolved, time, key, next(numbers), inference, table, blanks, findings):
             _judge_times(claim, times, findings)
             made.append(claim)
     return made
 
 
 def _claim(
-    draft: Draft,
+    resolved: ResolvedStatement,
     time: Fraction,
     key: str,
     number: int,
@@ -58,13 +62,13 @@ def _claim(
     findings: Findings,
 ) -> Iterator[Claim]:
     """The claim, or nothing after an error."""
-    claim = draft.statement
+    claim = resolved.statement
     assert isinstance(claim, tree.ClaimStatement)
     what = NAMED[claim.purpose]
     reduces = claim.purpose is not Purpose.CLAIM
-    context = Context(inference, findings, blanks, time, number, draft.step_end, table.things, reduces)
-    left = lower(draft.left, draft.meanings, context)
-    right = lower(draft.right or (), draft.meanings, context)
+    context = Context(inference, findings, blanks, time, number, resolved.step_end, table.things, reduces)
+    left = lower(resolved.left, resolved.meanings, context)
+    right = lower(resolved.right or (), resolved.meanings, context)
     tolerance = _tolerance(claim, findings) if claim.purpose is not Purpose.GOAL else None
     weight = _weight(claim, findings) if claim.purpose is Purpose.GOAL else 1.0
     if left is None or right is None:
@@ -82,14 +86,14 @@ def _claim(
         return
     yield Claim(
         number=number,
-        step=draft.step,
-        relation=draft.relation,
+        step=resolved.step,
+        relation=resolved.relation,
         key=key,
         left=tuple(a for a, _ in pairs),
         right=tuple(b for _, b in pairs),
         span=claim.span,
         told=(expression_text(claim.left), expression_text(claim.right)),
-        strict=draft.strict,
+        strict=resolved.strict,
         tolerance=tolerance,
         purpose=claim.purpose,
         weight=weight,
@@ -188,12 +192,14 @@ def _judge_times(claim: Claim, times: Sequence[Fraction], findings: Findings) ->
                 return
 
 
-def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findings: Findings) -> None:
+def report_undetermined(
+    stated: Sequence[ResolvedStatement], claimed: Sequence[ResolvedStatement], findings: Findings
+) -> None:
     """Report variables that only claims mention: nothing gives them a value."""
-    known = {name for draft in stated if draft.right is not None for name, _ in _variables(draft)}
+    known = {name for resolved in stated if resolved.right is not None for name, _ in _variables(resolved)}
     told: set[str] = set()
-    for draft in claimed:
-        for name, span in _variables(draft):
+    for resolved in claimed:
+        for name, span in _variables(resolved):
             if name not in known and name not in told:
                 told.add(name)
                 clock = clock_meant(name)
@@ -208,8 +214,8 @@ def report_undetermined(stated: Sequence[Draft], claimed: Sequence[Draft], findi
                 )
 
 
-def _variables(draft: Draft) -> Iterator[tuple[str, Span]]:
-    for node in (*draft.left, *(draft.right or ())):
-        meaning = draft.meanings.get(id(node))
+def _variables(resolved: ResolvedStatement) -> Iterator[tuple[str, Span]]:
+    for node in (*resolved.left, *(resolved.right or ())):
+        meaning = resolved.meanings.get(id(node))
         if isinstance(node, expression_tree.Name) and isinstance(meaning, VariableUse):
             yield meaning.name, node.span

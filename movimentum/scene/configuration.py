@@ -1,19 +1,21 @@
-"""``.config``: frames per time unit, the canvas, its background."""
+"""``.config``: frames per time unit, the canvas, its background; ``.loop``: the film ends and begins again."""
 
 from __future__ import annotations
 
 from fractions import Fraction
 
-from movimentum.diagnostics import Fix, Label, replacement
+from movimentum.diagnostics import Fix, Label, insertion, replacement
 from movimentum.scene import model
 from movimentum.scene.constants import exact
+from movimentum.scene.expansion.product import Expanded
 from movimentum.scene.findings import Findings
 from movimentum.scene.looks import THEMES
 from movimentum.scene.options import choice, read_color, report_count, report_twice
+from movimentum.scene.text_edits import removed
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import Expression
 from movimentum.syntax.suggest import nearest
-from movimentum.syntax.tree import ConfigStatement, Option, Text
+from movimentum.syntax.tree import ConfigStatement, FilmLoop, Option, Text
 
 MAX_PIXELS = 64_000_000
 """How many pixels a canvas may have, unless the caller says otherwise."""
@@ -128,3 +130,44 @@ def _options(options: tuple[Option, ...], findings: Findings) -> tuple[tuple[int
             else:
                 background = read_color(option.arguments[0], findings)
     return background, theme
+
+
+def build_loop(expanded: Expanded, findings: Findings) -> Span | None:
+    """Where the script says that the film begins again at its end; None if it does not.
+
+    Errors: ``timeline/loop`` if no time passes before it or a step comes after it, ``name/duplicate`` for a second one.
+    """
+    found: FilmLoop | None = None
+    steps = expanded.steps
+    for item, step in expanded.film_loops:
+        if found is not None:
+            findings.error(
+                "name/duplicate",
+                "there are two `.loop`",
+                item.span,
+                labels=(Label(found.span, "the first one"),),
+                helps=(_without(item, findings, "leave this one out"),),
+            )
+            continue
+        found = item
+        later = next((each for each in steps[step + 1 :] if step >= 0 and each.time > steps[step].time), None)
+        if step < 0 or steps[step].time == steps[0].time:
+            findings.error(
+                "timeline/loop",
+                "the film would end where it begins: `.loop` belongs to a later step",
+                item.span,
+                helps=(insertion("begin a step for it: `@+4 .loop;`", item.span.start, "@+4 "),),
+            )
+        elif later is not None:
+            findings.error(
+                "timeline/loop",
+                "a step comes after `.loop`, where the film has begun again",
+                later.span,
+                labels=(Label(item.span, "the film ends here"),),
+                helps=(_without(item, findings, "leave `.loop` out, or write it into the last step"),),
+            )
+    return None if found is None else found.span
+
+
+def _without(item: FilmLoop, findings: Findings, title: str) -> Fix:
+    return Fix(title, (removed(findings.source.text, item.span),))

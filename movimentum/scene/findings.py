@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from movimentum.diagnostics import MAX_MESSAGES, Diagnostic, Fix, Label, Severity
 from movimentum.source import SourceText, Span
 from movimentum.syntax.suggest import nearest
+from movimentum.syntax.words import CLOCKS
 
 
 class Findings:
@@ -56,3 +57,11 @@ class Findings:
     def warning(self, code: str, message: str, span: Span | None, *, helps: Sequence[str | Fix] = ()) -> None:
         """Add a warning."""
         self.add(Diagnostic(code, Severity.WARNING, message, span).advised(*helps))
+
+
+_MEANT = {clock: clock for clock in CLOCKS} | {"time": "t"}
+
+
+def clock_meant(name: str) -> str | None:
+    """The clock or constant that a name without a dot probably means (``t``, ``Pi``, ``time``); None for any other."""
+    return _MEANT.get(name) or (_MEANT.get(name.lower()) if len(name) > 1 else None)

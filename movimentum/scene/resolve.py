@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 
 from movimentum.diagnostics import Fix, Label, insertion, replacement
 from movimentum.expressions import Expr
 from movimentum.records import dataclass, replace
 from movimentum.scene.findings import Findings
-from movimentum.scene.model import AnchorRef, GearPair, Thing
+from movimentum.scene.model import AnchorRef, GearPair, Relation, Thing
 from movimentum.scene.pairs import PAIRED, is_crossed, pair_of
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import Call, Comparison, Expression, Member, Name, Number
+from movimentum.syntax.tree import ClaimStatement, Statement
 from movimentum.syntax.words import CLOCKS, REDUCTIONS, THING_MEMBERS, VECTOR_MEMBERS
 
 
@@ -264,3 +266,40 @@ def _report_thing_as_value(node: Name, thing: Thing, findings: Findings) -> None
             ),
         ),
     )
+
+
+RELATIONS = {
+    Comparison.EQUAL: Relation.EQUAL,
+    Comparison.WISH: Relation.WISH,
+    Comparison.BELOW: Relation.BELOW,
+    Comparison.AT_MOST: Relation.BELOW,
+    Comparison.ABOVE: Relation.ABOVE,
+    Comparison.AT_LEAST: Relation.ABOVE,
+    Comparison.LARGEST: Relation.LARGEST,
+    Comparison.SMALLEST: Relation.SMALLEST,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ResolvedStatement:
+    """A statement or a claim whose names are resolved; ``right`` is None where it only ends a key.
+
+    ``step_end`` is when the step that states it ends: at the next step's time; None in the last step.
+    """
+
+    step: int
+    statement: Statement | ClaimStatement
+    left: tuple[Expression, ...]
+    right: tuple[Expression, ...] | None
+    meanings: Meanings
+    step_end: Fraction | None = None
+
+    @property
+    def relation(self) -> Relation:
+        """The direction, which belongs to the key."""
+        return RELATIONS[self.statement.comparison]
+
+    @property
+    def strict(self) -> bool:
+        """``<`` and ``>``, not ``<=`` and ``>=``."""
+        return self.statement.comparison in (Comparison.BELOW, Comparison.ABOVE)

@@ -8,8 +8,7 @@ from movimentum.diagnostics import Diagnostic, Fix, Label, Severity, insertion, 
 from movimentum.records import replace
 from movimentum.source import Edit, Span
 from movimentum.syntax.automaton import Unexpected
-from movimentum.syntax.building_blocks import WORDS, copied, meant, other_word
-from movimentum.syntax.claiming import claim_meant
+from movimentum.syntax.building_blocks import WORDS, claim_meant, copied, meant, other_word
 from movimentum.syntax.older import SIGNS, called, sign_fixes, written
 from movimentum.syntax.suggest import dotted, nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS

@@ -46,9 +46,7 @@ def test_a_file_and_its_text_are_one_script(tmp_path: Path):
 def test_pictures_are_found_from_the_folder_of_the_name(tmp_path: Path):
     Image.new("RGB", (40, 20), "red").save(tmp_path / "red.png")
     text = "Wing : 'red.png' O = [0,0]; @0 Wing.O = [50,50];"
-    (wing,) = mv.loads(text, name=str(tmp_path / "wing.mov")).scene.things
-    assert wing.picture is not None
-    assert wing.picture.image_size == (40, 20)
+    assert mv.loads(text, name=str(tmp_path / "wing.mov")).scene.things[0].picture.image_size == (40, 20)
     with pytest.raises(mv.ScriptError, match="asset/"):
         mv.loads(text, name="nowhere/wing.mov")
 

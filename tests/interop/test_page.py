@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from movimentum.interop.formula_words import SHAPES
+from movimentum.interop.recognised import SHAPES
 from tests.command import ROOT, movimentum
 
 PAGE = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")

@@ -8,8 +8,8 @@ import random
 import numpy as np
 import pytest
 
+from movimentum.interop.linkage_export import rigidity_rows
 from movimentum.interop.linkages import Linkage, turn
-from movimentum.interop.rigidity import rigidity_rows
 from movimentum.repl.session import opened
 from movimentum.repl.shell import answer
 from movimentum.workflow.choices import Choices

@@ -13,7 +13,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Scene, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.text import listed
-from movimentum.tolerances import MOVED_AWAY, TOUCHING
+from movimentum.tolerances import AT_ONE_PLACE, MOVED_AWAY
 
 MOST_NOTES = 8
 """Up to this many things have a note each; more are reported together."""
@@ -85,7 +85,7 @@ def _left_behind(motion: PathMotion, still: list[Thing]) -> dict[int, str]:
     found: dict[int, str] = {}
     for thing in still:
         for anchor in thing.anchors:
-            touched = np.nonzero(leaves & (np.hypot(*(starts - anchor.local).T) <= TOUCHING * motion.size))[0]
+            touched = np.nonzero(leaves & (np.hypot(*(starts - anchor.local).T) <= AT_ONE_PLACE * motion.size))[0]
             if len(touched):
                 found.setdefault(
                     thing.number,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from movimentum.errors import MovimentumError
 from movimentum.planning.structure.rates import RateError
 from movimentum.records import replace
-from movimentum.scene.amended import Amender
+from movimentum.scene.extended import SceneExtender
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
@@ -35,7 +35,7 @@ class Trials:
 
     def __init__(self, motion: PathMotion, most: int = MOST) -> None:
         self.motion = motion
-        self._script = Amender(motion.timeline.scene)
+        self._script = SceneExtender(motion.timeline.scene)
         coupled = [len(b.core) for s in motion.segments for b in s.plan.blocks if b.iterative]
         unknowns = sum(len(segment_motion.plan.system.unknowns) for segment_motion in motion.segments)
         most = min(most, MOST_UNKNOWNS // max(unknowns, 1))
@@ -80,7 +80,7 @@ class Trials:
 
     def _solved(self, step: int, text: str) -> PathMotion:
         timeline = self.motion.timeline
-        scene = self._script.amended(step, text)
+        scene = self._script.extended(step, text)
         found = arrange(scene, fps=timeline.fps, max_frames=timeline.frame_count + 1)
         if not self._whole:
             first = found.segments[0]

@@ -9,7 +9,7 @@ from movimentum.analysis.diagnose.trials import Trials, first_that_works
 from movimentum.analysis.freedom.degrees import BlockRank
 from movimentum.analysis.freedom.motions import FreeMotion, remedy
 from movimentum.diagnostics import Diagnostic, Fix, Severity
-from movimentum.scene.clocks import clock_meant
+from movimentum.scene.findings import clock_meant
 from movimentum.scene.model import Relation, Scene, VariableComponent
 from movimentum.scene.text_edits import added, renamed
 from movimentum.solver.motion import PathMotion

@@ -9,14 +9,14 @@ from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import ScriptTree, Statement
 
 
-class Amender:
+class SceneExtender:
     """Makes scenes of one script that differ in one step; reads the script once."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._script: ScriptTree | None = None
 
-    def amended(self, step: int, text: str) -> Scene:
+    def extended(self, step: int, text: str) -> Scene:
         """The scene with the statements ``text`` at the end of step number ``step``; `ScriptError` if they are wrong.
         Their spans do not refer to the script.
         """
