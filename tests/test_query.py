@@ -54,6 +54,12 @@ def test_the_variable_of_what_is_solved_for_has_a_name_that_the_script_does_not_
     np.testing.assert_allclose(values[:, 0], 90.0, atol=1e-9)
 
 
+def test_a_derivative_without_a_clock_has_values_before_the_step_that_asks() -> None:
+    work = revision()
+    early = work.motion.poses_at([Fraction(1, 2)])
+    assert work.query(".d(Arm.angle)", 1).values(early).item() == pytest.approx(90.0)
+
+
 def test_a_clock_counts_from_the_step_that_is_asked() -> None:
     work = revision()
     at = [Fraction(5, 2)]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from movimentum.errors import NoSolutionError
+from movimentum.records import replace
 from movimentum.source import SourceText
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.inspector import Inspector
@@ -66,6 +67,12 @@ def test_an_instant_at_a_step_belongs_to_the_piece_that_begins_there() -> None:
     inspector = asked(1, TEXT.replace("@2", "@1 Crank.angle = 90;\n@2"))
     assert inspector.step == 1
     assert inspector.piece[1] == 0.0
+
+
+def test_an_instant_at_which_a_piece_begins_belongs_to_that_piece() -> None:
+    inspector = asked(0, TEXT.replace("[100,0]", "[30,0]"))
+    _, second, *_ = inspector.segment_motion.pieces
+    assert replace(inspector, time=Fraction(second.begin)).part[0] is second
 
 
 def test_where_there_is_no_solution_an_error_says_so() -> None:
