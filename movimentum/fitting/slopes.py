@@ -196,7 +196,7 @@ class SegmentSlopes:
         needed = _needed(plan, self.bodies, payloads)
         self.blocks: list[_BlockSlopes] = []
         for block in (block for block in plan.blocks if block.number in needed):
-            if block.free or any(system.equations[e].form is not Form.PLAIN for e in block.equations):
+            if block.free or any(system.equations[e].form not in (Form.PLAIN, Form.WINDING) for e in block.equations):
                 raise NotImplementedError("what depends on the way there")
             rows = [unfold(system.equations[e].residual) for e in block.equations]
             self.blocks.append(

@@ -56,7 +56,7 @@ def test_a_four_bar_moves_by_following_the_page(opened: Opened) -> None:
     state = tab.settled()
     assert not any(item["severity"] == "error" for item in state["diagnostics"])  # this one swings: it cannot turn
     assert "swings" in tab.testid("told").inner_text() or ".sin(" in tab.text()
-    assert guide.inner_text().startswith("That is a mechanism")
+    assert guide.inner_text().startswith("You have made a mechanism")
     tab.testid("save").click()
     wait_for((tab.studio.folder / "untitled.mov").exists)
     tab.testid("guide-close").click()
