@@ -80,11 +80,11 @@ def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from movimentum.solver.block.problem import BlockProblem
-    from movimentum.solver.kinds import dispatch
+    from movimentum.solver.kinds import kernels
 
     calls = 0
     values = 0
-    plain = dispatch.evaluate, BlockProblem.at
+    plain = kernels.evaluate, BlockProblem.at
 
     def counted(*arguments: Any) -> Any:
         nonlocal calls
@@ -96,7 +96,7 @@ def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
         values += len(problem.inputs)
         return plain[1](problem, places, count)
 
-    monkeypatch.setattr(dispatch, "evaluate", counted)
+    monkeypatch.setattr(kernels, "evaluate", counted)
     monkeypatch.setattr(BlockProblem, "at", copied)
 
     def cost(count: int) -> tuple[int, int]:

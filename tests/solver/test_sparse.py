@@ -9,6 +9,7 @@ from benchmarks.penrose import transformable
 from movimentum.interop.linkages import Linkage, linkage_script
 from movimentum.planning.blocks import build
 from movimentum.planning.blocks.kinds import Block
+from movimentum.solver import reuse
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
@@ -48,6 +49,7 @@ def test_both_methods_go_the_same_way(monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
     for most in (4, 1000):
         monkeypatch.setattr(build, "DENSE", most)
+        monkeypatch.setattr(reuse, "_PLANS", reuse._Plans())
         motion = moved(arranged(understand(source), Choices()))
         _, block, _ = free_block(motion)
         assert (block.sparse is not None) == (most == 4)
