@@ -6,8 +6,187 @@ the same bound they share the name, and where two bounds only happen to be equal
 
 # --- equations: when one holds, when a matrix loses rank ------------------------------------------
 
+LEAST_DIVISOR = 1e-300
+"""What is divided by (or has its logarithm taken) is at least this: smaller than any number of a scene, so that the
+quotient of two zeros is zero and nothing else changes.
+"""
+NEWTON_STEP_DONE = 1e-14
+"""In units of the unknowns' scale: a step of Newton's method that is no larger is rounding, and the last one."""
+NEWTON_LAST_STEP = 1e-8
+"""In the same units: after a step that is no larger no other is needed, for it would be its square."""
+QUADRATIC_CONVERGENCE = 1e-3
+"""Of the step before: one that is so much shorter tells that each is about the square of the last."""
+NEWTON_STALLED = 1e-9
+"""In units of the unknowns' scale: steps below this that no longer halve end Newton's method, where digits are lost."""
+NEWTON_SOLVED = 1e-9
+"""Residual of a solution, each row relative to its gradient over unknowns of their own size."""
+NEWTON_ACROSS_DONE = 1e-11
+"""Relative residual, and last step in units of the unknowns' scale, of a solution across variants."""
+START_EXACT = 1e-14
+"""Relative residual of a start that Newton's method cannot make better."""
+SINGULAR_ACROSS = 1e-14
+"""A determinant (rows and unknowns of size one) below which Newton's method across variants makes no step."""
+SAME_ROOT = 1e-6
+"""In units of the unknowns' scale: solutions of a loop that are nearer are one."""
+RANK_OF_ROWS = 1e-8
+"""Of the largest singular value, rows and unknowns scaled to size one: a smaller one counts as zero."""
+RANK_FOR_FREEDOM = 1e-7
+"""The same where the freedom of a block at a pose is counted."""
+LEFT_OF_RANDOM_MOTION = 1e-4
+"""Of a random motion: more of it is left by the equations of a large block that has freedom."""
+RANK_LOST_AT_POSE = 1e-6
+"""Smallest singular value of rows of unit length, of the largest, where the rank is lost."""
+POSE_BESIDE_MET, POSE_BESIDE_NEARLY_MET = 1e-12, 1e-9
+"""Residual, of rows scaled alike, at which a pose beside one that lost its rank solves them; and the residual at which
+it does if the last step (in units of the unknowns' scale) is below the first."""
+INEQUALITY_MET = 1e-9
+"""Of the scene's size: an inequality that is violated by less than that is just met."""
+FRAME_SOLVED = 1e-7
+"""Of the scene's size: what a frame's constraints as stated may be off by. Far above what rounding makes of a
+well-posed frame (1e-14), far below what can be seen.
+"""
+ROUNDING_OF_ROWS = 1e-15
+"""Of each number of a row: what a solver, and the evaluation of the row, make of it by rounding."""
+DISCRIMINANT_ZERO = 4e-12
+"""How far below zero a relative discriminant may come by rounding; nearer to zero than this, two solutions meet."""
+ROUNDING_OF_DISCRIMINANT = 2e-14
+"""What rounding makes of a relative discriminant of zero: where a solution ends, it passes that, not the tolerance."""
+END_LOCATED = 1e-15
+"""Of an instant: how closely the end of a quadratic's solution is found, a few roundings."""
+CIRCLES_ONE = 1e-13
+"""Of its unit: a squared distance of two centres below which the circles count as one."""
+CIRCLES_ALWAYS_ONE, CIRCLES_ONE_BUT_FOR_SPIKES = 1e-20, 1e-14
+"""Of its unit: a squared distance of two centres that is never more says that the circles are one all the time; or
+half of the time not more than the first, and never than the second, where digits are lost at single instants.
+"""
+DISCRIMINANT_UNSURE = 1e-8
+"""Of its unit: a squared distance of two centres below which discriminants are not to be trusted."""
+CENTRES_MAY_MEET = 1e-5
+"""Of its unit: a squared distance of two centres below which they may meet between two nodes."""
+UNCHANGED_BY_A_TURN = 1e-9
+"""Of the scene's size (or of a full turn, if that is more): a change of a residual by a full turn that is none."""
+TURNED_BACK_ROUNDING = 1e-12
+"""Relative residual that a pose may gain, besides ten times what it had, when full turns are taken from its angles."""
+REDUNDANT_AT_START = 1e-8
+"""Of a redundant equation's terms: one that is off by more contradicts, where a path begins."""
+REDUNDANT_LATER = 1e-7
+"""The same along a path, whose poses are less accurate: one that is off by more does not hold any longer."""
+
 # --- paths: nodes, branches, folds, ends ----------------------------------------------------------
 
+SHORTEST_PATH_STEP = 1e-10
+"""Of the interval to be followed: where even a step as short fails, the path ends."""
+RATE_DIFFERENCE_ON_PATH = 1e-6
+"""Of the mean distance between nodes: half the time between the instants whose difference gives a rate on a path."""
+SINGULAR_ON_PATH = 1e-9
+"""Smallest singular value, of the largest, below which a Jacobian on a path is singular."""
+RANK_FOR_VELOCITY = 1e-11
+"""Of the largest singular value: directions of a Jacobian with a smaller one have no part in a path's velocity."""
+AWAY_FROM_SINGULAR = 1e-7
+"""Smallest singular value, of the largest: nearer to a singular pose a block alone does not tell where a path goes."""
+DEPARTED_FROM_SINGULAR = 1e-6
+"""Smallest singular value, of the largest: so far from a singular pose that steps can be trusted."""
+SINGULAR_FOR_RATES = 1e-13
+"""Reciprocal condition number of a Jacobian below which it tells nothing about rates."""
+RESTING_ON_PATH = 1e-10
+"""Of the unknowns' scale: what a step may be off by even where nothing moves."""
+ACCELERATION_SPAN = 1e-3
+"""Of a step: over how much of it an acceleration is measured."""
+CARRIED_VELOCITY_SPAN = 1e-6
+"""Of a piece's length: how far apart the two poses are that carry a velocity on to the next piece."""
+SHORT_PIECE = 1e-7
+"""Of a segment: a piece that is shorter ends where it begins."""
+LEADS_FARTHER = 1e-3
+"""Of the rest of a segment: a plan made anew has to lead farther by more than this."""
+WITHOUT_VALUE_AT_ONCE = 1e-12
+"""Of a path: where something has no value for no longer than this, as sin(t)/t at zero, the path does not end."""
+SIDES_AGREE = 1e-6
+"""Of the unknowns' scale: how well must agree what both sides of an instant without a solution extrapolate to."""
+CROSSING_BLURRED = 1e-6
+"""Of the time in which the motion goes one unit of its scale: so near to a crossing rounding hides on which path a
+solution lies."""
+NEAREST_DEPARTURE, FARTHEST_DEPARTURE = 1e-5, 0.02
+"""Of the interval: how far from a singular pose that a path begins at the next point is looked for."""
+DEPARTURES_MIRRORED = 1e-6
+"""Of the square of the shortest way from a singular pose: ways no longer than that mirror each other, and which is
+taken does not depend on the order of the statements."""
+FIRST_JUMP_ACROSS = 1e-6
+"""Of the interval: the first jump past a singular point, doubled until one lands."""
+LANDING_PLACE_ROUNDING = 1e-12
+"""Of the unknowns' scale: what a landing past a singular point may be off by however little moves."""
+LANDING_RATE_ROUNDING = 1e-12
+"""The same of its velocity, per unit of time."""
+FOLD_CLOSED = 1e-12
+"""Relative residual at which a pose still counts as one at the very end of a path."""
+FOLD_BEYOND_PATH = 1e-5
+"""Of the interval: how far from the last step of a path its end, a fold, may be."""
+FOLD_DIFFERENCE = 1e-5
+"""Of the unknowns' scale: half the width of differences of the Jacobian at a fold."""
+FOLD_POSE_DONE, FOLD_TIME_DONE = 1e-12, 1e-15
+"""In units of the unknowns' scale, and of the interval: steps towards a fold below these are rounding."""
+FOLD_DIRECTION_MET = 1e-9
+"""What the Jacobian at a fold, rows and unknowns of size one, may make of the direction that it loses."""
+RATE_DIFFERENCE_AT_FOLD = 1e-8
+"""Of a path's length: half the time between the instants whose difference gives a rate where a branch begins."""
+BRANCH_MET = 1e-11
+"""Relative residual of a solution beside a singular pose; a smaller excess of the bordered equations has no sign."""
+BRANCH_SETTLED, BRANCH_SETTLED_AFAR = 1e-3, 1e-6
+"""Of `BRANCH_MET`, and of the distance from the singular pose: a last step below their sum has settled."""
+SECOND_RANK_LOST = 1e-6
+"""Of the largest singular value: where the second smallest is less too, more than one rank is lost at a pose."""
+BRANCH_TOLD_BEFORE, BRANCH_TOLD_AFTER = 1e-6, 1e-9
+"""Of the interval: how long before its end a path's pose tells which branch it is on, and how long after its beginning
+that can be told where the two meet."""
+CLEAR_OF_FOLD, BARELY_REGULAR = 1e-5, 1e-7
+"""Of the largest singular value: a pose with a smaller one is as good as at a fold; from one with less than the second
+a path cannot be followed."""
+FIRST_RESUMPTION = 1e-10
+"""Of the interval: the first time after a path's end that is tried, then twice as far, then node by node."""
+SMALL_LOOP_CORRECTION = 1e-4
+"""In units of the unknowns' scale: a correction of a loop's prediction that is always sure, for nothing else is so near
+where the Jacobian is sound."""
+DIVISOR_VANISHES = 1e-9
+"""Of what it is at the nodes beside: a divisor that comes so near to zero, without a change of sign, is zero."""
+NEAREST_GROWTH_AT_POLE, FARTHEST_GROWTH_AT_POLE = 1e-7, 1e-3
+"""Of the way to the next nodes: from where to where the growth beside a pole is looked at."""
+NEAREST_NODE_AT_POLE = 1e-9
+"""Of the way to the next nodes: the nearest of the nodes beside a pole, between which nothing changes by more than
+about 2."""
+NEAREST_LOOK_AT_POLE = 1e-13
+"""Of the way to the next nodes: the nearest place to a pole where is looked at how far something is."""
+LEAST_POLE_WIDTH = 8 * 2.2e-16
+"""Of the time, eight roundings: how wide a pole is at least, to both sides. Nearer, its time is not known."""
+ROUNDING_OF_DENSE_TANGENT, ROUNDING_OF_SPARSE_TANGENT = 2e-16, 1e-14
+"""Of the largest unknown: residuals of a free block below these cannot be made smaller by steps from a singular value
+decomposition, and from a sparse factorisation."""
+CORRECTION_AT_ROUNDING = 1e-14
+"""Of the largest unknown: a residual of a free block that need not be looked into if it shrinks no more."""
+CORRECTION_STALLED = 1e-8
+"""Of the largest unknown: a residual below this that a fresh linearisation does not halve ends the steps."""
+WISH_DIRECTION_LOST, WISH_DIRECTION_FOUND = 1e-5, 1e-4
+"""Of the strongest direction of some wishes: where another is not followed at all (rounding would choose the way), and
+from where it is. In between it comes to be.
+"""
+WISH_ROUNDING = 1e-12
+"""Of the wishes that cannot be followed: less in another direction is taken for none."""
+ROW_RELAXED = 1e-10
+"""The square of the relative singular value at which rows begin to be taken for redundant."""
+SOFT_ROW_RELAXED = 1e-5
+"""The same for a row that is to be met after all others only."""
+VELOCITY_REFINED = 1e-12
+"""Relative to what was wanted: a velocity's rows that are met better need no refinement."""
+FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP = 1e-10, 1e-9
+"""Error of a step of a free motion, in units of the unknowns' scale; that of large blocks, whose steps take long."""
+COARSEST_FREE_MOTION_STEP = 1e-5
+"""In the same units: the error of steps where accuracy is given up, at most."""
+FIRST_FREE_MOTION_STEP = 1e-3
+"""Of the distance between two nodes: the first step of a free motion."""
+FREE_MOTION_AT_NODE = 1e-12
+"""Of the whole way: a step of a free motion that ends nearer to a node than that ends at it."""
+VELOCITY_STEPS = (2.5e-2, 2.5e-4, 2.5e-6)
+"""Of the mean distance between two nodes, between which little turns: the distance between two instants whose poses
+tell a free velocity. The first choice that shows no kink is taken, or else the best: shorter ones have more rounding,
+longer ones more kinks."""
 NEARLY_SINGULAR_FOR_RATES = 1e-3
 """Reciprocal condition number below which a limit from beside the instant may be the better answer."""
 ROUNDING_OF_POSES = 4e-16
@@ -25,6 +204,79 @@ RESTORED = 1e-10
 
 # --- beginnings: which pose a path starts from ----------------------------------------------------
 
+FIRST_POSE_MEETS = 1e-9
+"""Of the unknowns' sizes, and of the scene's for rows that are not linear: what the pose to begin with may be off
+by."""
+TURN_COEFFICIENT_ZERO = 1e-12
+"""What elimination leaves of a zero among the coefficients of equations about angles, which are about one."""
+TURN_COEFFICIENT_WHOLE = 1e-12
+"""How near to a whole number a coefficient of an angle is one."""
+DEPENDENT_LINEAR_ROW = 1e-9
+"""Of a linear row's unit length: what is left of one that depends on others."""
+FIT_ROW_MET = 1e-9
+"""Residual of a row of unit gradient over unknowns of size one, where a fit meets it."""
+FIT_MET = 1e-24
+"""Sum of squared residuals at which a fit ends, and a difference of such sums that is none."""
+FITS_AS_GOOD = 1e-6
+"""Of the least sum of squares: fits that are larger by no more are as good, and the first of them is taken."""
+FIT_STEP_DONE, FIT_FALL_DONE = 1e-11, 1e-13
+"""In units of the unknowns' scale, and of the sum of squares: a step, and its gain, that end a fit of a start."""
+FIRST_DAMPING_OF_A_START, LEAST_DAMPING_OF_A_START = 1e-3, 1e-14
+"""Where the damping of such a fit begins, rows and unknowns of size one, and what it does not fall below."""
+PULLS_IN_FIT = 1e-5
+"""Of the largest residual of a best fit: a row that pulls less has no part in the contradiction."""
+SAME_FIT_END = 1e-3
+"""Of a residual: fits whose residuals differ by less ended at the same place."""
+ROW_IN_CERTIFICATE = 1e-7
+"""Of the largest multiplier: rows with more are those that add up to a contradiction."""
+CANDIDATES_APART = 1e-6
+"""Of an unknown's size: a difference of two beginnings that can be seen."""
+TURNS_ALIKE = 1e-6
+"""Of the squared turn: two paths that turn as far as each other."""
+SAME_VALUE = 1e-7
+"""Of its size: two values of an unknown that differ by no more are the same solution."""
+SPELLING_WEIGHT = 1e-9
+"""What settles which of several spellings of one pose is taken: the smaller angles, without full turns, and variables.
+Far below any difference of poses that decides, far above what rounding leaves of one.
+"""
+SAME_AS_FIRST_POSE = 1e-5
+"""In units of the unknowns' scale: a solution nearer than that to the pose to begin from is that pose."""
+FIRST_SOLUTION_NEAR = 1e-3
+"""In units of the unknowns' scale: a solution nearer than that to the pose carried over is the only start needed."""
+MOBILE_SOLUTION_MET = 1e-6
+"""Relative residual of a singular solution, to which Newton's method comes slowly, that may be able to move."""
+LOOP_CLOSED = 1e-6
+"""Of the sizes of a row's terms: what a pose that satisfies the row may be off by, where drawn loops are compared."""
+PART_FITS = 1e-6
+"""Of the scene's size: what a part may be off by where it is laid, to count as fitting."""
+PLACEMENT_DIFFERENCE = 1e-4
+"""Radians, and of the scene's size: the step of differences by the place of a part."""
+PLACEMENT_STEP_DONE = 1e-13
+"""In the same units: a step that ends the search for the place of a part, a few hundred roundings."""
+RANK_FOR_PLACEMENT = 1e-7
+"""Of the largest singular value: what a part's rows determine no better is left as it is."""
+SHORTEST_LEADING_STEP = 1e-3
+"""Of the way: where so short a step fails, there is no solution further on."""
+LEADING_DIFFERENCE = 1e-6
+"""Of the way: half the width of differences along it."""
+STRAIGHT_DRIVE = 1e-6
+"""Of its length: how far from a straight line what goes along it may be."""
+WEAK_WISH_AT_FIRST = 1e-3
+"""Of the strongest direction of wishes: how weak another may be where a path begins and still be followed exactly.
+Steps are limited there anyway."""
+REAL_ROOT = 1e-7
+"""In units of the unknowns' scale: the imaginary part of a solution by continuation that counts as real."""
+PREDICTOR_OFF, PREDICTOR_AIM = 1e-2, 1e-4
+"""Of a complex path's size: how far the predictor may be off, and how far it well may."""
+NEGLIGIBLE_COEFFICIENT = 1e-14
+"""A coefficient of a polynomial equation that is left out when its degree is counted: rounding."""
+HOMOTOPY_DIFFERENCE = 1e-5
+"""Of a complex path [0, 1]: half the width of differences by its parameter."""
+HOMOTOPY_STEP_MET, HOMOTOPY_STEP_DONE = 1e-8, 1e-12
+"""Of a complex path's size: the last step of Newton's method for a point of the path; one that need not shrink."""
+HOMOTOPY_STEP_AT_INFINITY, SHORTEST_HOMOTOPY_STEP = 1e-9, 1e-12
+"""Of a complex path [0, 1]: a large path with steps as short as the first ends at infinity; any path with steps as
+short as the second cannot be followed."""
 PROJECTED = 1e-8
 """Relative residual with which a pose that was projected onto its equations satisfies them."""
 CURVATURE_OF_CONSTRAINTS = 1e-5
@@ -50,6 +302,45 @@ ROUNDING_OF_A_START = 1e-15
 
 # --- integrals and differential equations ---------------------------------------------------------
 
+INTEGRAL_AIM, COARSEST_INTEGRAL_AIM = 1e-13, 1e-5
+"""What the two halves of an interval may differ by from the whole, relative to the largest; and at most, where what is
+integrated is known less well."""
+INTEGRAND_ROUGH = 1e-12
+"""Of an integral: what may be missed at the ends of intervals, across variants."""
+INTEGRAND_JUMP = 1e-3
+"""Of the change over an interval: what is left of it in no time at all is a jump."""
+INTEGRAND_END = 1e-9
+"""Of an interval: how far from its ends the integrand is looked at, so that it is this side of a jump there."""
+STATE_STEP = 1e-12
+"""What the polynomial's slope may be off by between the points of a step, times the step, of a state's size: see
+decision 32."""
+LEAST_STATE_ERROR = 1e-12
+"""Of `STATE_STEP`: the least error from which the next step's length is computed."""
+SMALL_STATE = 1e-3
+"""Of the largest state: a state that is smaller (a spring that the motion has not reached) counts as this large."""
+SMALL_STATE_ERROR = 1e-6
+"""Of the largest state: the error of smaller ones is reported relative to this."""
+SHORTEST_STATE_STEP = 1e-12
+"""Of the interval: where a step as short as this fails, its slope at the beginning is taken for all of it."""
+SWITCHES_AT_ONCE = 1e-6
+"""Of the interval: where a dozen of the shortest steps lie within this part of it, something switches to and fro, and
+there is no solution."""
+STATES_AT_END = 1e-14
+"""Of the interval: a step that ends nearer to its end than that ends at it."""
+COLLOCATION_MET = 1e-15
+"""Of the states' sizes: a change of a step's points that is smaller is rounding."""
+COLLOCATION_NEARLY_MET = 1e-12
+"""The same of the change before the last one."""
+COLLOCATION_LAST_CHANGE = 1e-8
+"""The same of a change by Newton's method: the next one would be its square."""
+COLLOCATION_SETTLED = 1e-14
+"""The same where each change is a fraction of the one before."""
+CORE_BEND = 1e-5
+"""Of its scale: by how much the core may differ from its polynomial between two points before it counts as another
+branch."""
+RUNAWAY_TIME = 1e-3
+"""Of the interval: a state that grows a hundredfold in so short a time runs away."""
+
 # --- more digits: polishing, refinement, what a tier may be off -----------------------------------
 
 SAME_SOLUTION_POLISHED = 1e-5
@@ -65,8 +356,6 @@ RANK_OF_SQUARE = 1e-12
 
 # --- planning: formulas, structure ----------------------------------------------------------------
 
-TINY = 1e-300
-"""Smaller than any number of a scene: keeps a quotient finite where what it is relative to is zero."""
 PROPORTIONAL = 1e-14
 """Of the largest coefficient: two quadratic forms that differ by less are multiples of one another, so that their
 difference is a line. A hundred roundings: coefficients are products of a few numbers of the script."""
@@ -281,8 +570,6 @@ INSIDE = 1e-12
 """Of the intervals: how far from an end SciPy's least squares must start."""
 LEAST_PLOTTED = 1e-17
 """Pixels: an error of 0 is plotted here, on a logarithmic axis."""
-LEAST_DIVISOR = 1e-300
-"""What is divided by is at least this: the quotient of two zeros is zero then, and nothing else changes."""
 SAME_BOTH_WAYS = 1e-9
 """Of a measure's size, and of time: what a variant may differ by that is solved together with others and alone."""
 CLAIM_WITHIN = 1e-9
@@ -336,10 +623,50 @@ SAME_FORMULA, SAME_ZERO = 1e-7, 1e-9
 """What formulas of a pattern and of a variant by itself may differ by, of their values; and where these are zero."""
 NEARLY_REAL = 1e-4
 """An imaginary part between that of a real root and this: two real solutions have just met, or are about to."""
-SAME_ROOT = 1e-6
-"""In units of the unknowns' scale: solutions of a loop that are nearer are one."""
-
 # --- pictures and files ---------------------------------------------------------------------------
+
+NO_ARROW = 1e-9
+"""Pixels: an arrow without a longer last piece, or head, is drawn as a line."""
+NO_REACH = 1e-12
+"""Pixels: a symbol whose ends are no farther apart lies along x."""
+LEAST_ARROW = 1e-9
+"""Pixels: an arrow counts as at least so long where it is divided by its length, to place the text beside it."""
+SAME_TURN_DEG = 1e-9
+"""Degrees: a corner of an outline whose arc ends before it begins by less has no turn, rather than a full one."""
+LEAST_ARC_RADIUS = 1e-9
+"""The radius from which an arc's number of straight pieces is computed, at least; only keeps it finite."""
+FOLLOWED_FAR_AWAY = 1e-3
+"""Of its distance: how closely a path is followed that is far outside the scene."""
+UPRIGHT = 1e-6
+"""Of 1: a text whose placement is turned or scaled by less is drawn at whole pixels, so its letters stay sharp."""
+TURNS_BACK = 1e-9
+"""What the cosine of a turn of a line may be above -1 (the turn: half a full one but for 4e-5 radians)."""
+LEAST_ROUNDED_RADIUS = 1e-3
+"""Pixels: the radius from which an arc's number of straight pieces is computed, at least; nobody sees a smaller one."""
+SAME_SCALE = 1e-6
+"""Of a scale: a drawing whose scales along x and y differ by less keeps its proportions."""
+PART_OF_A_PIXEL = 1e-6
+"""Pixels: a drawing's size that is larger than a whole number by less is that number."""
+LEAST_CHORD = 1e-9
+"""Pixels in which letters are traced: a chord counts as at least so long where distances from it are computed."""
+LEAST_WEIGHT_OF_COLORS = 1e-9
+"""The weight of a group of colours (roots of counts of pixels), at least, where it is divided by; a group without any
+keeps its middle.
+"""
+ONE_COLOR = 1e-3
+"""Squared steps of a colour's 256, times weights: a group of colours with less scatter is not split."""
+TICK_AT_END = 1e-9
+"""Of the distance between two ticks: one that is outside a plot's range by less is at its end."""
+GOLDEN_PLACE = 1e-8
+"""Of the scene's size: how far an anchor may be from where it was. A millionth of a pixel in a scene of 100 pixels."""
+LEAST_AGREEMENT = 1e-9
+"""Pixels: the least bound that is reported on how well the other anchors agree."""
+DIFFERING_PIXELS = 1e-5
+"""Share of the pixels that may differ from a golden picture by more than rounding, if the renderer is the same."""
+FRAME_LEAD_S = 0.001
+"""Seconds by which an animation is ahead of its frames' times: at the very time of a frame, the frame is shown, and not
+by an error of rounding the one before.
+"""
 
 # --- linkage files and formulas from elsewhere ----------------------------------------------------
 
@@ -351,8 +678,6 @@ SIMPLE_RATE = 1e-12
 """Of a rate of frames: how far the simple fraction that is taken for it may be off; the rounding of a decimal."""
 FASTEST_RATE = 1e6
 """Frames in a time unit, at most; and at least 1 in so many units. Outside, the number was not meant as a rate."""
-NONZERO = 1e-300
-"""A least divisor: what is divided by it is 0 then, or unimportant."""
 STATED_ANGLE_DEG = 1e-9
 """Between an angle as stated and that of the coordinates: within it they are taken as equal. Coordinates of 1,000 have
 angles to 1e-13.

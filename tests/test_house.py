@@ -114,17 +114,6 @@ def test_one_name_stands_for_one_class() -> None:
     assert {name: places for name, places in homes.items() if len(places) > 1} == {}
 
 
-UNSORTED = {
-    "drawing",
-    "encoding",
-    "golden",
-    "rendering",
-    "solver",
-    "vector",
-}
-"""Stages whose tolerances still stand in their modules."""
-
-
 def small_numbers(tree: ast.Module) -> list[int]:
     """The lines with a number that can only be a tolerance: not zero, and at most a thousandth."""
     return [
@@ -139,7 +128,7 @@ def test_tolerances_stand_in_one_module() -> None:
         f"{path}:{line}"
         for path, tree in modules("movimentum").values()
         for line in small_numbers(tree)
-        if path.name != "tolerances.py" and path.relative_to(ROOT / "movimentum").parts[0] not in UNSORTED
+        if path.name != "tolerances.py"
     }
     assert not found
 

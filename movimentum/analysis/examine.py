@@ -27,13 +27,12 @@ from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.planning.blocks.kinds import Free
 from movimentum.records import dataclass, replace
 from movimentum.settings import Advice
-from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE
 from movimentum.solver.continuation.tracks import FlowTrack, NodeTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
-from movimentum.tolerances import ROUNDING
+from movimentum.tolerances import FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP, ROUNDING
 
 MOST_NOTES = 8
 """Up to this many things have a note each; more are reported together."""
@@ -179,7 +178,7 @@ def _inaccurate(motion: PathMotion, segment_motion: SegmentMotion) -> Iterator[D
         if isinstance(piece, Unsolved):
             continue
         for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
-            usual = LARGE_TOLERANCE if isinstance(block, Free) and block.sparse is not None else TOLERANCE
+            usual = LARGE_FREE_MOTION_STEP if isinstance(block, Free) and block.sparse is not None else FREE_MOTION_STEP
             if isinstance(track, FlowTrack):
                 yield from uncertain(segment_motion, block, track)
                 track = track.core

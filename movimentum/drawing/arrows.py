@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from movimentum.drawing.model import Point
+from movimentum.tolerances import NO_ARROW
 
 
 def arrow_head(width: float) -> tuple[float, float]:
@@ -23,7 +24,7 @@ def arrow_parts(points: Sequence[Point], width: float) -> tuple[list[Point], tup
     (bx, by), (tx, ty) = points[-2], points[-1]
     reach = math.hypot(tx - bx, ty - by)
     length, breadth = arrow_head(width)
-    if reach <= 1e-9 or length <= 1e-9:
+    if reach <= NO_ARROW or length <= NO_ARROW:
         return None
     fit = min(1.0, reach / length)
     length, breadth = length * fit, breadth * fit

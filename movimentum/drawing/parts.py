@@ -11,6 +11,7 @@ from typing import TypeAlias
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.things.kind import Color
+from movimentum.tolerances import LEAST_ARC_RADIUS, SAME_TURN_DEG
 
 Point: TypeAlias = tuple[float, float]
 
@@ -147,7 +148,7 @@ _OFF = 1 / 256
 
 def circle(centre: Point, radius: float, begin: float = 0.0, end: float = 360.0) -> list[Point]:
     """Points of an arc from ``begin`` to ``end`` (degrees), both included."""
-    step = math.degrees(math.sqrt(8.0 * _OFF / max(radius, 1e-9)))
+    step = math.degrees(math.sqrt(8.0 * _OFF / max(radius, LEAST_ARC_RADIUS)))
     count = max(1, math.ceil(abs(end - begin) / min(max(step, 0.5), 15.0)))
     turns = (math.radians(begin + (end - begin) * k / count) for k in range(count + 1))
     return [(centre[0] + radius * math.cos(turn), centre[1] + radius * math.sin(turn)) for turn in turns]
@@ -180,7 +181,7 @@ def rounded(points: Sequence[Point], radius: float) -> tuple[Point, ...]:
     for before, here, after in zip([corners[-1], *corners[:-1]], corners, [*corners[1:], corners[0]], strict=True):
         begin = math.degrees(math.atan2(before[0] - here[0], here[1] - before[1]))
         end = math.degrees(math.atan2(here[0] - after[0], after[1] - here[1]))
-        while end < begin - 1e-9:
+        while end < begin - SAME_TURN_DEG:
             end += 360.0
         found += circle(here, radius, begin, end)
     return tuple(found)

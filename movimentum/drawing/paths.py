@@ -13,10 +13,12 @@ from movimentum.drawing.motion import point_state
 from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
+from movimentum.tolerances import FOLLOWED_FAR_AWAY, LEAST_DIVISOR
 
-NEAR, FARTHEST, FAR = 10.0, 1000.0, 1e-3
+NEAR, FARTHEST = 10.0, 1000.0
 """Sizes of the scene, or of most of the path, from its middle: what is farther than NEAR is followed less closely, by
-FAR of its distance; what is farther than FARTHEST (and than any frame) is taken to be there. So a pole is one jump.
+`FOLLOWED_FAR_AWAY` of its distance; what is farther than FARTHEST (and than any frame) is taken to be there. So a pole
+is one jump.
 """
 PARTS = np.array([0.0, 0.375, 0.75, 1.0])
 """Where an interval is looked at. The parts are unequal, so that little that is periodic fits all of them."""
@@ -60,11 +62,11 @@ class _Room:
 
     def closeness(self, where: FloatArray, off: float) -> FloatArray:
         """(…, M): by how much a path may be missed at a point."""
-        return off + FAR * np.maximum(self.distance(where) - self.near, 0.0)
+        return off + FOLLOWED_FAR_AWAY * np.maximum(self.distance(where) - self.near, 0.0)
 
     def limited(self, where: FloatArray) -> FloatArray:
         """The same points; those that are too far, in the same direction."""
-        part = np.minimum(self.farthest / np.maximum(self.distance(where), 1e-300), 1.0)[..., None]
+        part = np.minimum(self.farthest / np.maximum(self.distance(where), LEAST_DIVISOR), 1.0)[..., None]
         return np.concatenate([self.middle + part * (where[..., :2] - self.middle), where[..., 2:]], axis=-1)
 
 

@@ -24,6 +24,7 @@ from movimentum.things.kinds.arc import Angle
 from movimentum.things.kinds.dimension import Distance
 from movimentum.things.kinds.piston import CYLINDER
 from movimentum.things.kinds.spring import Coiled
+from movimentum.tolerances import LEAST_ARROW, NO_REACH
 
 T = TypeVar("T", bound=Own)
 
@@ -115,7 +116,7 @@ def _frame(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(F, 2) the direction from the first point to the last, that to its left, and (F,) the distance."""
     reach = points[:, -1] - points[:, 0]
     length = np.hypot(reach[:, 0], reach[:, 1])
-    along = np.where(length[:, None] > 1e-12, reach / np.maximum(length, 1e-12)[:, None], np.array([1.0, 0.0]))
+    along = np.where(length[:, None] > NO_REACH, reach / np.maximum(length, NO_REACH)[:, None], np.array([1.0, 0.0]))
     return along, np.stack([-along[:, 1], along[:, 0]], axis=-1), length
 
 
@@ -277,7 +278,7 @@ def _beside(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed | None
     if mark.text is None:
         return None
     arrow = arrow_of(mark, poses)
-    length = np.maximum(np.hypot(arrow[:, 0], arrow[:, 1]), 1e-9)
+    length = np.maximum(np.hypot(arrow[:, 0], arrow[:, 1]), LEAST_ARROW)
     return written(mark.text, mark.paint.thing, poses), points[:, 0] + arrow, arrow / length[:, None]
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from movimentum.records import dataclass
+from movimentum.tolerances import LEAST_WEIGHT_OF_COLORS, ONE_COLOR
 
 Floats = NDArray[np.float32]
 Keys = NDArray[np.uint32]
@@ -205,7 +206,7 @@ def _chosen(colors: Floats, weight: Floats, count: int, tolerance: int, fixed: F
         total = np.bincount(label, weights=weight, minlength=len(every))[: len(centres)]
         for axis in range(3):
             moved = np.bincount(label, weights=weight * colors[:, axis], minlength=len(every))[: len(centres)]
-            centres[:, axis] = np.where(total > 0, moved / np.maximum(total, 1e-9), centres[:, axis])
+            centres[:, axis] = np.where(total > 0, moved / np.maximum(total, LEAST_WEIGHT_OF_COLORS), centres[:, axis])
     return np.rint(centres).clip(0, 255)
 
 
@@ -233,7 +234,7 @@ def _split(colors: Floats, weight: Floats, count: int, tolerance: int) -> tuple[
     first, middle, scatter = group(everything)
     heap = [(first, 0, everything, middle, scatter)]
     made = 0
-    while len(heap) < count and heap[0][0] < -1e-3:
+    while len(heap) < count and heap[0][0] < -ONE_COLOR:
         _, _, chosen, middle, scatter = heapq.heappop(heap)
         axis = np.linalg.eigh(scatter)[1][:, -1]
         below = (colors[chosen] - middle) @ axis <= 0.0
@@ -245,4 +246,4 @@ def _split(colors: Floats, weight: Floats, count: int, tolerance: int) -> tuple[
             made += 1
             spread, part_middle, part_scatter = group(part)
             heapq.heappush(heap, (spread, made, part, part_middle, part_scatter))
-    return np.stack([entry[3] for entry in heap]), heap[0][0] >= -1e-3
+    return np.stack([entry[3] for entry in heap]), heap[0][0] >= -ONE_COLOR

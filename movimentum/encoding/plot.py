@@ -9,6 +9,7 @@ from pathlib import Path
 from xml.sax.saxutils import escape
 
 from movimentum.records import dataclass
+from movimentum.tolerances import TICK_AT_END
 
 WIDTH, HEIGHT = 460, 340
 LEFT, RIGHT, TOP, BOTTOM = 74, 24, 44, 52
@@ -127,7 +128,7 @@ def ticks(low: float, high: float) -> list[float]:
     rough = (high - low) / 5
     unit = 10.0 ** math.floor(math.log10(rough))
     step = next(m * unit for m in (1, 2, 5, 10) if m * unit >= rough * 0.999)
-    return [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+    return [k * step for k in range(math.ceil(low / step - TICK_AT_END), math.floor(high / step + TICK_AT_END) + 1)]
 
 
 def _span(values: Sequence[float]) -> tuple[int, int]:

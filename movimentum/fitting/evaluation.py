@@ -35,7 +35,7 @@ from movimentum.solver.block.newton import newton_across
 from movimentum.solver.kinds.across import Across, column
 from movimentum.solver.kinds.kernels import across
 from movimentum.solver.kinds.winding import wound
-from movimentum.tolerances import TINY
+from movimentum.tolerances import LEAST_DIVISOR
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.together.batch import Batch, BatchCourse, SegmentRun
 from movimentum.variants.together.pattern import NotTogether, filled
@@ -312,7 +312,7 @@ class TogetherEvaluator:
 
     def _reach(self, course: BatchCourse, moves: BoolArray) -> FloatArray:
         timeline = self.formulas.lowered.timeline
-        start, length = float(timeline.start), max(float(timeline.end - timeline.start), TINY)
+        start, length = float(timeline.start), max(float(timeline.end - timeline.start), LEAST_DIVISOR)
         binds = course.outcomes == VariantOutcome.BINDS.code
         return np.where(moves, 1.0, np.where(binds, np.clip((course.times - start) / length, 0.0, 1.0), 0.0))
 

@@ -27,10 +27,10 @@ from movimentum.tolerances import (
     COSTS_ALIKE,
     GOAL_IN_REACH,
     GOAL_MET,
+    LEAST_DIVISOR,
     LEAST_OFF_FACTOR,
     REQUIREMENT_NEARLY_MET,
     SOLVERS_AGREE,
-    TINY,
 )
 from movimentum.variants.measures import MeasureSet
 from movimentum.variants.single import Variants, structure_key
@@ -179,7 +179,7 @@ def make_problem(job: FitJob) -> FitProblem:
     lowered = lower_aims(traced)
     formulas = SideFormulas(lowered, job.names)
     single = SingleEvaluator(variants, formulas, job.intervals)
-    size = max(scene_size(traced.scene), TINY)
+    size = max(scene_size(traced.scene), LEAST_DIVISOR)
     reason: str | None = None
     evaluate: TogetherEvaluator | SingleEvaluator = single
     try:

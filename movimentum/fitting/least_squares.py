@@ -13,7 +13,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
-from movimentum.tolerances import FIRST_DAMPING, GAIN_OF_A_STEP, LEAST_DAMPING, LEAST_WEIGHT, TINY
+from movimentum.tolerances import FIRST_DAMPING, GAIN_OF_A_STEP, LEAST_DAMPING, LEAST_DIVISOR, LEAST_WEIGHT
 
 Rows = Callable[[FloatArray, BoolArray, FloatArray], tuple[FloatArray, FloatArray]]
 """(V, C) points, which of all starts they belong to, and half sums of squares (V,) -> rows (V, R), slopes (V, R, C);
@@ -62,7 +62,7 @@ def minimize_together(
         free = np.isfinite(periods) | ~(((at <= 0.0) & (g > 0.0)) | ((at >= 1.0) & (g < 0.0)))
         matrix = np.where(free[:, :, None] & free[:, None, :], h, 0.0)
         diagonal = np.einsum("vii->vi", matrix)
-        diagonal += np.where(free, damping[some][:, None] * weights[some] + TINY, 1.0)
+        diagonal += np.where(free, damping[some][:, None] * weights[some] + LEAST_DIVISOR, 1.0)
         step = steps_of(matrix, np.where(free, g, 0.0))
         new = inside(at + step, periods)
         step = np.where(np.isfinite(periods), step, new - at)
@@ -73,7 +73,8 @@ def minimize_together(
         predicted = -np.einsum("vi,vi->v", step, g) - 0.5 * np.einsum("vi,vij,vj->v", step, h, step)
         gain = cost[some] - cost_new
         better = gain > 0.0
-        ratio = np.where(better, gain, 0.0) / np.maximum(np.maximum(predicted, gain), TINY)  # 1 is the most that counts
+        # 1 is the most that counts
+        ratio = np.where(better, gain, 0.0) / np.maximum(np.maximum(predicted, gain), LEAST_DIVISOR)
         moved = np.max(np.abs(step), axis=1)
         done = (moved <= tolerance) | (better & (gain <= tolerance * GAIN_OF_A_STEP * cost[some]))
         where = some[better]

@@ -16,7 +16,7 @@ from movimentum.fitting.timing import varied_names
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import Claim, Relation
 from movimentum.text import counted, number, time_text
-from movimentum.tolerances import AT_AN_END, GAIN_WORTH_A_NOTE, ROUNDED_UP, TINY
+from movimentum.tolerances import AT_AN_END, GAIN_WORTH_A_NOTE, LEAST_DIVISOR, ROUNDED_UP
 from movimentum.variants.outcomes import VariantOutcome
 
 _ANGLE = re.compile(r"\.a(ngle)?\s*\(.*\)", re.DOTALL)
@@ -120,7 +120,7 @@ def _nearest(claim: Claim, worst: float, text: str) -> Fix:
 
 
 def _rounded_up(value: float) -> str:
-    unit = 10.0 ** (np.floor(np.log10(max(value, TINY))) - 2)
+    unit = 10.0 ** (np.floor(np.log10(max(value, LEAST_DIVISOR))) - 2)
     return number(float(np.ceil(value / unit * (1.0 + ROUNDED_UP)) * unit), 3)
 
 

@@ -17,7 +17,7 @@ from movimentum.expressions import Expr, walk
 from movimentum.fitting.aims import ReducedExpr, SideFormulas, signed
 from movimentum.fitting.slopes import Dual
 from movimentum.records import dataclass
-from movimentum.tolerances import ORDER_LINEAR, TINY
+from movimentum.tolerances import LEAST_DIVISOR, ORDER_LINEAR
 from movimentum.variants.together.pattern import Pattern
 from movimentum.variants.tracing import Reduced, Varied
 
@@ -111,7 +111,7 @@ class FreeTimes:
             a = missed[:, starts]
             step = missed[:, starts + 1] - a
             square = np.einsum("vir,vir->vi", step, step)
-            share = np.clip(-np.einsum("vir,vir->vi", a, step) / np.maximum(square, TINY), 0.0, 1.0)
+            share = np.clip(-np.einsum("vir,vir->vi", a, step) / np.maximum(square, LEAST_DIVISOR), 0.0, 1.0)
             nearest = a + share[..., None] * step
             cost = np.einsum("vir,vir->vi", nearest, nearest)
             outside = (end < low) | (begin > high)

@@ -22,10 +22,9 @@ from movimentum.rendering.images import picture_file
 from movimentum.source import SourceText
 from movimentum.terminal import typed
 from movimentum.text import counted, listed, number, time_text
+from movimentum.tolerances import GOLDEN_PLACE, LEAST_AGREEMENT
 from movimentum.workflow.read import reads
 
-TOLERANCE = 1e-8
-"""Of the scene's size: how far an anchor may be from where it was. A millionth of a pixel in a scene of 100 pixels."""
 MOST = 6
 
 
@@ -189,7 +188,7 @@ def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[D
     place = {name: k for k, name in enumerate(header)}
     old = {name: table[:, place[name]] for name in names}
     now = {column.name: np.asarray(column.values(poses), dtype=np.float64) for column in chosen}
-    limit = TOLERANCE * motion.size
+    limit = GOLDEN_PLACE * motion.size
     apart = dict(_distances(made, old, now))
     off = {name: far for name, far in apart.items() if not (far <= limit).all()}
     if not off:
@@ -198,7 +197,7 @@ def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[D
     name = min(off, key=lambda n: (first[n], -float(off[n][first[n]])))
     here = first[name]
     anchors = [n for n in apart if n not in off and f"{n}.x" in now]
-    agreed = max([1e-9, *(float(apart[n].max()) for n in anchors)])
+    agreed = max([LEAST_AGREEMENT, *(float(apart[n].max()) for n in anchors)])
     agree = f"; {counted(len(anchors), 'other anchor')} agree to {number(agreed, 1)}" if anchors else ""
     unit = "px" if f"{name}.x" in now else "degrees" if name.endswith(".angle") else "off"
     far = number(float(off[name][here]), 3)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 
 from movimentum.records import dataclass
+from movimentum.tolerances import DIFFERING_PIXELS
 
 SIGMA = 1.5
 """Of the blur, in pixels."""
@@ -21,8 +22,6 @@ BLURRED = 16.0
 shifted by half a pixel by 25.
 """
 ROUNDING = 1
-FEW = 1e-5
-"""Share of the pixels that may differ by more than `ROUNDING` if the renderer is that of the recording."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +36,7 @@ class Difference:
 
     def acceptable(self, *, same_renderer: bool) -> bool:
         """Whether nothing is wrong."""
-        return self.differing <= FEW if same_renderer else self.blurred <= BLURRED
+        return self.differing <= DIFFERING_PIXELS if same_renderer else self.blurred <= BLURRED
 
 
 def difference(expected: Image.Image, actual: Image.Image) -> Difference:

@@ -14,7 +14,7 @@ from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formulas, evaluate, literal
 from movimentum.records import replace
 from movimentum.syntax.printer import float_text
-from movimentum.tolerances import FASTEST_RATE, FRAME_VALUE, NONZERO, SIMPLE_RATE
+from movimentum.tolerances import FASTEST_RATE, FRAME_VALUE, LEAST_DIVISOR, SIMPLE_RATE
 
 USUAL_FPS = Fraction(24)
 _STARTS = range(0, 360, 15)  # degrees of the trial values for the beginning of a free angle
@@ -178,7 +178,7 @@ def _line(values: FloatArray, first: int, last: int, origin: int, fps: Fraction,
     start, end = float(values[first]), float(values[last])
     length = float(Fraction(last - first) / fps)
     rate = (end - start) / length if length else 0.0
-    start, rate = _round(start, tolerance), _round(rate, tolerance / max(length, NONZERO) if length else 0.0)
+    start, rate = _round(start, tolerance), _round(rate, tolerance / max(length, LEAST_DIVISOR) if length else 0.0)
     if rate == 0.0:
         return float_text(start)
     since = ".t" if first == origin else f"(.t - {time_text(Fraction(first - origin) / fps)})"

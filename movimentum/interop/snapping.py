@@ -15,7 +15,14 @@ from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.interop.linkages import Linkage, turn
 from movimentum.records import dataclass, replace
-from movimentum.tolerances import NEARLY_EQUAL_LENGTHS, NONZERO, REPAIR_RANK, REPAIRED, SAME_LENGTHS, STATED_ANGLE_DEG
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    NEARLY_EQUAL_LENGTHS,
+    REPAIR_RANK,
+    REPAIRED,
+    SAME_LENGTHS,
+    STATED_ANGLE_DEG,
+)
 
 NEARLY_WHOLE = 0.5
 """Degrees by which an angle may differ from the multiple that it should be."""
@@ -57,7 +64,7 @@ def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
         degrees.append(-whole if whole <= -180.0 else whole)
     before = np.array(linkage.vertices, dtype=np.float64).reshape(-1, 2)
     after, off = _fitted(linkage, before, lengths, np.radians(degrees))
-    if off > REPAIRED * max(float(np.max(lengths, initial=0.0)), NONZERO):
+    if off > REPAIRED * max(float(np.max(lengths, initial=0.0)), LEAST_DIVISOR):
         found.append(
             Diagnostic(
                 "import/unrepaired",

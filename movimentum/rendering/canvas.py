@@ -13,6 +13,7 @@ from movimentum.records import dataclass
 from movimentum.rendering.coverage import Coverage, Outline, covered
 from movimentum.rendering.sprites import Sprite
 from movimentum.rendering.stamps import Box, Faded, Stamp, Stamps, around
+from movimentum.tolerances import UPRIGHT
 
 
 class Canvas:
@@ -125,7 +126,7 @@ def _resolved(canvas: Canvas, coverages: Iterator[list[Coverage]]) -> Stamps:
 
 def _upright(place: Affine) -> Affine:
     """The place of a text, at whole pixels if it is not turned: so its letters stay sharp."""
-    if abs(place.a - 1.0) > 1e-6 or abs(place.d) > 1e-6 or abs(place.e - 1.0) > 1e-6:
+    if abs(place.a - 1.0) > UPRIGHT or abs(place.d) > UPRIGHT or abs(place.e - 1.0) > UPRIGHT:
         return place
     return place._replace(c=float(round(place.c)), f=float(round(place.f)))
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from movimentum.drawing.model import Point
 from movimentum.geometry import Affine
+from movimentum.tolerances import LEAST_DIVISOR, LEAST_ROUNDED_RADIUS, TURNS_BACK
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -245,7 +246,7 @@ def _circle(centre: Point, radius: float) -> Floats:
 
 def _steps(turn: float, radius: float) -> int:
     """How many straight pieces stand for an arc."""
-    step = math.sqrt(8.0 * _OFF / max(min(radius, FARTHEST), 1e-3))
+    step = math.sqrt(8.0 * _OFF / max(min(radius, FARTHEST), LEAST_ROUNDED_RADIUS))
     return min(max(1, math.ceil(turn / min(step, math.pi / 16.0))), _MOST)
 
 
@@ -295,7 +296,7 @@ def _beside(line: Floats, half: float, ends: Ends) -> Floats:
     cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
     dot = (arriving * leaving).sum(axis=1)
     turn = np.arctan2(cross, dot)
-    back = dot < -1.0 + 1e-9
+    back = dot < -1.0 + TURNS_BACK
     turn[back] = math.pi
     length = np.hypot(*(np.roll(line, -1, axis=0) - line).T)
     # to the right the sides meet, if they are long enough; to the left, where nobody sees that it is not round
@@ -320,4 +321,4 @@ def _beside(line: Floats, half: float, ends: Ends) -> Floats:
 
 
 def _unit(vectors: Floats) -> Floats:
-    return vectors / np.maximum(np.hypot(vectors[:, 0], vectors[:, 1]), 1e-300)[:, None]
+    return vectors / np.maximum(np.hypot(vectors[:, 0], vectors[:, 1]), LEAST_DIVISOR)[:, None]

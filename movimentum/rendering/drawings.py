@@ -23,6 +23,7 @@ from movimentum.errors import ScriptError
 from movimentum.records import dataclass
 from movimentum.rendering.affines import transform_of
 from movimentum.source import drawing_file
+from movimentum.tolerances import PART_OF_A_PIXEL, SAME_SCALE
 
 MOST_BYTES = 16_000_000
 MOST_ELEMENTS = 50_000
@@ -53,7 +54,7 @@ class Drawing2D:
     @property
     def pixels(self) -> tuple[int, int]:
         """(width, height) in whole pixels."""
-        return max(1, math.ceil(self.width - 1e-6)), max(1, math.ceil(self.height - 1e-6))
+        return max(1, math.ceil(self.width - PART_OF_A_PIXEL)), max(1, math.ceil(self.height - PART_OF_A_PIXEL))
 
 
 def id_of(path: str) -> str | None:
@@ -348,7 +349,7 @@ def centre_by_shape(made: Drawing2D, element: ET.Element) -> tuple[float, float]
         return None
     if box is not None:
         wide, high = made.width / box[2], made.height / box[3]
-        if abs(wide - high) > 1e-6 * wide and (made.root.get("preserveAspectRatio") or "").strip() not in (
+        if abs(wide - high) > SAME_SCALE * wide and (made.root.get("preserveAspectRatio") or "").strip() not in (
             "",
             "xMidYMid",
         ):

@@ -19,6 +19,7 @@ from movimentum.drawing.model import Point
 from movimentum.drawing.style import UNITS
 from movimentum.rendering.faces import Face
 from movimentum.rendering.layout import Letters, laid_out
+from movimentum.tolerances import LEAST_CHORD
 
 _LARGE = 128  # pixels: the size at which characters are traced
 _LONG = 500  # characters of a script that is traced as a whole; longer ones are traced at a quarter of that size
@@ -132,7 +133,7 @@ def _simplified(ring: list[Point], size: int) -> list[Point]:
         (ax, ay), (bx, by) = points[first], points[last]
         between = points[first + 1 : last]
         length = float(np.hypot(bx - ax, by - ay))
-        away = np.abs((between[:, 0] - ax) * (by - ay) - (between[:, 1] - ay) * (bx - ax)) / max(length, 1e-9)
+        away = np.abs((between[:, 0] - ax) * (by - ay) - (between[:, 1] - ay) * (bx - ax)) / max(length, LEAST_CHORD)
         farthest = int(away.argmax())
         if away[farthest] > _CLOSE * size:
             keep[first + 1 + farthest] = True

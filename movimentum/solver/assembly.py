@@ -17,12 +17,13 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.judge import TOLERANCE, Judge
+from movimentum.solver.judge import Judge
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.solver.valued import first_value, has_value
+from movimentum.tolerances import CARRIED_VELOCITY_SPAN, FRAME_SOLVED
 
 Values = FloatArray | np.float64
 
@@ -98,7 +99,7 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
 
 def carry_at(segment_motion: SegmentMotion, piece: Piece, time: float, base: Carry) -> Carry:
     """What is carried on from ``piece`` at offset ``time``, with the velocity there where the piece has a length."""
-    span = 1e-6 * (piece.end - piece.begin)
+    span = CARRIED_VELOCITY_SPAN * (piece.end - piece.begin)
     gap = next((t for t in segment_motion.troubles if t.kind is FailureKind.GAP and t.begin <= time <= t.until), None)
     if gap is not None:
         time = max(gap.begin, piece.begin)
@@ -197,7 +198,7 @@ class Assembly:
             judge = self.judges.get(id(piece.plan))
             if judge is None:
                 judge = self.judges[id(piece.plan)] = Judge(piece.plan, self.judged)
-            bad = bad | (judge.worst(state, instants) > TOLERANCE)
+            bad = bad | (judge.worst(state, instants) > FRAME_SOLVED)
         return state, bad
 
     def _fill(self, places: NDArray[np.intp] | slice, plan: Plan, state: State, base: Snapshot) -> None:

@@ -19,14 +19,7 @@ from movimentum.solver.arithmetic.alike import Alike
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import remembered
 from movimentum.solver.block.closed_form import State
-
-TOLERANCE = 1e-7
-"""Relative to the scene's size. Far above what rounding makes of a well-posed frame (1e-14), far below what can be
-seen.
-"""
-
-ROUNDING = 1e-15
-"""Relative to each number of a row: what a solver, and the evaluation of the row, make of it."""
+from movimentum.tolerances import FRAME_SOLVED, ROUNDING_OF_ROWS
 
 
 class Judge:
@@ -85,7 +78,7 @@ class Judge:
                 np.max(off, axis=0, initial=0.0, out=worst[part])  # nan where one of them is
             for some in self._beyond(state, instants):
                 worst = np.maximum(worst, some / self.size)
-            if not (worst > TOLERANCE).any():
+            if not (worst > FRAME_SOLVED).any():
                 return np.where(np.isfinite(worst), worst, np.inf)
             rows, beyond = self.amounts(state, instants)
             off = np.concatenate([rows, *(some[None] for some in beyond)])
@@ -106,7 +99,7 @@ class Judge:
         clocks = self._clocks(instants, starts[len(self.plan.clocks) :])
         found = np.empty((len(values), len(instants)))
         for part, some in function.values(state, clocks, len(instants)):
-            found[:, part] = ROUNDING * (some + far)
+            found[:, part] = ROUNDING_OF_ROWS * (some + far)
         return found
 
     def _off(self, state: State, instants: Instants) -> Iterator[tuple[slice, FloatArray]]:

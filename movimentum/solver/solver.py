@@ -13,7 +13,6 @@ from movimentum.solver.basis.memory import remembering
 from movimentum.solver.basis.pose_state import Carry, as_drawn
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.beginning import SegmentTask, Solving, begin_segment, selected, totals_of
-from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.continuation.tracks import Choice, Gap
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.follow import follow
@@ -25,7 +24,7 @@ from movimentum.solver.start.resumption import Branch, first_beginning, times_af
 from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
-from movimentum.tolerances import BEYOND_VIOLATION, LEAST_BEYOND
+from movimentum.tolerances import BEYOND_VIOLATION, INEQUALITY_MET, LEADS_FARTHER, LEAST_BEYOND, SHORT_PIECE
 
 MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is not looked at."""
@@ -35,8 +34,6 @@ many times as far again: following them takes time in proportion to the whole se
 CREEPING = 12
 """So many pieces in a row that end where they begin lead nowhere: a free motion is drawn across an inequality, it has
 solutions at single instants only, or Newton's method is at the end of its precision."""
-SHORT = 1e-7
-"""Of a segment: a piece that is shorter ends where it begins."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,7 +158,7 @@ def _planned_anew(
     if selection.choices is not None:
         again = _followed(work, segment, plan, selection, carry, ahead)
         ends = min((trouble.begin for trouble in again.troubles), default=length)
-        if ends > time + 1e-3 * (length - time) and _disagreement(again) is None:
+        if ends > time + LEADS_FARTHER * (length - time) and _disagreement(again) is None:
             return again
     piece = next(p for p in segment_motion.pieces if isinstance(p, Piece) and p.begin <= time <= p.end)
     kept = segment_motion.pieces[: segment_motion.pieces.index(piece)]
@@ -210,7 +207,7 @@ def _path(
     times = [beginning.time for beginning in segment_motion.beginnings[-4:]]
     reach = length
     if len(times) > 1:
-        reach = min(length, begin + AHEAD * max(*np.diff(times).tolist(), SHORT * length))
+        reach = min(length, begin + AHEAD * max(*np.diff(times).tolist(), SHORT_PIECE * length))
     while True:
         piece, gaps = follow(segment_motion.plan, segment_motion.segment.start, begin, reach, choices)
         gap = min(gaps, key=lambda item: item.begin, default=None)
@@ -260,7 +257,7 @@ def _creeps(segment_motion: SegmentMotion, end: float, length: float) -> bool:
     """Whether the last pieces, of which the last would end at ``end``, all end where they begin."""
     recent = [piece for piece in segment_motion.pieces if isinstance(piece, Piece)][-CREEPING:]
     ends = [*(piece.end for piece in recent[:-1]), end]
-    short = (stop - piece.begin < SHORT * length for piece, stop in zip(recent, ends, strict=True))
+    short = (stop - piece.begin < SHORT_PIECE * length for piece, stop in zip(recent, ends, strict=True))
     return len(recent) == CREEPING and all(short)
 
 
@@ -302,7 +299,7 @@ def _beyond_inequality(
             instants = piece.instants(np.array([resume]))
             state, _ = piece.evaluate(instants)
             value = first_of(plan.selectors[selector](state, instants.clocks)[0])
-            if value < -2.0 * SELECTOR_TOLERANCE * plan.size or resume >= length:
+            if value < -2.0 * INEQUALITY_MET * plan.size or resume >= length:
                 break
             resume = min(time + 2.0 * (resume - time), length)
     selection = select(plan, segment_motion.segment.start, resume, ahead, carry, totals_of(plan, carry))

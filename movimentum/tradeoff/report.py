@@ -10,7 +10,7 @@ from pathlib import PurePath
 from movimentum.encoding.plot import Panel, Point
 from movimentum.terminal import visible
 from movimentum.text import listed
-from movimentum.tolerances import LEAST_PLOTTED, TINY
+from movimentum.tolerances import LEAST_DIVISOR, LEAST_PLOTTED
 from movimentum.tradeoff.pictures import PictureTrade
 from movimentum.tradeoff.tiers import SolverTrade
 
@@ -98,7 +98,7 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
     if draft.claim is not None and draft.error > INVISIBLE:
         found.append(f"In a picture `draft` can be seen: {draft.error:.2g} px.")
     integrated = solver.integration or 0.0
-    times = high.frame / max(standard.frame, TINY)
+    times = high.frame / max(standard.frame, LEAST_DIVISOR)
     if integrated > standard.error:
         found.append("`high` and `exact` gain nothing here.")
     elif standard.error < INVISIBLE:
@@ -110,7 +110,7 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
     if integrated <= standard.error:
         found.append(
             f"For tables `high` brings {standard.error:.0e} px down to {high.error:.0e} px for {times:.3g} times the"
-            f" time per frame, `exact` takes {exact.frame / max(standard.frame, TINY):.3g} times."
+            f" time per frame, `exact` takes {exact.frame / max(standard.frame, LEAST_DIVISOR):.3g} times."
         )
     costs = {cost.name: cost for cost in pictures.costs}
     plain, fine = costs["quality standard"], costs["quality high"]

@@ -11,11 +11,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
-
-LEAD = 0.001
-"""Seconds by which an animation is ahead of its frames' times: at the very time of a frame, the frame is shown, and not
-by an error of rounding the one before.
-"""
+from movimentum.tolerances import FRAME_LEAD_S
 
 
 def short(value: float, decimals: int) -> str:
@@ -53,7 +49,7 @@ class FilmClock:
         seconds = f"{float(self.frames / self.fps):.6f}".rstrip("0").rstrip(".")
         times = "indefinite" if self.loop == 0 else str(self.loop)
         frozen = ' fill="freeze"' if self.loop else ""
-        return f'begin="-{LEAD}s" dur="{seconds}s" repeatCount="{times}" calcMode="discrete"{frozen}'
+        return f'begin="-{FRAME_LEAD_S}s" dur="{seconds}s" repeatCount="{times}" calcMode="discrete"{frozen}'
 
     def values(self, changing: Sequence[str]) -> str:
         """The attributes ``values`` and, if that is shorter, ``keyTimes`` for a text for each frame."""

@@ -15,8 +15,8 @@ from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.start.contradictions import Contradiction, find_contradiction
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, scattered
-from movimentum.solver.start.fitting import MET, Fitting
-from movimentum.tolerances import EQUALLY_CHEAP, LIGHT_WEIGHTS
+from movimentum.solver.start.fitting import Fitting
+from movimentum.tolerances import EQUALLY_CHEAP, FIT_ROW_MET, LIGHT_WEIGHTS
 
 MOST = 60
 """The number of poses from which the least errors of the members are searched: those found already, and random ones."""
@@ -93,7 +93,7 @@ def _nearest(demands: Demands, one: Member, starts: Sequence[FloatArray]) -> Flo
         cost = np.sum((fit.left * np.where(light, weight, 1.0)) ** 2, axis=1)
         poses = fit.u[[int(np.argmax(cost <= cost.min() * (1.0 + EQUALLY_CHEAP)))]]
     rest = Fitting(demands, [i for i in rows if i not in mine]).fit(poses)
-    return rest.u[0] if rest.error[0] <= MET else starts[0]
+    return rest.u[0] if rest.error[0] <= FIT_ROW_MET else starts[0]
 
 
 def _apart(demands: Demands, constraint: int, u: FloatArray) -> float:

@@ -17,13 +17,12 @@ from movimentum.records import replace
 from movimentum.scene.model import Constraint, Scene, Thing
 from movimentum.scene.text_edits import added, lengthened, turned_round
 from movimentum.settings import Advice
-from movimentum.solver.kinds.linear import INSTANT
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.rejections import Rejection
 from movimentum.text import counted, number, time_text
-from movimentum.tolerances import SAME_LENGTH, STEADY_AMOUNT
+from movimentum.tolerances import SAME_LENGTH, STEADY_AMOUNT, WITHOUT_VALUE_AT_ONCE
 
 if TYPE_CHECKING:
     from movimentum.analysis.diagnose.conflict import Conflict
@@ -299,7 +298,7 @@ def _is_formula(block: Block) -> bool:
 
 def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: float) -> Diagnostic:
     """A formula without a finite value."""
-    at_once = until - tau <= INSTANT * float(segment_motion.segment.end - segment_motion.segment.start)
+    at_once = until - tau <= WITHOUT_VALUE_AT_ONCE * float(segment_motion.segment.end - segment_motion.segment.start)
     when = f"at t = {_at(segment_motion, tau)}" if at_once else f"from t = {_at(segment_motion, tau)} on"
     plan = segment_motion.plan
     numbers = [plan.system.equations[e].constraint for e in block.equations]

@@ -8,12 +8,12 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.sorting import distinct
-from movimentum.solver.judge import TOLERANCE, Judge
+from movimentum.solver.judge import Judge
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
-from movimentum.tolerances import JUDGED_BESIDE
+from movimentum.tolerances import FRAME_SOLVED, JUDGED_BESIDE
 
 CHUNK = 8192
 
@@ -63,9 +63,9 @@ def _of_segment(
             state, bad = evaluated(piece, part)
             worst = np.where(bad, np.inf, judge.worst(state, part))
             worst = np.fmin(worst, _beside(piece, judge, part.tau, ~bad & np.isinf(worst)))
-        if not (worst > TOLERANCE).any():
+        if not (worst > FRAME_SOLVED).any():
             continue
-        place = int(np.argmax(worst > TOLERANCE))
+        place = int(np.argmax(worst > FRAME_SOLVED))
         frame = low + int(places[place])
         for block in segment_motion.plan.blocks:
             for n in block.unknowns:

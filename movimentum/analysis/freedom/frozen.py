@@ -19,7 +19,7 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
-from movimentum.tolerances import SHORTEST_PULL, STEP_OF_DIFFERENCE, TINY
+from movimentum.tolerances import LEAST_DIVISOR, SHORTEST_PULL, STEP_OF_DIFFERENCE
 
 TRIES, STEPS, STEP = 3, 60, 0.05
 FARTHEST = 0.05
@@ -86,7 +86,11 @@ class HeldBlock:
         """How fast that length falls, per time unit."""
         with np.errstate(all="ignore"):
             velocity = self.motion.velocity(self.tau, x)
-            step = STEP_OF_DIFFERENCE * self.piece.plan.size / max(float(np.max(np.abs(velocity), initial=0.0)), TINY)
+            step = (
+                STEP_OF_DIFFERENCE
+                * self.piece.plan.size
+                / max(float(np.max(np.abs(velocity), initial=0.0)), LEAST_DIVISOR)
+            )
             return (self.off(x) - self.off(x + step * velocity)) / step if np.isfinite(step) else 0.0
 
     def pulled(self, x: FloatArray, steps: int) -> Iterator[FloatArray]:
@@ -97,7 +101,7 @@ class HeldBlock:
                 tangent = self.motion.tangent(self.tau, x)
                 velocity = self.motion.velocity(self.tau, x, tangent)
                 largest = float(np.max(np.abs(velocity), initial=0.0))
-                step = min(longest, FARTHEST * self.piece.plan.size / max(largest, TINY))
+                step = min(longest, FARTHEST * self.piece.plan.size / max(largest, LEAST_DIVISOR))
                 y, good, _ = self.motion.restored(self.tau, x + step * velocity, tangent)
                 now = self.off(y)
                 if not good or now > off:  # too far: near a stretched pose it would bounce

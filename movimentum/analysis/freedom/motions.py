@@ -23,7 +23,7 @@ from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.text import number
-from movimentum.tolerances import RANK_TOLERANCE, SEEMS_ZERO, TINY, ZERO_ENTRY, ZERO_PIVOT
+from movimentum.tolerances import LEAST_DIVISOR, RANK_TOLERANCE, SEEMS_ZERO, ZERO_ENTRY, ZERO_PIVOT
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,9 @@ def _spanned(
     along = slopes @ velocities.T
     if not np.isfinite(along).all():
         return [(v, False) for v in _reduced(plan, block, one, velocities)]
-    rank, loose, inverse = null_space(along / max(float(np.max(np.abs(along), initial=0.0)), TINY), RANK_TOLERANCE)
+    rank, loose, inverse = null_space(
+        along / max(float(np.max(np.abs(along), initial=0.0)), LEAST_DIVISOR), RANK_TOLERANCE
+    )
     drawn = np.linalg.svd(inverse.T)[2][:rank] if rank else np.zeros((0, len(velocities)))
     return [
         *((v, False) for v in _reduced(plan, block, one, loose.T @ velocities)),

@@ -18,7 +18,7 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space, relative_error, scaled
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import projected
-from movimentum.tolerances import NEARBY_SOLVED, RANK_TOLERANCE, TINY
+from movimentum.tolerances import LEAST_DIVISOR, NEARBY_SOLVED, RANK_TOLERANCE
 
 Clocks = tuple[FloatArray, ...]
 
@@ -88,7 +88,7 @@ def beside(
     scale = scale_of(plan, block.core)
     weights = np.cos(1.0 + 2.399963 * np.arange(free.shape[1], dtype=np.float64))
     step = (free @ weights) * scale
-    step *= ASIDE / max(float(np.max(np.abs(step) / scale)), TINY)
+    step *= ASIDE / max(float(np.max(np.abs(step) / scale)), LEAST_DIVISOR)
     problem = BlockProblem.of(block, one, clocks, scale)
     y, good = projected(problem, x + step)
     # where rods in a line stay in a line, Newton's method converges slowly, and what it has not reached has more rank

@@ -13,7 +13,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.solver.block.sparse import factored
-from movimentum.tolerances import RANK_SHIFT, TINY
+from movimentum.tolerances import LEAST_DIVISOR, RANK_SHIFT
 
 STEPS = 4
 PROBES = 16
@@ -55,7 +55,7 @@ class SparseRank:
         vector = np.cos(1.0 + 2.399963 * np.arange(n, dtype=np.float64))
         size = 0.0
         for _ in range(30):
-            vector = self._across @ (self._rows @ (vector / max(float(np.linalg.norm(vector)), TINY)))
+            vector = self._across @ (self._rows @ (vector / max(float(np.linalg.norm(vector)), LEAST_DIVISOR)))
             size = float(np.linalg.norm(vector))
         return float(np.sqrt(size))
 

@@ -24,7 +24,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
-from movimentum.tolerances import TINY, ZERO_ENTRY, ZERO_PIVOT
+from movimentum.tolerances import LEAST_DIVISOR, ZERO_ENTRY, ZERO_PIVOT
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,6 +177,6 @@ def sparse_basis(null: FloatArray) -> FloatArray:
         others = np.arange(len(rows)) != done
         rows[others] -= rows[others, column][:, None] * rows[done]
         done += 1
-    largest = np.max(np.abs(rows), axis=1, keepdims=True, initial=TINY)
+    largest = np.max(np.abs(rows), axis=1, keepdims=True, initial=LEAST_DIVISOR)
     rows = rows / largest
     return np.where(np.abs(rows) < ZERO_ENTRY, 0.0, rows).T

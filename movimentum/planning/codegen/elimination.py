@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.expressions import ONE, ZERO, Expr, div, mul, sub
-from movimentum.tolerances import TINY
+from movimentum.tolerances import LEAST_DIVISOR
 
 THRESHOLD = 0.1
 """A pivot should not be smaller than this share of the largest entry in its row, at any sample."""
@@ -37,7 +37,7 @@ def pivot_order(samples: NDArray[np.float64], present: Sequence[tuple[int, int]]
             inside = sorted(columns_of[row] & columns)
             largest = np.max(np.abs(matrices[:, row, inside]), axis=1) if inside else np.zeros(len(matrices))
             for column in inside:
-                share = float(np.min(np.abs(matrices[:, row, column]) / np.maximum(largest, TINY)))
+                share = float(np.min(np.abs(matrices[:, row, column]) / np.maximum(largest, LEAST_DIVISOR)))
                 fill = (len(inside) - 1) * (sum(column in columns_of[other] for other in rows) - 1)
                 good = share >= THRESHOLD
                 rank = (not good, fill if good else 0, -share)
@@ -50,7 +50,7 @@ def pivot_order(samples: NDArray[np.float64], present: Sequence[tuple[int, int]]
         rows.discard(row)
         columns.discard(column)
         pivot = matrices[:, row, column]
-        pivot = np.where(pivot == 0.0, TINY, pivot)
+        pivot = np.where(pivot == 0.0, LEAST_DIVISOR, pivot)
         for other in rows:
             if column in columns_of[other]:
                 factor = matrices[:, other, column] / pivot

@@ -11,7 +11,7 @@ from collections.abc import Collection, Sequence
 from movimentum.planning.lowering.equations import Equation, System
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.records import replace
-from movimentum.tolerances import DEPENDENT_TURNS, TINY
+from movimentum.tolerances import DEPENDENT_TURNS, LEAST_DIVISOR
 
 Row = dict[int, float]
 
@@ -94,7 +94,7 @@ def _less(row: Row, other: Row, factor: float, pivot: int) -> Row:
     result = dict(row)
     for n, value in other.items():
         result[n] = result.get(n, 0.0) - factor * value
-        if abs(result[n]) <= DEPENDENT_TURNS * max(abs(factor * value), TINY):
+        if abs(result[n]) <= DEPENDENT_TURNS * max(abs(factor * value), LEAST_DIVISOR):
             del result[n]
     result.pop(pivot, None)
     return result

@@ -27,11 +27,11 @@ from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.scaling import scaled
 from movimentum.tolerances import (
+    LEAST_DIVISOR,
     RANK_FOR_DEFLATION,
     RANK_OF_REDUNDANT_ROWS,
     RANK_OF_SQUARE,
     SAME_SOLUTION_POLISHED,
-    TINY,
 )
 
 
@@ -191,7 +191,7 @@ def _iterated(rows: Rows, context: RowContext, sizes: FloatArray, *, newton: boo
                 inverse = _inverse(rows, context, sizes)
             step = -np.einsum("fnm,fm->fn", inverse, residuals)
         largest = np.max(np.abs(step) / sizes, axis=1, initial=0.0)
-        digits = -(np.log10(np.where(largest > 0.0, largest, TINY)) + exponents * np.log10(2.0))
+        digits = -(np.log10(np.where(largest > 0.0, largest, LEAST_DIVISOR)) + exponents * np.log10(2.0))
         usable = np.isfinite(step).all(axis=1)
         gained = np.where(usable, digits, 0.0) - right
         moves = running & usable & ((gained > 0.0) | (done < 2))
@@ -276,7 +276,7 @@ def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> 
     )
     del here.wide[first:], here.floats[first:]
     residuals, exponents = arithmetic.balanced(here.values(rows), 1)
-    gradients = np.maximum(np.abs(_jacobian(rows, here, 1) * size[:, None, :]).max(axis=2, initial=0.0), TINY)
+    gradients = np.maximum(np.abs(_jacobian(rows, here, 1) * size[:, None, :]).max(axis=2, initial=0.0), LEAST_DIVISOR)
     off = float(np.max(np.abs(residuals) / gradients))
     left = np.inf if off == 0.0 else -(np.log10(off) + float(exponents[0]) * np.log10(2.0))
     return digits if left >= arithmetic.digits else 0.0

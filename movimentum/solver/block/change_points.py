@@ -16,15 +16,10 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
+from movimentum.tolerances import DISCRIMINANT_ZERO, END_LOCATED, ROUNDING_OF_DISCRIMINANT
 
 Margin = Callable[[FloatArray], FloatArray]
 """The relative discriminant at any offsets: (N,) to (N,)."""
-
-MARGIN_TOLERANCE = 4e-12
-"""How far below zero a relative discriminant may come by rounding; nearer to zero than this, two solutions meet."""
-
-ROUNDING = 2e-14
-"""What rounding makes of a relative discriminant of zero."""
 
 SAMPLES = 9
 ROUNDS = 16
@@ -57,16 +52,16 @@ def find_events(margin: Margin, tau: FloatArray, values: FloatArray) -> Events:
 
 
 def _gaps(margin: Margin, tau: FloatArray, values: FloatArray) -> list[tuple[float, float]]:
-    below = values < -MARGIN_TOLERANCE
+    below = values < -DISCRIMINANT_ZERO
     change = np.diff(below.astype(np.int8), prepend=0, append=0)
     first, last = np.nonzero(change == 1)[0], np.nonzero(change == -1)[0] - 1
     left, right = tau[first], tau[last]
     enters, leaves = first > 0, last < len(tau) - 1
     left[enters] = _crossings(margin, tau[first[enters] - 1], tau[first[enters]])
     right[leaves] = _crossings(margin, tau[last[leaves] + 1], tau[last[leaves]])
-    if len(first) and first[0] == 1 and values[0] <= MARGIN_TOLERANCE:  # the path begins at its end
+    if len(first) and first[0] == 1 and values[0] <= DISCRIMINANT_ZERO:  # the path begins at its end
         between = np.linspace(float(tau[0]), float(left[0]), SAMPLES + 2)[1:-1]
-        left[0] = left[0] if (margin(between) > MARGIN_TOLERANCE).any() else tau[0]
+        left[0] = left[0] if (margin(between) > DISCRIMINANT_ZERO).any() else tau[0]
     return list(zip(left.tolist(), right.tolist(), strict=True))
 
 
@@ -82,17 +77,17 @@ def _minima(tau: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray
         left, middle, right = v[:-2], v[1:-1], v[2:]
         # a minimum, far enough below a neighbour or near enough to zero to be worth a closer look;
         # a flat run at zero (a mechanism at rest in its dead centre) is none
-        low = (middle <= left) & (middle <= right) & (middle > -MARGIN_TOLERANCE)
+        low = (middle <= left) & (middle <= right) & (middle > -DISCRIMINANT_ZERO)
         worth = (middle < 0.5 * np.maximum(left, right)) | (middle < 0.02)
-        flat = np.maximum(left, right) <= MARGIN_TOLERANCE
+        flat = np.maximum(left, right) <= DISCRIMINANT_ZERO
         before = np.concatenate([[-np.inf], left[:-1]])
-        second = (middle == left) & (before >= left) & (left <= MARGIN_TOLERANCE)  # of two equal nodes
+        second = (middle == left) & (before >= left) & (left <= DISCRIMINANT_ZERO)  # of two equal nodes
         i = np.nonzero(low & worth & ~flat & ~second)[0]
         brackets.append(np.stack([tau[i], tau[i + 1], tau[i + 2]]))
     # a dip inside the first or last interval, seen from its end only
-    if MARGIN_TOLERANCE < v[0] < 0.25 * v[1]:
+    if DISCRIMINANT_ZERO < v[0] < 0.25 * v[1]:
         brackets.append(np.array([[tau[0]], [0.75 * tau[0] + 0.25 * tau[1]], [tau[1]]]))
-    if MARGIN_TOLERANCE < v[-1] < 0.25 * v[-2]:
+    if DISCRIMINANT_ZERO < v[-1] < 0.25 * v[-2]:
         brackets.append(np.array([[tau[-2]], [0.75 * tau[-1] + 0.25 * tau[-2]], [tau[-1]]]))
     if not brackets:
         return none, none, none
@@ -124,16 +119,16 @@ def _refined(
         inner = (i > 0) & (i < SAMPLES + 1)
         at_left, at_right = values[rows, left], values[rows, right]
         bend = np.abs(np.where(inner, at_left - 2.0 * least + at_right, at_left - at_right))
-        under = least < -MARGIN_TOLERANCE
-        over = ~under & (least > 10.0 * np.maximum(bend, MARGIN_TOLERANCE))
-        resolved = ~under & ~over & (bend < 0.1 * MARGIN_TOLERANCE)
+        under = least < -DISCRIMINANT_ZERO
+        over = ~under & (least > 10.0 * np.maximum(bend, DISCRIMINANT_ZERO))
+        resolved = ~under & ~over & (bend < 0.1 * DISCRIMINANT_ZERO)
         below[left_over] = under
-        touch[left_over] = resolved & (least <= MARGIN_TOLERANCE)
-        clear[left_over] = over | (resolved & (least > MARGIN_TOLERANCE))
+        touch[left_over] = resolved & (least <= DISCRIMINANT_ZERO)
+        clear[left_over] = over | (resolved & (least > DISCRIMINANT_ZERO))
         a[left_over], b[left_over] = points[rows, left], points[rows, right]
     left_over = np.nonzero(~(touch | below | clear))[0]
     if len(left_over):
-        touch[left_over] = margin(place[left_over]) <= MARGIN_TOLERANCE
+        touch[left_over] = margin(place[left_over]) <= DISCRIMINANT_ZERO
     return touch, below, place
 
 
@@ -185,11 +180,11 @@ def _crossings(margin: Margin, good: FloatArray, bad: FloatArray) -> FloatArray:
         if len(left_over) == 0:
             break
         points = np.linspace(good[left_over], bad[left_over], SAMPLES + 2, axis=-1)
-        below = ~(margin(points.reshape(-1)).reshape(points.shape) >= -ROUNDING)
+        below = ~(margin(points.reshape(-1)).reshape(points.shape) >= -ROUNDING_OF_DISCRIMINANT)
         first = np.where(below.any(axis=1), np.argmax(below, axis=1), SAMPLES + 1)
         rows = np.nonzero(first > 0)[0]
         left_over, first = left_over[rows], first[rows]
         good[left_over], bad[left_over] = points[rows, first - 1], points[rows, first]
         a, b = good[left_over], bad[left_over]
-        left_over = left_over[np.abs(b - a) > 1e-15 * np.maximum(np.abs(a), np.abs(b))]
+        left_over = left_over[np.abs(b - a) > END_LOCATED * np.maximum(np.abs(a), np.abs(b))]
     return good

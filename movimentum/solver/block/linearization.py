@@ -14,11 +14,10 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
+from movimentum.tolerances import CORRECTION_AT_ROUNDING, CORRECTION_STALLED, LEAST_DIVISOR, ROUNDING_OF_DENSE_TANGENT
 
 SLOW = 0.2
 """A chord step that leaves more of the residual calls for a new linearisation."""
-NEARLY = 1e-14
-"""Of the largest unknown: a residual that need not be looked into if it shrinks no more."""
 
 
 class Tangent(Protocol):
@@ -49,7 +48,7 @@ class Tangent(Protocol):
 class DenseTangent:
     """A `Tangent` by the singular value decomposition of its rows in unknowns in which the metric is the identity."""
 
-    rounding = 2e-16
+    rounding = ROUNDING_OF_DENSE_TANGENT
 
     def __init__(self, block: Free, jacobian: FloatArray) -> None:
         self.white, self.scale = block.metric.whitening
@@ -132,7 +131,7 @@ def chord_newton(
         step = tangent.corrected(residual)
         if limit is not None:
             largest = float(np.max(np.abs(step / tangent.scale), initial=0.0))
-            step = step * min(1.0, limit / max(largest, 1e-300))
+            step = step * min(1.0, limit / max(largest, LEAST_DIVISOR))
         x = x + step
         residual = problem.residual(x[None])[0]
         last, error = error, float(np.max(np.abs(residual / tangent.lengths), initial=0.0))
@@ -140,11 +139,11 @@ def chord_newton(
             kept, best = x, error
         reach = float(np.max(np.abs(x / tangent.scale), initial=0.0))
         shrinks = error <= 0.5 * last
-        if error <= tangent.rounding * reach or (not shrinks and error <= NEARLY * reach):
+        if error <= tangent.rounding * reach or (not shrinks and error <= CORRECTION_AT_ROUNDING * reach):
             break
-        if not shrinks and fresh and limit is None and error < 1e-8 * reach:
+        if not shrinks and fresh and limit is None and error < CORRECTION_STALLED * reach:
             break
         fresh = False
         if error > SLOW * last:
             tangent, fresh = tangent_at(problem, x), True
-    return kept, best / float(np.max(np.abs(kept / tangent.scale), initial=1e-300)), tangent
+    return kept, best / float(np.max(np.abs(kept / tangent.scale), initial=LEAST_DIVISOR)), tangent

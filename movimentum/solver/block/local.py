@@ -14,18 +14,13 @@ from movimentum.solver.block.newton import newton
 from movimentum.solver.block.one_instant import OneInstant
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
+from movimentum.tolerances import RANK_FOR_VELOCITY, SINGULAR_ON_PATH
 
 Probe = Callable[[FloatArray], BlockProblem]
 """A block's problem at given offsets."""
 
 ITERATIONS = 8
 """Newton steps onto a path from a prediction; one that needs more is too far from it."""
-SMALLEST_STEP = 1e-10
-"""Of the interval to be followed: where even that fails, the path ends."""
-
-
-SINGULAR = 1e-9
-"""Smallest singular value, of the largest, below which a Jacobian is singular."""
 
 
 @dataclass(slots=True, eq=False)
@@ -100,7 +95,7 @@ class Local:
             return np.full(len(x), np.nan), 0.0
         left, singular, turned = np.linalg.svd(rows[0], full_matrices=False)
         smallest = float(singular[-1] / singular[0]) if len(singular) and singular[0] > 0 else 0.0
-        keep = singular > 1e-11 * singular[0]
+        keep = singular > RANK_FOR_VELOCITY * singular[0]
         self._linear = tau, x, rows[0], singular
         y = turned[keep].T @ ((left[:, keep].T @ right) / singular[keep])
         return y * scale, smallest
@@ -120,7 +115,7 @@ class Local:
             if not np.isfinite(rows).all():
                 return 0.0
             singular = np.linalg.svd(rows, compute_uv=False)
-        if not singular[-1] > SINGULAR * singular[0]:
+        if not singular[-1] > SINGULAR_ON_PATH * singular[0]:
             return 0.0
         return float(np.linalg.slogdet(rows)[0])
 

@@ -12,16 +12,13 @@ from collections.abc import Callable
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.solver.block.scaling import RANK_TOLERANCE
+from movimentum.tolerances import POSE_BESIDE_MET, POSE_BESIDE_NEARLY_MET, RANK_LOST_AT_POSE, RANK_OF_ROWS
 
 Rows = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Unknowns (n,) in units of their scale to residuals (m,) and their Jacobian (m, n), rows scaled alike."""
 
-LOST = 1e-6
-"""Smallest singular value of rows of unit length, of the largest, where the rank is lost."""
 ASIDE = 0.03
 """Of the unknowns' scale: how far beside a pose another solution is looked for."""
-MET, NEARLY_MET = 1e-12, 1e-9
 ITERATIONS = 40
 
 
@@ -38,10 +35,10 @@ def is_mobile(rows: Rows, x: FloatArray) -> bool:
             return False
         residual, matrix = beside
         error = float(np.max(np.abs(residual)))
-        if error < MET:
+        if error < POSE_BESIDE_MET:
             break
-        step = np.linalg.lstsq(matrix, residual, rcond=RANK_TOLERANCE)[0]
-        if error < NEARLY_MET and np.max(np.abs(step)) < MET:
+        step = np.linalg.lstsq(matrix, residual, rcond=RANK_OF_ROWS)[0]
+        if error < POSE_BESIDE_NEARLY_MET and np.max(np.abs(step)) < POSE_BESIDE_MET:
             break
         y = y - step
     else:
@@ -52,7 +49,7 @@ def is_mobile(rows: Rows, x: FloatArray) -> bool:
 def _lost(matrix: FloatArray) -> FloatArray | None:
     """The direction (n,) in which nothing holds; None where something does."""
     _, singular, turned = np.linalg.svd(matrix)
-    return turned[-1] if singular[-1] <= LOST * singular[0] else None
+    return turned[-1] if singular[-1] <= RANK_LOST_AT_POSE * singular[0] else None
 
 
 def _unit(rows: Rows, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:

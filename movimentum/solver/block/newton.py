@@ -18,28 +18,32 @@ from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import chord_newton
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import RANK_TOLERANCE, relative_error, scaled
+from movimentum.solver.block.scaling import relative_error, scaled
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    LEFT_OF_RANDOM_MOTION,
+    NEWTON_ACROSS_DONE,
+    NEWTON_LAST_STEP,
+    NEWTON_SOLVED,
+    NEWTON_STALLED,
+    NEWTON_STEP_DONE,
+    RANK_FOR_FREEDOM,
+    RANK_OF_ROWS,
+    SINGULAR_ACROSS,
+    START_EXACT,
+)
 
-STEP_TOLERANCE = 1e-14
-"""In units of the unknowns' scale."""
-LAST_STEP = 1e-8
-SAME_POINT = 1e-11
-"""Relative residual, and last step, of a solution across variants."""
-SOLVED = 1e-9
-"""Relative residual of a solution."""
-EXACT = 1e-14
-"""Relative residual of a start that Newton's method cannot make better."""
 ASTRAY = 1e5
-"""Of such a start's residual: a way from there that is longer is a singular pose's, and means nothing."""
+"""Of the residual of a start that is a solution: a way from there that is longer is a singular pose's, and means
+nothing.
+"""
 FAR = 0.05
-MOVING = 1e-4
-"""Of a random motion: what is left of it where a large block has freedom."""
 
 
 AT_ONCE = 1_000_000
 """Numbers of all instants' Jacobians that are held at a time; decompositions take ten times as much memory."""
 WELL_CONDITIONED = 1e8
-"""Of the normal equations of rows: well below where their rank is in question, at 1 / `RANK_TOLERANCE` squared."""
+"""Of the normal equations of rows: well below where their rank is in question, at 1 / `RANK_OF_ROWS` squared."""
 
 
 def step_of(
@@ -64,7 +68,7 @@ def step_of(
     if afar and rows.shape[1] > rows.shape[2]:
         finite[_by_normal_equations(rows, right, scale, finite, result)] = False
     if finite.any():
-        inverse = np.linalg.pinv(rows[finite], rcond=RANK_TOLERANCE)
+        inverse = np.linalg.pinv(rows[finite], rcond=RANK_OF_ROWS)
         result[finite] = -np.einsum("fnm,fm->fn", inverse, right[finite]) * scale
     return result
 
@@ -109,7 +113,7 @@ def newton(
     """Solve a block from ``start`` (F, n). ``limit`` bounds a single step (in units of the unknowns' scale), and
     ``afar`` makes steps cheaper (see `step_of`), for starts from afar.
 
-    Stops where steps are below `STEP_TOLERANCE` or no longer shrink; converged means a relative residual below 1e-9
+    Stops where steps are below `NEWTON_STEP_DONE` or no longer shrink; converged means a relative residual below 1e-9
     (near a singularity the step is no measure, the residual is).
     """
     x = np.array(start, dtype=np.float64)
@@ -139,13 +143,13 @@ def newton(
             step = step_of(jacobian, residual, scale, square, afar=afar)
             size = np.max(np.abs(step) / scale, axis=1, initial=0.0)
             if limit is not None:
-                step = step * np.minimum(1.0, limit / np.maximum(size, 1e-300))[:, None]
+                step = step * np.minimum(1.0, limit / np.maximum(size, LEAST_DIVISOR))[:, None]
             moved = going & np.isfinite(step).all(axis=1)
             y = np.where(moved[:, None], y + np.where(moved[:, None], step, 0.0), y)
             x[places] = y
-            going &= ~(size <= STEP_TOLERANCE)
+            going &= ~(size <= NEWTON_STEP_DONE)
             if done > 3 and limit is None:
-                going &= ~((size >= 0.5 * last) & (size < 1e-9))
+                going &= ~((size >= 0.5 * last) & (size < NEWTON_STALLED))
             if not going.any():
                 break
             last = size
@@ -155,9 +159,9 @@ def newton(
             residual = some.residual(y)
         error = relative_error(problem.residual(x), problem.jacobian(x), scale)
         moved = np.max(np.abs(x - start) / scale, axis=1, initial=0.0)
-        kept = (before <= EXACT) & ~(moved <= ASTRAY * before)
+        kept = (before <= START_EXACT) & ~(moved <= ASTRAY * before)
         x[kept], error[kept] = start[kept], before[kept]
-    return NewtonResult(x, np.isfinite(error) & (error <= SOLVED), error)
+    return NewtonResult(x, np.isfinite(error) & (error <= NEWTON_SOLVED), error)
 
 
 def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit: float | None) -> NewtonResult:
@@ -168,7 +172,7 @@ def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit:
         one = problem.at(np.array([f]), len(x))
         x[f], off, _ = chord_newton(one, x[f], iterations, None if limit is None else limit * size)
         error[f] = off
-    return NewtonResult(x, np.isfinite(error) & (error <= SOLVED), error)
+    return NewtonResult(x, np.isfinite(error) & (error <= NEWTON_SOLVED), error)
 
 
 def freedom_of(problem: BlockProblem, x: FloatArray) -> int:
@@ -179,7 +183,7 @@ def freedom_of(problem: BlockProblem, x: FloatArray) -> int:
     if 0 in rows.shape:
         return len(x)
     singular = np.linalg.svd(np.nan_to_num(rows[0], posinf=0.0, neginf=0.0), compute_uv=False)
-    return len(x) - int(np.sum(singular > 1e-7 * max(singular[0], 1e-300)))
+    return len(x) - int(np.sum(singular > RANK_FOR_FREEDOM * max(singular[0], LEAST_DIVISOR)))
 
 
 def _moves(problem: BlockProblem, x: FloatArray) -> bool:
@@ -191,7 +195,7 @@ def _moves(problem: BlockProblem, x: FloatArray) -> bool:
     tangent = saddle(problem, x)
     motion = np.random.default_rng(5).normal(size=len(x)) * tangent.scale
     left = tangent.least(np.zeros(block.rows), -block.metric.applied(motion))
-    return bool(np.max(np.abs(left) / tangent.scale) > MOVING * np.max(np.abs(motion) / tangent.scale))
+    return bool(np.max(np.abs(left) / tangent.scale) > LEFT_OF_RANDOM_MOTION * np.max(np.abs(motion) / tangent.scale))
 
 
 def unrolled(problem: BlockProblem, x: FloatArray, step: Compiled) -> BoolArray:
@@ -209,10 +213,10 @@ def unrolled(problem: BlockProblem, x: FloatArray, step: Compiled) -> BoolArray:
             x[j] -= s
             np.fmax(last, np.abs(s) / scale[j], out=last)
             last += s - s  # nan stays
-        if not (last > LAST_STEP).any():
+        if not (last > NEWTON_LAST_STEP).any():
             break
     far = np.max(np.abs(x - start) / scale[:, None], axis=0) > FAR
-    good = (last <= LAST_STEP) & ~far
+    good = (last <= NEWTON_LAST_STEP) & ~far
     x[:, ~good] = start[:, ~good]
     return good
 
@@ -248,17 +252,19 @@ def newton_across(
             jacobian[:, i, j : j + 1] = value
         jacobian *= scale[:, None]
         lengths = np.sqrt(np.einsum("vij,vij->vi", jacobian, jacobian))
-        jacobian /= np.maximum(lengths, 1e-300)[..., None]
-        residual /= np.maximum(lengths, 1e-300)
+        jacobian /= np.maximum(lengths, LEAST_DIVISOR)[..., None]
+        residual /= np.maximum(lengths, LEAST_DIVISOR)
         determinant = np.asarray(np.linalg.det(np.nan_to_num(jacobian)))
         able = (
-            (np.abs(determinant) > 1e-14) & np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
+            (np.abs(determinant) > SINGULAR_ACROSS)
+            & np.isfinite(residual).all(axis=1)
+            & np.isfinite(jacobian).all(axis=(1, 2))
         )
         matrix = np.where(able[:, None, None], jacobian, np.eye(size))
         step = np.linalg.solve(matrix, np.where(able[:, None], residual, 0.0)[..., None])[..., 0]
         moved = np.max(np.abs(step), axis=1)
         x = x - step * scale
-        converged = able & (np.max(np.abs(residual), axis=1) <= SAME_POINT) & (moved <= SAME_POINT)
-        if (converged & (moved <= 10.0 * STEP_TOLERANCE) | ~able).all():
+        converged = able & (np.max(np.abs(residual), axis=1) <= NEWTON_ACROSS_DONE) & (moved <= NEWTON_ACROSS_DONE)
+        if (converged & (moved <= 10.0 * NEWTON_STEP_DONE) | ~able).all():
             break
     return x, converged, determinant

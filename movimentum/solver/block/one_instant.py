@@ -13,11 +13,14 @@ import numpy as np
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.basis.effort import charge
-from movimentum.solver.block.newton import LAST_STEP, SOLVED, STEP_TOLERANCE
 from movimentum.solver.block.problem import BlockProblem
-
-QUADRATIC = 1e-3
-"""Of the step before: one that is so much shorter tells that each is about the square of the last."""
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    NEWTON_LAST_STEP,
+    NEWTON_SOLVED,
+    NEWTON_STEP_DONE,
+    QUADRATIC_CONVERGENCE,
+)
 
 
 class OneInstant:
@@ -52,12 +55,12 @@ class OneInstant:
             if not size < np.inf or not lengths.all():
                 return None
             x = x - step * self._scale
-            if size <= STEP_TOLERANCE or (size <= LAST_STEP and size <= QUADRATIC * last):
+            if size <= NEWTON_STEP_DONE or (size <= NEWTON_LAST_STEP and size <= QUADRATIC_CONVERGENCE * last):
                 break  # the next step would be this one's square
             last = size
         residual, wide = self._linearized(x)
-        error = float(np.max(np.abs(residual) / np.maximum(np.max(np.abs(wide), axis=1), 1e-300)))
-        return x, error <= SOLVED
+        error = float(np.max(np.abs(residual) / np.maximum(np.max(np.abs(wide), axis=1), LEAST_DIVISOR)))
+        return x, error <= NEWTON_SOLVED
 
     def _linearized(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The residuals (n,), and the Jacobian (n, n) by unknowns of size one."""

@@ -13,9 +13,7 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient
 from movimentum.solver.basis.instants import Instants
-
-SINGULAR = 1e-13
-"""Reciprocal condition number of a Jacobian below which it tells nothing."""
+from movimentum.tolerances import LEAST_DIVISOR, SINGULAR_FOR_RATES
 
 
 @dataclass(slots=True, eq=False)
@@ -106,8 +104,10 @@ class _Solver:
             condition = np.where(regular, 1.0 / np.maximum(reach, 1.0), 0.0)
         else:
             left, singular, right = np.linalg.svd(self.matrix, full_matrices=False)
-            condition = singular[:, -1] / np.maximum(singular[:, 0], 1e-300)
-            inverted = np.where(singular > SINGULAR * singular[:, :1], 1.0 / np.maximum(singular, 1e-300), 0.0)
+            condition = singular[:, -1] / np.maximum(singular[:, 0], LEAST_DIVISOR)
+            inverted = np.where(
+                singular > SINGULAR_FOR_RATES * singular[:, :1], 1.0 / np.maximum(singular, LEAST_DIVISOR), 0.0
+            )
             self.inverse = np.einsum("fki,fk,fmk->fim", right, inverted, left)
         self.condition = np.where(finite, condition, np.nan)
 

@@ -7,9 +7,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.basis.effort import charge
-
-RANK_TOLERANCE = 1e-8
-"""Of the largest singular value, rows and unknowns scaled to size one."""
+from movimentum.tolerances import LEAST_DIVISOR, RANK_OF_ROWS, WISH_DIRECTION_FOUND, WISH_DIRECTION_LOST, WISH_ROUNDING
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,16 +22,10 @@ class Damping:
     far: float = np.inf
 
 
-LOST, FOUND = 1e-5, 1e-4
-"""Of the strongest direction of some wishes: where another is not followed at all (rounding would choose the way), and
-from where it is. In between it comes to be.
-"""
 SLIGHT = 0.5
 """Of what an error's own gradient promises, for the speed of the fastest anchor: how much less than that a direction
 may bring and still count as strong.
 """
-NOISE = 1e-12
-"""Of what cannot be followed: less in another direction is taken for none, see `damped`."""
 
 
 def toward(rows: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
@@ -78,17 +70,17 @@ def damped(
     part = squares / largest
     if moves is not None and slopes is not None:
         promised = np.linalg.norm(directions.T @ slopes, axis=1) * np.max(np.abs(moves @ directions), axis=0)
-        part = np.minimum(part, np.square(squares / (SLIGHT * np.maximum(promised, 1e-300))))
+        part = np.minimum(part, np.square(squares / (SLIGHT * np.maximum(promised, LEAST_DIVISOR))))
     wanted = directions.T @ want
     edge = damping.weak**2
     added = np.hypot(edge, wanted / damping.near) * np.maximum(1.0 - part / edge, 0.0) ** 2
-    known = np.clip((np.sqrt(part) - LOST) / (FOUND - LOST), 0.0, 1.0)
-    gains = known**2 * (3.0 - 2.0 * known) * part / np.maximum(part + added, 1e-300)
+    known = np.clip((np.sqrt(part) - WISH_DIRECTION_LOST) / (WISH_DIRECTION_FOUND - WISH_DIRECTION_LOST), 0.0, 1.0)
+    gains = known**2 * (3.0 - 2.0 * known) * part / np.maximum(part + added, LEAST_DIVISOR)
     left = np.square(wanted * (1.0 - gains))
     elsewhere = np.sqrt(np.maximum(np.sum(left) - left, 0.0))
-    told = np.abs(wanted) > NOISE * elsewhere
-    followed = gains * np.where(told, wanted, 0.0) * np.minimum(1.0, damping.far / np.maximum(elsewhere, 1e-300))
-    return np.asarray(directions @ (followed / np.maximum(squares, 1e-300)), dtype=np.float64)
+    told = np.abs(wanted) > WISH_ROUNDING * elsewhere
+    followed = gains * np.where(told, wanted, 0.0) * np.minimum(1.0, damping.far / np.maximum(elsewhere, LEAST_DIVISOR))
+    return np.asarray(directions @ (followed / np.maximum(squares, LEAST_DIVISOR)), dtype=np.float64)
 
 
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -108,15 +100,15 @@ def relative_error(residual: FloatArray, jacobian: FloatArray, scale: FloatArray
     if residual.shape[1] == 0:
         return np.zeros(len(residual))
     wide = np.abs(jacobian) * scale
-    return np.max(np.abs(residual) / np.maximum(wide.max(axis=2, initial=0.0), 1e-300), axis=1)
+    return np.max(np.abs(residual) / np.maximum(wide.max(axis=2, initial=0.0), LEAST_DIVISOR), axis=1)
 
 
-def null_space(matrix: FloatArray, tolerance: float = RANK_TOLERANCE) -> tuple[int, FloatArray, FloatArray]:
+def null_space(matrix: FloatArray, tolerance: float = RANK_OF_ROWS) -> tuple[int, FloatArray, FloatArray]:
     """Rank, the null space (n, n - rank) and the pseudo-inverse (n, m) of one scaled matrix (m, n)."""
     m, n = matrix.shape
     if m == 0:
         return 0, np.eye(n), np.zeros((n, 0))
     left, singular, right = np.linalg.svd(np.nan_to_num(matrix, posinf=0.0, neginf=0.0))
-    rank = int(np.sum(singular > tolerance * max(singular[0], 1e-300))) if len(singular) else 0
+    rank = int(np.sum(singular > tolerance * max(singular[0], LEAST_DIVISOR))) if len(singular) else 0
     inverse = (right[:rank].T / singular[:rank]) @ left[:, :rank].T
     return rank, right[rank:].T, inverse

@@ -13,10 +13,6 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import ThingAngle
 
-SELECTOR_TOLERANCE = 1e-9
-"""Of the scene's size: an inequality that is violated by less than that is just met."""
-
-
 RADIAN = math.degrees(1.0)
 
 

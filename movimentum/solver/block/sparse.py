@@ -21,12 +21,9 @@ from movimentum.planning.structure.metric import Metric
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, damped
+from movimentum.tolerances import ROUNDING_OF_SPARSE_TANGENT, ROW_RELAXED, SOFT_ROW_RELAXED, VELOCITY_REFINED
 
-RELAXED = 1e-10
-"""The square of the relative singular value at which rows begin to be taken for redundant."""
 REFINEMENTS = 3
-REFINED = 1e-12
-"""Relative to what was wanted: a velocity's rows that are met better need no refinement."""
 
 
 def rows_of(block: Free) -> SparseRows:
@@ -57,7 +54,7 @@ class _Pattern:
         at_column = np.concatenate([j, n + self.row, rows.indices, n + np.arange(m)])
         # the order of elimination depends on the pattern only: found once, with any numbers
         some = np.random.default_rng(1).uniform(0.5, 1.0, len(self.row))
-        sample = np.concatenate([self.metric, some, some, np.full(m, -RELAXED)])
+        sample = np.concatenate([self.metric, some, some, np.full(m, -ROW_RELAXED)])
         first: Any = coo_matrix((sample, (at_row, at_column)), shape=(n + m, n + m)).tocsc()
         factors = factored(first, order="MMD_AT_PLUS_A")
         self.place = np.arange(n + m) if factors is None else np.asarray(factors.perm_c, dtype=np.intp)
@@ -90,7 +87,7 @@ def factored(matrix: Any, order: str = "NATURAL") -> Any:
 class Saddle:
     """A `solver.block.linearization.Tangent` by a sparse factorisation; ``slopes`` (entries,) of the Jacobian."""
 
-    rounding = 1e-14
+    rounding = ROUNDING_OF_SPARSE_TANGENT
 
     def __init__(self, block: Free, slopes: FloatArray) -> None:
         from scipy.sparse import csc_matrix, csr_matrix
@@ -104,7 +101,7 @@ class Saddle:
         self.lengths = np.where(lengths > 0.0, lengths, 1.0)
         scaled = wide / self.lengths[pattern.row]
         self.rows: Any = csr_matrix((scaled, rows.indices, rows.indptr), shape=(rows.rows, self.size))
-        data = np.concatenate([pattern.metric, scaled, scaled, np.full(rows.rows, -RELAXED)])[pattern.entries]
+        data = np.concatenate([pattern.metric, scaled, scaled, np.full(rows.rows, -ROW_RELAXED)])[pattern.entries]
         matrix: Any = csc_matrix((data, pattern.indices, pattern.indptr), shape=pattern.shape)
         self.factors = factored(matrix)
 
@@ -125,7 +122,7 @@ class Saddle:
         size = float(np.max(np.abs(wanted), initial=0.0)) + float(np.max(np.abs(right), initial=0.0))
         for _ in range(refinements):
             off = wanted - self.rows @ y
-            if not np.max(np.abs(off), initial=0.0) > REFINED * size:
+            if not np.max(np.abs(off), initial=0.0) > VELOCITY_REFINED * size:
                 break
             right[: self.size] = 0.0
             right[self.size :] = off
@@ -185,7 +182,7 @@ class QuadraticProgram:
         length = float(np.sqrt(scaled @ scaled)) or 1.0
         self.rows.append((places, scaled / length))
         self.right.append(-off / length)
-        self.relaxed.append(1e-5 if soft else RELAXED)
+        self.relaxed.append(SOFT_ROW_RELAXED if soft else ROW_RELAXED)
 
     def weigh(self, metric: Metric, factor: float, gradient: FloatArray) -> None:
         """Add factor / 2 step' M step + gradient . step to what is to be least."""

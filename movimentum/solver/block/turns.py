@@ -14,10 +14,9 @@ from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import relative_error
+from movimentum.tolerances import TURNED_BACK_ROUNDING, UNCHANGED_BY_A_TURN
 
 TURN = 360.0
-UNCHANGED = 1e-9
-"""Of the scene's size (or of a degree): a residual that a full turn does not change."""
 MOST = 12
 """Unknowns of a block that may be angles; with more, what is found stays as it is."""
 
@@ -70,7 +69,7 @@ def _turned(
     changes = np.stack([residual(x + TURN * unit[j]) - now for j in columns], axis=1)
     if not np.isfinite(changes).all():
         return x
-    turns = _lattice(np.where(np.abs(changes) <= UNCHANGED * max(size, TURN), 0.0, changes))
+    turns = _lattice(np.where(np.abs(changes) <= UNCHANGED_BY_A_TURN * max(size, TURN), 0.0, changes))
     if not len(turns):
         return x
     wanted = (x - near)[list(columns)] / TURN
@@ -83,7 +82,7 @@ def _turned(
     y[list(columns)] -= TURN * (many @ turns)
     error = relative_error(residual(y)[None], problem.jacobian(y[None]), problem.scale)[0]
     before = relative_error(now[None], problem.jacobian(x[None]), problem.scale)[0]
-    return y if error <= 10.0 * before + 1e-12 else x
+    return y if error <= 10.0 * before + TURNED_BACK_ROUNDING else x
 
 
 def _lattice(changes: FloatArray) -> FloatArray:

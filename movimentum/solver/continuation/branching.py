@@ -15,12 +15,11 @@ from movimentum.arrays import BoolArray, FloatArray, first_of
 from movimentum.records import dataclass
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.scaling import scaled
+from movimentum.tolerances import BRANCH_MET, BRANCH_SETTLED, BRANCH_SETTLED_AFAR, SECOND_RANK_LOST
 
 FARTHEST, FINER, SIZES = 0.3, 0.8, 90
 """Of the unknowns' scale: how far along w poses are looked for, and the ratio and the number of the distances tried."""
 ROUNDS = 12
-MET = 1e-11
-"""Relative residual of a solution; less of m is no sign."""
 
 SOONER, ASIDE, PARTS = 1.0 / 16.0, 0.2, (0.03, 0.6)
 """Of the time since the pose: when a path is looked at again; of the way from the pose to a point of the path: how far
@@ -49,7 +48,7 @@ class SingularPose:
         if local.block.rows != len(x) or not np.isfinite(rows).all():
             return None
         left, singular, right = np.linalg.svd(rows[0])
-        if len(singular) > 1 and singular[-2] < 1e-6 * singular[0]:
+        if len(singular) > 1 and singular[-2] < SECOND_RANK_LOST * singular[0]:
             return None
         return cls(local, tau, x / scale, scale, lengths[0], left[:, -1], right[-1])
 
@@ -59,7 +58,7 @@ class SingularPose:
         along = np.concatenate([-aside, [0.0], aside[::-1]])
         points, excess = self._reduced(tau, along, self.x + along[:, None] * self.right)
         known: BoolArray = np.isfinite(excess)
-        certain = bool(known[SIZES] and abs(excess[SIZES]) > MET)
+        certain = bool(known[SIZES] and abs(excess[SIZES]) > BRANCH_MET)
         along, points, excess = along[known], points[known], excess[known]
         changes = np.nonzero(np.sign(excess[1:]) * np.sign(excess[:-1]) <= 0.0)[0]
         low, high, below = along[changes], along[changes + 1], excess[changes]
@@ -111,9 +110,9 @@ class SingularPose:
                 inverse = np.linalg.pinv(matrix[finite])
                 step[finite] = np.einsum("fnm,fm->fn", inverse, right[finite])
             y, excess = y - step[:, :n], excess - step[:, n]
-            if not np.nanmax(np.abs(step), initial=0.0) > MET:
+            if not np.nanmax(np.abs(step), initial=0.0) > BRANCH_MET:
                 break
-        settled = np.max(np.abs(step), axis=1) <= 1e-3 * MET + 1e-6 * np.abs(along)
+        settled = np.max(np.abs(step), axis=1) <= BRANCH_SETTLED * BRANCH_MET + BRANCH_SETTLED_AFAR * np.abs(along)
         return y, np.where(settled, excess, np.nan)
 
 

@@ -19,13 +19,12 @@ from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.tracks import Circles, Path, SignTrack
+from movimentum.tolerances import CENTRES_MAY_MEET
 
 LARGEST_TURN = 0.45
 """Change of a direction's cosine or sine between two nodes."""
 FINEST = 2.0**-18
 """Of a path's length: nodes are no closer."""
-NEAR = 1e-5
-"""Of its unit: a squared distance of two centres below which they may meet between two nodes."""
 ROUNDS, SAMPLES = 12, 9
 HALVINGS = range(20, 5, -2)
 POINTS = np.array([1.0, 2.0, 3.0, 4.0])
@@ -52,7 +51,7 @@ def with_coincidences(
         jumps = _jumps(path, block, track, nodes) & (tau[:-1] < until)
         if not jumps.any():
             return track
-        low = circles.apart(state, clocks, len(tau)) < NEAR
+        low = circles.apart(state, clocks, len(tau)) < CENTRES_MAY_MEET
         switches = track.switches
         i = 0
         while i < len(tau):

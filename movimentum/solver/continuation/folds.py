@@ -11,18 +11,21 @@ from __future__ import annotations
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.solver.block.local import SMALLEST_STEP, Local
+from movimentum.solver.block.local import Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.scaling import scaled
+from movimentum.tolerances import (
+    FOLD_BEYOND_PATH,
+    FOLD_CLOSED,
+    FOLD_DIFFERENCE,
+    FOLD_DIRECTION_MET,
+    FOLD_POSE_DONE,
+    FOLD_TIME_DONE,
+    SHORTEST_PATH_STEP,
+)
 
-CLOSED = 1e-12
-"""Relative residual at which a pose still counts as one at the very end of a path."""
-BEYOND = 1e-5
-"""Of the interval: how far from the last step of a path its end may be."""
 NEAR = 0.05
 """Of the unknowns' scale: how far a pose at the very end may be from the last one before."""
-DIFFERENCE = 1e-5
-"""Of the unknowns' scale: the width of differences of the Jacobian."""
 ROUNDS = 20
 
 
@@ -54,9 +57,9 @@ def fold_near(local: Local, tau: float, x: FloatArray, scale: FloatArray, total:
     for _ in range(ROUNDS):
         delta = local.delta
         instants = np.array([time, time, time, time + delta, time - delta])
-        aside = DIFFERENCE * null
+        aside = FOLD_DIFFERENCE * null
         residual, jacobian = parts(instants, np.stack([z, z + aside, z - aside, z, z]))
-        bent = (jacobian[1] - jacobian[2]) / (2.0 * DIFFERENCE)  # second derivatives are symmetric
+        bent = (jacobian[1] - jacobian[2]) / (2.0 * FOLD_DIFFERENCE)  # second derivatives are symmetric
         drift = (residual[3] - residual[4]) / (2.0 * delta)
         turning = (jacobian[3] - jacobian[4]) @ null / (2.0 * delta)
         matrix = np.zeros((2 * m + 1, 2 * n + 1))
@@ -68,13 +71,13 @@ def fold_near(local: Local, tau: float, x: FloatArray, scale: FloatArray, total:
             return None
         step = np.linalg.lstsq(matrix, -right, rcond=None)[0]
         z, null, time = z + step[:n], null + step[n : 2 * n], time + float(step[-1]) * total
-        if abs(time - tau) > 100.0 * BEYOND * total or np.max(np.abs(z - x / scale)) > NEAR:
+        if abs(time - tau) > 100.0 * FOLD_BEYOND_PATH * total or np.max(np.abs(z - x / scale)) > NEAR:
             return None
-        if np.max(np.abs(step[:n])) < 1e-12 and abs(step[-1]) < 1e-15:
+        if np.max(np.abs(step[:n])) < FOLD_POSE_DONE and abs(step[-1]) < FOLD_TIME_DONE:
             break
     residual, jacobian = parts(np.array([time]), z[None])
-    met = np.max(np.abs(residual)) <= CLOSED and np.max(np.abs(jacobian[0] @ null)) <= 1e-9
-    return time if met and abs(time - tau) <= BEYOND * total else None
+    met = np.max(np.abs(residual)) <= FOLD_CLOSED and np.max(np.abs(jacobian[0] @ null)) <= FOLD_DIRECTION_MET
+    return time if met and abs(time - tau) <= FOLD_BEYOND_PATH * total else None
 
 
 def _last(local: Local, tau: float, x: FloatArray, scale: FloatArray, total: float) -> float:
@@ -85,10 +88,10 @@ def _last(local: Local, tau: float, x: FloatArray, scale: FloatArray, total: flo
     def solvable(instant: float) -> bool:
         outcome = newton(local.probe(np.array([instant])), x[None, :], iterations=40)
         near = np.max(np.abs(outcome.x[0] - x) / scale) <= NEAR
-        return bool(outcome.error[0] <= CLOSED and near)
+        return bool(outcome.error[0] <= FOLD_CLOSED and near)
 
-    good, step = tau, SMALLEST_STEP * total
-    while step <= BEYOND * total and solvable(good + step):
+    good, step = tau, SHORTEST_PATH_STEP * total
+    while step <= FOLD_BEYOND_PATH * total and solvable(good + step):
         good, step = good + step, 2.0 * step
     bad = good + step
     for _ in range(60):

@@ -17,16 +17,18 @@ import numpy as np
 from movimentum.arrays import FloatArray, solutions
 from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.block.linearization import Tangent
-from movimentum.solver.block.local import SMALLEST_STEP
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
 from movimentum.solver.free.velocity import MOST_NODES
+from movimentum.tolerances import (
+    COARSEST_FREE_MOTION_STEP,
+    FIRST_FREE_MOTION_STEP,
+    FREE_MOTION_AT_NODE,
+    FREE_MOTION_STEP,
+    LEAST_DIVISOR,
+    SHORTEST_PATH_STEP,
+)
 
-TOLERANCE, LARGE_TOLERANCE = 1e-10, 1e-9
-"""Error of a step, in units of the unknowns' scale; that of large blocks, whose steps take long."""
-COARSEST = 1e-5
 ORDER = 4
-FIRST = 1e-3
-"""Of the distance between two nodes: the first step."""
 STEPS, STEPS_PER_NODE = 2500, 4
 """So many steps in all and for each of the path's nodes; a motion that needs more is given a hundredth of the accuracy
 each time."""
@@ -63,15 +65,15 @@ def drift(
     scale: FloatArray,
     nodes: FloatArray,
     until: float,
-    tolerance: float = TOLERANCE,
+    tolerance: float = FREE_MOTION_STEP,
     *,
     roughly: bool = False,
 ) -> NodeTrack:
     """A ``motion`` integrated with its own step control, brought back onto the constraints after every step.
 
     ``x`` (n,) are the values at ``nodes[0]``, ``scale`` (n,) their natural sizes; the track reaches ``until`` or the
-    last node, or ends where a step as short as `SMALLEST_STEP` still fails. ``roughly``: accuracy is given up from the
-    beginning, because what drives the motion is not followed closely either.
+    last node, or ends where a step as short as `SHORTEST_PATH_STEP` still fails. ``roughly``: accuracy is given up from
+    the beginning, because what drives the motion is not followed closely either.
     """
     tolerance *= tightening()
     tau, high = float(nodes[0]), float(nodes[-1])
@@ -85,7 +87,7 @@ def drift(
     hurried = False
     rate = motion.velocity(tau, x, after=True)
     times, values, rates = [tau], [x], [rate]
-    length = FIRST * float(nodes[1] - nodes[0])
+    length = FIRST_FREE_MOTION_STEP * float(nodes[1] - nodes[0])
 
     def track(end: float) -> NodeTrack:
         return node_track(times, values, rates, end, np.inf if stage >= ROUNDS else tolerance)
@@ -97,7 +99,7 @@ def drift(
             spent += 1
             if spent > (2.0 - 0.5**stage) * budget or hurried:
                 stage, hurried = stage + 1, False
-                tolerance = min(100.0 * tolerance, COARSEST)
+                tolerance = min(100.0 * tolerance, COARSEST_FREE_MOTION_STEP)
             if stage >= ROUNDS:  # from node to node, each the nearest to the one before
                 new, good, _ = motion.restored(float(target), x)
                 if not good:
@@ -110,7 +112,7 @@ def drift(
             step = min(length, float(target) - tau)
             order = min(ORDER, len(times) - begun)
             past = [time - tau for time in times[-order:]]
-            instant = tau + step if target - tau - step > 1e-12 * total else float(target)
+            instant = tau + step if target - tau - step > FREE_MOTION_AT_NODE * total else float(target)
             predicted = x + _advance(past, rates[-order:], step)
             new, good, tangent = motion.restored(instant, predicted)
             new_rate = motion.velocity(instant, new, tangent) if good else np.full_like(x, np.nan)
@@ -121,7 +123,7 @@ def drift(
             if np.isfinite(error) and error <= tolerance:
                 new, good, _ = motion.restored(instant, corrected, tangent)
             if not (np.isfinite(error) and error <= tolerance and good):
-                if step <= SMALLEST_STEP * total:
+                if step <= SHORTEST_PATH_STEP * total:
                     if not motion.restored(float(target), x)[1]:
                         return track(tau)
                     hurried = True  # it does go on, and faster than it can be followed
@@ -142,7 +144,7 @@ def drift(
             times.append(tau)
             values.append(x)
             rates.append(new_rate)
-            grown = 0.9 * (tolerance / max(error, 1e-300)) ** (1.0 / (order + 1))
+            grown = 0.9 * (tolerance / max(error, LEAST_DIVISOR)) ** (1.0 / (order + 1))
             length = max(length, step) * min(2.0, grown) if grown > 1.1 or step == length else length
     return track(max(until, high))
 

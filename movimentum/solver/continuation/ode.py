@@ -18,35 +18,40 @@ from movimentum.records import dataclass, replace
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.continuation.tracks import FlowTrack, PolynomialTrack, Trouble, legendre
+from movimentum.tolerances import (
+    COLLOCATION_LAST_CHANGE,
+    COLLOCATION_MET,
+    COLLOCATION_NEARLY_MET,
+    COLLOCATION_SETTLED,
+    CORE_BEND,
+    LEAST_DIVISOR,
+    LEAST_STATE_ERROR,
+    QUADRATIC_CONVERGENCE,
+    RUNAWAY_TIME,
+    SHORTEST_STATE_STEP,
+    SMALL_STATE,
+    SMALL_STATE_ERROR,
+    STATE_STEP,
+    STATES_AT_END,
+    SWITCHES_AT_ONCE,
+)
 
 STAGES = 16
 """Points in a step. The states are polynomials of this degree, and their order at a step's end is twice that."""
-TOLERANCE, TIGHTEST = 1e-12, 0.1
-"""What the polynomial's slope may be off by between the points, times the step, of a state's size."""
-SMALL = 1e-3
-"""Of the largest state: a state that is smaller (a spring that the motion has not reached) counts as this large."""
-SMALLEST = 1e-12
-"""Of the interval: where a step as short as this fails, its slope at the beginning is taken for all of it."""
-SWITCHES, AT_ONCE = 12, 1e-6
-"""So many such steps within this part of the interval: something switches to and fro, and there is no solution."""
+TIGHTEST = 0.1
+"""Of `STATE_STEP`: what that is tightened to, at most."""
+SWITCHES = 12
+"""So many of the shortest steps within `SWITCHES_AT_ONCE`: something switches to and fro."""
 MOST_STEPS, MANY = 20_000, 32
 """Steps that are tried, and from how many states on they are fewer (by the square)."""
 FIRST, LONGEST, LONGEST_NODES = 0.01, 0.125, 32
 """Of the interval: the first step, and the longest; and how many of the path's nodes it may pass."""
-ARRIVED = 1e-15
 NEWTON_STEPS, SIMPLIFIED_STEPS, PLAIN_STEPS = 12, 50, 30
-SETTLED = 1e-14
-"""Changes that are smaller are rounding, where each is a fraction of the one before."""
 DENSE = 64
 """Unknowns of a step up to which all are solved for at once, with a Jacobian of each point. Larger systems are solved
 with one Jacobian a step."""
-BEND = 1e-5
-"""Of its scale: by how much the core may differ from its polynomial between two points before it counts as another
-branch."""
-TINY = 1e-6
-"""Of the largest state: the error of smaller ones is told relative to this."""
-CLOSE, GROWN = 1e-3, 100.0
-"""Of the interval, and times what it was before: a state that grows so much in so short a time runs away."""
+GROWN = 100.0
+"""Times what it was before: a state that grows so much within `RUNAWAY_TIME` runs away."""
 HUGE = 1e100
 """What is larger is as good as at infinity."""
 TWIN = 0.7
@@ -178,24 +183,24 @@ class Flow:
             step = min(self._factor * length, longest)
             one = self._step(tau, step, x, z, rate, largest)
             if one is None or one.error > 1.0:
-                if step > SMALLEST * total:
+                if step > SHORTEST_STATE_STEP * total:
                     far = 1.0 if one is None else one.error ** (-1.0 / STAGES)
                     length = max(min(0.9 * far, 0.5) if far < 1.0 else 0.25, 0.1) * step / self._factor
                     continue
                 switches = [*switches[1:], tau]
-                fast = np.any(np.abs(rate) * AT_ONCE * total > largest)
-                if tau - switches[0] < AT_ONCE * total and not fast:
+                fast = np.any(np.abs(rate) * SWITCHES_AT_ONCE * total > largest)
+                if tau - switches[0] < SWITCHES_AT_ONCE * total and not fast:
                     trouble = Trouble.SWITCHES
                     break
                 one = self._straight(tau, step, x, z, rate)
             if not np.isfinite(one.states).all():  # it leads nowhere
                 break
-            tau = self._high if self._high - tau - step < 1e-14 * total else tau + step
+            tau = self._high if self._high - tau - step < STATES_AT_END * total else tau + step
             x, z, rate = one.x, one.z, one.rate
             times.append(tau)
             found.append(one)
             largest = np.maximum(largest, np.abs(z))
-            length = step / self._factor * min(4.0, 0.9 * max(one.error, 1e-12) ** (-1.0 / STAGES))
+            length = step / self._factor * min(4.0, 0.9 * max(one.error, LEAST_STATE_ERROR) ** (-1.0 / STAGES))
         early = tau < self._high and tau < until and trouble is not Trouble.WORK
         if early and found and _runs_away(np.array(times), np.array([z0, *(one.z for one in found)]), total):
             trouble = Trouble.AWAY
@@ -226,8 +231,8 @@ class Flow:
         p = self._points
         equation = self._equation(tau + step * p.at)
         guess = z + step * p.at[:, None] * rate
-        size = np.maximum(np.maximum(largest, step * np.abs(rate)), 1e-300)
-        size = np.maximum(size, SMALL * np.max(size))
+        size = np.maximum(np.maximum(largest, step * np.abs(rate)), LEAST_DIVISOR)
+        size = np.maximum(size, SMALL_STATE * np.max(size))
         solved = self._collocated(equation, step, np.repeat(x[None], STAGES, axis=0), guess, z, size)
         if solved is None:
             return None
@@ -237,13 +242,13 @@ class Flow:
         cores = p.core @ np.concatenate([x[None], core])
         expected = p.core_values @ cores
         test, slope = self._equation(tau + step * p.between).rates(z + step * (p.totals @ slopes), expected)
-        tolerance = TOLERANCE * max(tightening(), TIGHTEST)
+        tolerance = STATE_STEP * max(tightening(), TIGHTEST)
         off = float(np.max(np.abs(slope - p.values @ slopes) * step / (tolerance * size)))
         early = (
             rate - legendre(-np.ones(1), STAGES)[0] @ slopes
         )  # a switch just after the beginning is nowhere else seen
         off = max(off, float(np.max(np.abs(early) * step / (tolerance * size))))
-        bend = float(np.max(np.abs(test - expected) / self._scale, initial=0.0)) / BEND
+        bend = float(np.max(np.abs(test - expected) / self._scale, initial=0.0)) / CORE_BEND
         error = max(off, bend)
         if not np.isfinite(error):
             return None
@@ -278,8 +283,9 @@ class Flow:
                 change = self._simplified(inverses, change)
             states = states + change
             far, before = float(np.max(np.abs(change) / size)), far
-            squared = dense and far < 1e-8 and far < 1e-3 * before  # the next change would be its square
-            if far <= ARRIVED or squared or before < 1e-12:
+            # whether the next change would be its square
+            squared = dense and far < COLLOCATION_LAST_CHANGE and far < QUADRATIC_CONVERGENCE * before
+            if far <= COLLOCATION_MET or squared or before < COLLOCATION_NEARLY_MET:
                 return *equation.rates(states, x), states
             if not far < 1e6 or (sweep > 8 and far > 0.5 * before):
                 break
@@ -295,7 +301,7 @@ class Flow:
             change = z + matrix @ rates - states
             states = states + change
             changes.append(float(np.max(np.abs(change) / size)))
-            if changes[-1] <= SETTLED:
+            if changes[-1] <= COLLOCATION_SETTLED:
                 return *equation.rates(states, x), states
             if not changes[-1] < 1e6 or (sweep > 9 and changes[-1] > 0.1 * changes[-4]):
                 return None
@@ -330,7 +336,7 @@ class Flow:
 def _runs_away(times: FloatArray, states: FloatArray, total: float) -> bool:
     """Whether a state (K, p) grows without end before the last of ``times`` (K,)."""
     largest = np.max(np.abs(states), axis=1)
-    long_before = largest[times <= times[-1] - CLOSE * total]
+    long_before = largest[times <= times[-1] - RUNAWAY_TIME * total]
     return bool(len(long_before) and largest[-1] > min(GROWN * np.max(long_before), HUGE))
 
 
@@ -347,9 +353,9 @@ def flow(
     times = track.states.tau
     twin = Flow(equation, nodes, scale, TWIN).track(x, z, min(until, track.states.until))
     one, other = track.states.guess(times), twin.states.guess(times)
-    sizes = np.maximum(np.max(np.abs(one), axis=1, keepdims=True), 1e-300)
-    sizes = np.maximum(sizes, TINY * np.max(sizes))
+    sizes = np.maximum(np.max(np.abs(one), axis=1, keepdims=True), LEAST_DIVISOR)
+    sizes = np.maximum(sizes, SMALL_STATE_ERROR * np.max(sizes))
     errors = np.max(np.abs(one - other) / sizes, axis=0)
     if track.trouble is Trouble.AWAY:  # beside a pole, any difference of its time is as large as all
-        errors[times > times[-1] - CLOSE * (nodes[-1] - nodes[0])] = 0.0
+        errors[times > times[-1] - RUNAWAY_TIME * (nodes[-1] - nodes[0])] = 0.0
     return replace(track, times=times, errors=errors)

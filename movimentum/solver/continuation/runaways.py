@@ -20,6 +20,14 @@ from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import Gap, NodeTrack, Path
+from movimentum.tolerances import (
+    DIVISOR_VANISHES,
+    FARTHEST_GROWTH_AT_POLE,
+    LEAST_POLE_WIDTH,
+    NEAREST_GROWTH_AT_POLE,
+    NEAREST_LOOK_AT_POLE,
+    NEAREST_NODE_AT_POLE,
+)
 
 FAR = 1e8
 """Of the scene's size: what is farther away than that is as good as at infinity; rounding there is a pixel's 1e-6."""
@@ -27,18 +35,14 @@ AWAY = 1e6
 """Of its scale: what comes farther away than that before its path ends runs away; where iteration is lost in rounding.
 """
 ROUNDS, SAMPLES = 26, 9
-VANISHES = 1e-9
-"""Of what it is at the nodes beside: a divisor that comes so near to zero, without a change of sign, is zero."""
-BESIDE = np.geomspace(1e-7, 1e-3, 17)
+BESIDE = np.geomspace(NEAREST_GROWTH_AT_POLE, FARTHEST_GROWTH_AT_POLE, 17)
 """Of the way to the next nodes: where the growth beside a pole is looked at."""
 GROWTH = 0.25
 """The least power with which a pole grows; what is smooth has -1."""
-NODES = np.geomspace(1e-9, 1.0, 28)[:-1]
+NODES = np.geomspace(NEAREST_NODE_AT_POLE, 1.0, 28)[:-1]
 """Of the way to the next nodes: nodes beside a pole, between which nothing changes by more than about 2."""
-NEAREST = np.geomspace(1e-13, 1.0, 105)
+NEAREST = np.geomspace(NEAREST_LOOK_AT_POLE, 1.0, 105)
 """Of the way to the next nodes: where is looked at how far something is."""
-LEAST = 8 * 2.2e-16
-"""Of the time: how wide a pole is at least, to both sides. Nearer, its time is not known."""
 
 
 def vanishing(path: Path, grid: Grid, block: Block) -> list[tuple[float, float]]:
@@ -119,7 +123,7 @@ def _zeros(size: Callable[[FloatArray], FloatArray], tau: FloatArray, row: Float
         i, rows = np.argmin(values, axis=1), np.arange(len(a))
         place, least = points[rows, i], values[rows, i]
         a, b = points[rows, np.maximum(i - 1, 0)], points[rows, np.minimum(i + 1, SAMPLES + 1)]
-    vanishes = (least <= VANISHES * np.maximum(np.abs(row[low]), np.abs(row[high]))) & (place > tau[0])
+    vanishes = (least <= DIVISOR_VANISHES * np.maximum(np.abs(row[low]), np.abs(row[high]))) & (place > tau[0])
     width = 0.5 * (tau[high] - tau[low])
     yield from zip(place[vanishes].tolist(), width[vanishes].tolist(), strict=True)
 
@@ -155,7 +159,7 @@ def _pole(path: Path, block: Block, place: float, width: float) -> Gap | None:
                 reach = max(reach, width * float(np.max(NEAREST[far], initial=0.0)))
     if not grows:
         return None
-    reach = max(reach, LEAST * max(abs(place), abs(float(path.segment_start) + place)))
+    reach = max(reach, LEAST_POLE_WIDTH * max(abs(place), abs(float(path.segment_start) + place)))
     return Gap(max(place - reach, path.begin), min(place + reach, path.end), block.number, place)
 
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
-from movimentum.solver.block.local import SINGULAR, Local
+from movimentum.solver.block.local import Local
 from movimentum.solver.block.sizes import sizes_at
+from movimentum.tolerances import ACCELERATION_SPAN, LEAST_DIVISOR, RESTING_ON_PATH, SINGULAR_ON_PATH
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,14 +31,8 @@ class StepLimits:
 
 CERTAIN = StepLimits(0.3, 0.2, 0.05)
 """For a step whose end is on the same path."""
-RESTING = 1e-10
-"""Of the unknowns' scale: what is not looked at."""
 WELL = 0.6
 """The strain that a step aims at."""
-WELL_AWAY = 1e-7
-"""Smallest singular value, of the largest: nearer to a singular pose a block alone does not tell where a path goes."""
-SHORT = 1e-3
-"""Of a step: over how much of it an acceleration is measured."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +51,7 @@ class Standing:
     @property
     def growth(self) -> float:
         """How much longer, or shorter, the next step may well be."""
-        return min(max(math.sqrt(WELL / max(self.strain, 1e-300)), 0.5), 2.0)
+        return min(max(math.sqrt(WELL / max(self.strain, LEAST_DIVISOR)), 0.5), 2.0)
 
 
 def attempt(
@@ -74,7 +69,8 @@ def attempt(
     if not converged or not corrected <= 1.0:
         return None
     v, smallest = local.rate(tau, x, scale)
-    if smallest < SINGULAR:  # on a singular point the block alone cannot tell the velocity: go on with the one we have
+    # on a singular point the block alone cannot tell the velocity: go on with the one we have
+    if smallest < SINGULAR_ON_PATH:
         v = (x - here.x) / length * 2.0 - here.v
     missed = _part(x - here.x - 0.5 * length * (here.v + v), moved, limits.mismatch, unit, limits)
     if not missed <= 1.0:
@@ -104,12 +100,12 @@ def initial_bend(local: Local, here: Standing, length: float, scale: FloatArray)
 
     What begins to move from rest, as every drive that eases in, has no velocity to predict anything from.
     """
-    after = here.tau + SHORT * length
+    after = here.tau + ACCELERATION_SPAN * length
     x, converged = local.corrected(after, here.x + (after - here.tau) * here.v)
-    if not converged or not np.max(np.abs(x - here.x) / scale) <= CERTAIN.far * SHORT:
+    if not converged or not np.max(np.abs(x - here.x) / scale) <= CERTAIN.far * ACCELERATION_SPAN:
         return None
     v, smallest = local.rate(after, x, scale)
-    return (v - here.v) / (after - here.tau) if smallest > SINGULAR else None
+    return (v - here.v) / (after - here.tau) if smallest > SINGULAR_ON_PATH else None
 
 
 def _moved(x: FloatArray, later: FloatArray, scale: FloatArray) -> FloatArray:
@@ -118,6 +114,6 @@ def _moved(x: FloatArray, later: FloatArray, scale: FloatArray) -> FloatArray:
 
 def _part(off: FloatArray, moved: FloatArray, limit: float, scale: FloatArray, limits: StepLimits) -> FloatArray:
     """What is ``off`` in steps that move something by ``moved``, as a part of the ``limit`` on that."""
-    bound = limit * np.minimum(1.0, np.square(limits.far / np.maximum(moved, 1e-300))) * moved + RESTING
+    bound = limit * np.minimum(1.0, np.square(limits.far / np.maximum(moved, LEAST_DIVISOR))) * moved + RESTING_ON_PATH
     found = np.max(np.abs(off) / scale, axis=-1) / bound
     return np.asarray(np.where(moved <= 2.0 * limits.far, found, np.inf), dtype=np.float64)

@@ -12,12 +12,13 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
-from movimentum.solver.block.local import ITERATIONS, SINGULAR, Local
+from movimentum.solver.block.local import ITERATIONS, Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
-from movimentum.solver.continuation.steps import WELL_AWAY, Standing, StepLimits, attempt, in_agreement
+from movimentum.solver.continuation.steps import Standing, StepLimits, attempt, in_agreement
 from movimentum.solver.continuation.tracks import node_track
+from movimentum.tolerances import AWAY_FROM_SINGULAR, LEAST_DIVISOR, RANK_FOR_VELOCITY, SINGULAR_ON_PATH
 
 LONGEST = 8
 """Nodes that one stride may pass by: at most 15 degrees of a driving angle each."""
@@ -64,7 +65,7 @@ def strides(local: Local, here: Standing, nodes: FloatArray, scale: FloatArray, 
     jacobian = together.here.jacobian(values)
     rates, smallest, sides = together.rates(values, jacobian, scale)
     rates[0] = here.v
-    good = converged & (smallest > WELL_AWAY) & (side * sides >= 0.0)
+    good = converged & (smallest > AWAY_FROM_SINGULAR) & (side * sides >= 0.0)
     good = good[1:] & in_agreement(nodes, values, rates, here.bend, scale) & _contracting(jacobian * scale)
     count = len(good) if good.all() else int(np.argmin(good))
     if count == 0:
@@ -143,11 +144,11 @@ class _Together:
         known = np.isfinite(rows).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
         rates, smallest, sides = np.full((count, n), np.nan), np.zeros(count), np.zeros(count)
         left, singular, turned = np.linalg.svd(rows[known], full_matrices=False)
-        gains = np.where(singular > 1e-11 * singular[:, :1], 1.0 / np.maximum(singular, 1e-300), 0.0)
+        gains = np.where(singular > RANK_FOR_VELOCITY * singular[:, :1], 1.0 / np.maximum(singular, LEAST_DIVISOR), 0.0)
         parts = np.einsum("fmk,fm->fk", left, right[known]) * gains
         rates[known] = np.einsum("fkn,fk->fn", turned, parts) * scale
-        smallest[known] = singular[:, -1] / np.maximum(singular[:, 0], 1e-300)
+        smallest[known] = singular[:, -1] / np.maximum(singular[:, 0], LEAST_DIVISOR)
         if rows.shape[1] == n:
-            regular = smallest > SINGULAR
+            regular = smallest > SINGULAR_ON_PATH
             sides[regular] = np.linalg.slogdet(rows[regular])[0]
         return rates, smallest, sides

@@ -12,24 +12,32 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.records import replace
-from movimentum.solver.block.local import SMALLEST_STEP, Local, Probe
+from movimentum.solver.block.local import Local, Probe
 from movimentum.solver.continuation.branching import SingularPose, displacement
 from movimentum.solver.continuation.folds import path_end
-from movimentum.solver.continuation.steps import WELL_AWAY, Standing, attempt, initial_bend
+from movimentum.solver.continuation.steps import Standing, attempt, initial_bend
 from movimentum.solver.continuation.strides import WINDOW, strides
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
+from movimentum.tolerances import (
+    AWAY_FROM_SINGULAR,
+    CROSSING_BLURRED,
+    DEPARTED_FROM_SINGULAR,
+    DEPARTURES_MIRRORED,
+    FARTHEST_DEPARTURE,
+    FIRST_JUMP_ACROSS,
+    LANDING_PLACE_ROUNDING,
+    LANDING_RATE_ROUNDING,
+    LEAST_DIVISOR,
+    NEAREST_DEPARTURE,
+    RATE_DIFFERENCE_ON_PATH,
+    SHORTEST_PATH_STEP,
+    SINGULAR_ON_PATH,
+)
 
-HOLE = 1e-6
-"""Of the time in which the motion goes one unit of its scale: so near to a crossing rounding hides on which path a
-solution lies."""
 STEPS_BACK = 200
-CLEAR = 1e-6
-"""Smallest singular value, of the largest: so far from a singular pose that steps can be trusted."""
 SHORTEST_REST = 4
 """Nodes to which a path goes by single steps where it was not smooth, before it strides again; twice as many each time.
 """
-NEAREST_JUMP, FARTHEST_JUMP = 1e-5, 0.02
-"""Of the interval: how far from a singular pose that a path begins at the next point is looked for."""
 
 
 def trace(
@@ -49,11 +57,13 @@ def trace(
     """
     low, high = float(nodes[0]), float(nodes[-1])
     total = high - low
-    local = Local(block, probe, 1e-6 * max(total / max(len(nodes) - 1, 1), 1e-300), low, high, sizes)
+    local = Local(
+        block, probe, RATE_DIFFERENCE_ON_PATH * max(total / max(len(nodes) - 1, 1), LEAST_DIVISOR), low, high, sizes
+    )
     v, smallest = local.rate(low, x, scale)
-    here = Standing(low, x, v if rate is None or smallest >= WELL_AWAY else rate, np.zeros_like(x))
+    here = Standing(low, x, v if rate is None or smallest >= AWAY_FROM_SINGULAR else rate, np.zeros_like(x))
     walk = _Walk(local, scale, nodes, here)
-    if smallest < WELL_AWAY:
+    if smallest < AWAY_FROM_SINGULAR:
         if not walk.depart(carried=rate is not None):
             return walk.track(low)
     else:
@@ -132,7 +142,7 @@ class _Walk:
             landing = attempt(self.local, self.here, length, self.scale, self.side)
             if landing is not None:
                 break
-            if length <= SMALLEST_STEP * self.total:
+            if length <= SHORTEST_PATH_STEP * self.total:
                 landing = _across(self.local, self.total, self.times, self.values, self.rates, self.scale)
                 if landing is None:
                     return False
@@ -160,8 +170,8 @@ def _departed(
     """The first point of a path that leaves the singular pose ``here``, far enough from there for the block to tell its
     velocity; and whether it is certain that no path does.
     """
-    jump, ends, found = NEAREST_JUMP * total, False, False
-    while jump < FARTHEST_JUMP * total:
+    jump, ends, found = NEAREST_DEPARTURE * total, False, False
+    while jump < FARTHEST_DEPARTURE * total:
         tau = here.tau + jump
         predicted = here.x + jump * here.v
         if pose is None:
@@ -175,7 +185,7 @@ def _departed(
         for x in points:
             v, smallest = local.rate(tau, x, scale)
             landing = Standing(tau, x, v, np.zeros_like(v))
-            if smallest <= (1e-9 if pose is None else CLEAR):
+            if smallest <= (SINGULAR_ON_PATH if pose is None else DEPARTED_FROM_SINGULAR):
                 continue
             if pose.begins(tau, x) if pose is not None else _leads_back(local, landing, here.tau, total, scale):
                 landings.append(landing)
@@ -184,7 +194,7 @@ def _departed(
         if landings:
             ways = [displacement(local, here.tau, here.x, tau, landing.x) for landing in landings]
             # of two that mirror each other, the same one in every order of the statements
-            least = min(float(way @ way) for way in ways) * (1.0 + 1e-6)
+            least = min(float(way @ way) for way in ways) * (1.0 + DEPARTURES_MIRRORED)
             nearest = [i for i, way in enumerate(ways) if float(way @ way) <= least]
             return landings[max(nearest, key=lambda i: float(np.sum(ways[i])))], False
         jump *= 2.0
@@ -205,7 +215,7 @@ def _across(
     Extrapolates from nodes far enough before the singular point for their velocities to be trusted. The landing counts
     only if the path through it leads back to the singular point: else there is no solution on the way.
     """
-    tau, jump = times[-1], 1e-6 * total
+    tau, jump = times[-1], FIRST_JUMP_ACROSS * total
     while jump < 0.02 * total and tau + jump <= local.high:
         base = len(times) - 1
         while base > 0 and times[base] > tau - jump:
@@ -223,9 +233,9 @@ def _across(
             change = float(np.max(np.abs(new_v - v - h * a) / scale))
             landing = Standing(tau + jump, landed, new_v, (new_v - rates[-1]) / jump, strain=0.0)
             if (
-                off <= 0.05 * moved + 1e-12
-                and smallest > 1e-9
-                and change <= 0.2 * float(np.max(np.abs(v) / scale)) + 1e-12
+                off <= 0.05 * moved + LANDING_PLACE_ROUNDING
+                and smallest > SINGULAR_ON_PATH
+                and change <= 0.2 * float(np.max(np.abs(v) / scale)) + LANDING_RATE_ROUNDING
                 and _leads_back(local, landing, tau, total, scale)
             ):
                 return landing
@@ -240,7 +250,7 @@ def _leads_back(local: Local, landing: Standing, tau: float, total: float, scale
     Two folds that nearly meet, with no solution between them, are told from a crossing by that: short of closing by a
     part d of its size, a mechanism has none over a part sqrt(d) of its way.
     """
-    hole = HOLE * min(total, 1.0 / max(float(np.max(np.abs(landing.v) / scale)), 1e-300))
+    hole = CROSSING_BLURRED * min(total, 1.0 / max(float(np.max(np.abs(landing.v) / scale)), LEAST_DIVISOR))
     side = local.orientation(landing.tau, landing.x, scale)
     length = 0.5 * (landing.tau - tau)
     here = replace(landing, bend=np.zeros_like(landing.v))
@@ -251,7 +261,7 @@ def _leads_back(local: Local, landing: Standing, tau: float, total: float, scale
         step = attempt(local, here, -length, scale, side)
         if step is None:
             length *= 0.5
-            if length <= SMALLEST_STEP * total:
+            if length <= SHORTEST_PATH_STEP * total:
                 return False
             continue
         here = step

@@ -17,9 +17,7 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
-
-ONE = 1e-13
-"""Of its unit: a squared distance of two centres below which the circles count as one."""
+from movimentum.tolerances import CIRCLES_ONE, LEAST_DIVISOR
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,11 +74,11 @@ class Circles:
         same everywhere, but at most the largest square; (F,) for ``count`` instants.
         """
         square, size = (np.broadcast_to(value, count) for value in self.square(state, clocks))
-        return square / np.fmin(self.largest, np.maximum(size * size, 1e-300))
+        return square / np.fmin(self.largest, np.maximum(size * size, LEAST_DIVISOR))
 
     def as_one(self, state: State, clocks: Sequence[FloatArray], count: int) -> BoolArray:
         """Where the two circles are so nearly one that their intersections are lost in rounding."""
-        return ~(self.apart(state, clocks, count) > ONE)
+        return ~(self.apart(state, clocks, count) > CIRCLES_ONE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,10 +19,11 @@ from movimentum.solver.block.scaling import Damping, null_space, scaled, toward
 from movimentum.tolerances import (
     CURVATURE_OF_CONSTRAINTS,
     INDIFFERENT_TO_WISHES,
+    LEAST_DIVISOR,
     LEAST_POSE_DENSE,
     LEAST_POSE_SPARSE,
     REGULAR,
-    TINY,
+    WEAK_WISH_AT_FIRST,
     WEIGHT_OF_MOTION_BESIDE_TURNS,
 )
 
@@ -30,7 +31,7 @@ STEPS = (0.3, 0.07, 0.02)
 """In units of the unknowns' scale: the longest step toward the pose to begin with, and shorter ones for where that
 leaps to another side of an inequality.
 """
-TO_BEGIN = Damping(weak=1e-3)
+TO_BEGIN = Damping(weak=WEAK_WISH_AT_FIRST)
 """Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
 FLAT = 0.05
 """Of the metric: what curvature leaves of it at the least."""
@@ -181,7 +182,7 @@ def _dense_least(
             along = wish_rows @ free
             restore = restore + free @ toward(along, -(errors + wish_rows @ restore), TO_BEGIN)
             _, indifferent, _ = null_space(
-                along / max(float(np.max(np.abs(along), initial=0.0)), TINY), INDIFFERENT_TO_WISHES
+                along / max(float(np.max(np.abs(along), initial=0.0)), LEAST_DIVISOR), INDIFFERENT_TO_WISHES
             )
             free = free @ indifferent
         if turns:
@@ -201,7 +202,7 @@ def _dense_least(
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         if not np.isfinite(size):
             return None
-        x = x + step * min(1.0, longest / max(size, TINY))
+        x = x + step * min(1.0, longest / max(size, LEAST_DIVISOR))
         if size < LEAST_POSE_DENSE:
             break
     return x
@@ -293,7 +294,7 @@ def _sparse_least(
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         if not np.isfinite(size):
             return None
-        x = x + step * min(1.0, longest / max(size, TINY))
+        x = x + step * min(1.0, longest / max(size, LEAST_DIVISOR))
         if size < LEAST_POSE_SPARSE:
             break
     return x

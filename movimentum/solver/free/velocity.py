@@ -20,7 +20,14 @@ from movimentum.solver.block.linearization import Tangent, chord_newton, tangent
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping
-from movimentum.tolerances import DERIVATIVES_ALIKE, PROJECTED, RESTORED, ROUNDING_OF_INPUTS, TINY
+from movimentum.tolerances import (
+    DERIVATIVES_ALIKE,
+    LEAST_DIVISOR,
+    PROJECTED,
+    RESTORED,
+    ROUNDING_OF_INPUTS,
+    VELOCITY_STEPS,
+)
 
 FOLLOWING = 8.0
 """How fast a wish is followed: in an eighth of a time unit, what it is off by falls to 1/e (37 %)."""
@@ -28,7 +35,7 @@ POINTS = 7
 """Instants whose values give a derivative by time."""
 BEHIND, ACROSS, AHEAD = 1.0, 0.5, 0.0
 """Which part of the time that they take is before the instant asked about."""
-STEPS = np.array([2.5e-2, 2.5e-4, 2.5e-6])
+STEPS = np.array(VELOCITY_STEPS)
 """Of the mean distance between two nodes, between which little turns: the distance between two such instants. The first
 choice that shows no kink is taken, or else the best: shorter ones have more rounding, longer ones more kinks."""
 MOST_NODES = 2000
@@ -109,7 +116,7 @@ class FreeVelocity:
         """Look at the scene once."""
         self.law = Law(self.block, self.plan)
         spaces = max(min(len(self.nodes), MOST_NODES) - 1, 1)
-        self._spacing = max(float(self.nodes[-1] - self.nodes[0]) / spaces, TINY)
+        self._spacing = max(float(self.nodes[-1] - self.nodes[0]) / spaces, LEAST_DIVISOR)
 
     def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
         """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there. ``after``:

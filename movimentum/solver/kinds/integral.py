@@ -16,20 +16,20 @@ from movimentum.solver.continuation.poles import first_pole
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, TotalTrack, Track
 from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.tolerances import (
+    COARSEST_INTEGRAL_AIM,
+    INTEGRAL_AIM,
+    INTEGRAND_END,
+    INTEGRAND_JUMP,
+    INTEGRAND_ROUGH,
+    LEAST_DIVISOR,
+)
 
 HALVINGS = 20
-AIM, COARSE = 1e-13, 1e-5
-"""What the two halves of an interval may differ by from the whole, relative to the largest; at most, see `follow`."""
-ROUGH = 1e-12
-"""Of an integral: what may be missed at the ends of intervals, across variants."""
 UNSETTLED = 1e6
 """In units of what is aimed at: what an interval at a pole disagrees by is no smaller than a millionth of the whole."""
 JUMPS_EVERY = 4
 """Halvings after which jumps are looked for in what does not settle."""
-JUMP = 1e-3
-"""Of the change over an interval: what is left of it in no time at all is a jump."""
-END = 1e-9
-"""Of an interval: how far from its ends the integrand is looked at, so that it is this side of a jump there."""
 
 
 def _judged(
@@ -54,7 +54,7 @@ def _judged(
     first, last = _values(path, block, a, middle), _values(path, block, middle, b)
     whole = gauss_integral(path, block, a, b)
     halves[new] = half * (first @ _GAUSS_W) + half * (last @ _GAUSS_W)
-    inner = END * (b - a)
+    inner = INTEGRAND_END * (b - a)
     ends = _at(path, block, np.stack([a + inner, middle - inner, middle + inner, b - inner]))
     reached = [first @ _TO_THE_END[::-1], first @ _TO_THE_END, last @ _TO_THE_END[::-1], last @ _TO_THE_END]
     missed = np.abs(ends - np.stack(reached))
@@ -76,7 +76,7 @@ def _jumps(path: Path, block: Integral, low: FloatArray, high: FloatArray) -> Fl
         first = np.where(first > 0.0, first, np.maximum(left, right))
         low, high = np.where(wide & (right > left), tau[4], low), np.where(wide & ~(right > left), tau[4], high)
     ends = _at(path, block, np.stack([low, high]))
-    return distinct(high[np.abs(ends[1] - ends[0]) > JUMP * first])
+    return distinct(high[np.abs(ends[1] - ends[0]) > INTEGRAND_JUMP * first])
 
 
 # Gauss–Legendre, eight points on [-1, 1] (Abramowitz & Stegun, table 25.4);
@@ -175,7 +175,9 @@ class IntegralKernel(Kernel[Integral]):
         ends = np.abs(parts[:, :, 1:] @ _TO_THE_END[::-1] - parts[:, :, 0])
         ends += np.abs(parts[:, :, 1:] @ _TO_THE_END - values[:, points + 1 :: points + 1])
         missed = np.sum(half * (1.0 - _GAUSS_X[-1]) * ends, axis=1)
-        run.rough |= ~(missed <= ROUGH * np.maximum(np.sum(half * np.abs(parts[:, :, 1]), axis=1), 1e-300))
+        run.rough |= ~(
+            missed <= INTEGRAND_ROUGH * np.maximum(np.sum(half * np.abs(parts[:, :, 1]), axis=1), LEAST_DIVISOR)
+        )
 
     def follow(self, path: Path, grid: Grid, block: Integral, choice: Choice, gaps: list[Gap]) -> TotalTrack:
         """Totals at the nodes; nodes are added until each interval's quadrature agrees with that of its halves, at
@@ -184,7 +186,12 @@ class IntegralKernel(Kernel[Integral]):
         wrong = np.zeros(len(grid.tau) - 1)
         behind = (path.tracks[number] for number in path.upstream(block.number))
         # what is integrated itself is smooth to the error of its steps, and no finer
-        aim = max([AIM, *(min(track.tolerance, COARSE) for track in behind if isinstance(track, NodeTrack))])
+        aim = max(
+            [
+                INTEGRAL_AIM,
+                *(min(track.tolerance, COARSEST_INTEGRAL_AIM) for track in behind if isinstance(track, NodeTrack)),
+            ]
+        )
         low = high = halves = apart = np.zeros(0)
         for left in reversed(range(HALVINGS)):
             before, low, high = (low, high, halves, apart), grid.tau[:-1], grid.tau[1:]

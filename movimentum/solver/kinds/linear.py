@@ -16,9 +16,7 @@ from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import Choice, Gap, Path, Track
 from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Kernel
-
-INSTANT = 1e-12
-"""Of a path: where something has no value for no longer than this, as sin(t)/t at zero, the path does not end."""
+from movimentum.tolerances import WITHOUT_VALUE_AT_ONCE
 
 
 def undefined(path: Path, grid: Grid, block: Block) -> list[Gap]:
@@ -39,7 +37,8 @@ def undefined(path: Path, grid: Grid, block: Block) -> list[Gap]:
         return finite(state, len(tau))
 
     gaps = find_events(margin, grid.tau, values).gaps
-    least = INSTANT * (path.end - path.begin)  # at a single instant, the value is that of the motion on both sides
+    # at a single instant, the value is that of the motion on both sides
+    least = WITHOUT_VALUE_AT_ONCE * (path.end - path.begin)
     return [Gap(a, b, block.number) for a, b in gaps if b - a > least or not path.begin + least < a < path.end - least]
 
 

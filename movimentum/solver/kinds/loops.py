@@ -13,13 +13,12 @@ from movimentum.planning.blocks.kinds import Newton
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton_across
 from movimentum.solver.kinds.across import Across, LoopEnds, column
+from movimentum.tolerances import SMALL_LOOP_CORRECTION
 
 LARGEST_STEP = 0.25
-"""How far (in units of the unknowns' scale) a step may lead,"""
+"""How far (in units of the unknowns' scale) a step may lead."""
 CORRECTED = 0.1
-"""how much of that Newton's method may correct,"""
-SURE = 1e-4
-"""or how far, where that is less: nothing else is so near where the Jacobian is sound."""
+"""How much of that Newton's method may correct, where it is more than `SMALL_LOOP_CORRECTION`."""
 FEWEST = 3
 """Instants of a path from which it may be followed on to its end."""
 WEAKEST = 2e-3
@@ -48,7 +47,7 @@ def follow_loop(run: Across, block: Newton, core: FloatArray) -> LoopEnds:
         if k:
             moved = np.max(np.abs(x - path[k - 1]) / scale, axis=1)
             correction = np.max(np.abs(x - guess) / scale, axis=1)
-            counts &= (moved <= LARGEST_STEP) & (correction <= np.maximum(CORRECTED * moved, SURE))
+            counts &= (moved <= LARGEST_STEP) & (correction <= np.maximum(CORRECTED * moved, SMALL_LOOP_CORRECTION))
         end = np.where(counts, end, np.minimum(end, k))
         path[k] = np.where(np.isfinite(x), x, path[k - 1] if k else core)
     for j, n in enumerate(block.core):

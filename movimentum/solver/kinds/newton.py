@@ -23,7 +23,7 @@ from movimentum.solver.block.newton import freedom_of, newton, unrolled
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of, track_scale
 from movimentum.solver.block.turns import unwound
-from movimentum.solver.continuation.free_motion import LARGE_TOLERANCE, TOLERANCE, drift
+from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.runaways import pole_ahead
 from movimentum.solver.continuation.trace import trace
@@ -33,6 +33,7 @@ from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.kinds.loops import follow_loop
 from movimentum.solver.solutions.newton_starts import Starts, newton_starts
+from movimentum.tolerances import FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP
 
 FEW = 16
 """Instants below which a batched dense solver is cheaper than generating code for the block."""
@@ -195,7 +196,7 @@ class NewtonKernel(Kernel[Newton]):
         def followed() -> NodeTrack:
             if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
                 moving = FreeVelocity(block, plan, probe, grid.tau)
-                tolerance = TOLERANCE if block.sparse is None else LARGE_TOLERANCE
+                tolerance = FREE_MOTION_STEP if block.sparse is None else LARGE_FREE_MOTION_STEP
                 found = drift(moving, x, scale, grid.tau, until, tolerance, roughly=not path.resolved)
             else:
                 rates = None if choice.rates is None else np.array(choice.rates)

@@ -21,7 +21,6 @@ from movimentum.solver.block.local import Probe
 from movimentum.solver.block.newton import freedom_of
 from movimentum.solver.block.newton import newton as newton_steps
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import RANK_TOLERANCE
 from movimentum.solver.block.sizes import scale_of, track_scale
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
@@ -32,6 +31,7 @@ from movimentum.solver.kinds import newton
 from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.solutions.newton_starts import Starts
+from movimentum.tolerances import RANK_OF_ROWS
 
 
 class _Problems:
@@ -160,7 +160,7 @@ class _Jacobian:
             whole[:, i, j] = value
         if not self._core:
             return whole
-        moved = -np.linalg.pinv(whole[:, p:, p:] * problem.scale, rcond=RANK_TOLERANCE) @ whole[:, p:, :p]
+        moved = -np.linalg.pinv(whole[:, p:, p:] * problem.scale, rcond=RANK_OF_ROWS) @ whole[:, p:, :p]
         return whole[:, :p, :p] + whole[:, :p, p:] @ (moved * problem.scale[:, None])
 
 

@@ -16,7 +16,7 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block import closed_form
-from movimentum.solver.block.change_points import MARGIN_TOLERANCE, find_events
+from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.coincidences import with_coincidences
@@ -24,13 +24,14 @@ from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack, Track
 from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.tolerances import (
+    CIRCLES_ALWAYS_ONE,
+    CIRCLES_ONE_BUT_FOR_SPIKES,
+    DISCRIMINANT_UNSURE,
+    DISCRIMINANT_ZERO,
+    LEAST_DIVISOR,
+)
 
-ALWAYS_ONE, SPIKES = 1e-20, 1e-14
-"""Of its unit: a squared distance of two centres that is never more says that the circles are one all the time; or
-half of the time not more than the first, and never than the second, where digits are lost at single instants.
-"""
-UNSURE = 1e-8
-"""Of its unit: a squared distance of two centres below which discriminants are not to be trusted."""
 NEARLY_ONE = 0.1
 """Of its unit: a squared distance of two centres that is never less does not come to zero between nodes."""
 
@@ -50,7 +51,9 @@ def _circles(path: Path, grid: Grid, block: Quadratic) -> Circles | None:
     if not len(known):
         return None
     largest, typical, unit = float(known[-1]), float(known[len(known) // 2]), _unit(plan)
-    always = not largest > ALWAYS_ONE * unit or not (typical > ALWAYS_ONE * unit or largest > SPIKES * unit)
+    always = not largest > CIRCLES_ALWAYS_ONE * unit or not (
+        typical > CIRCLES_ALWAYS_ONE * unit or largest > CIRCLES_ONE_BUT_FOR_SPIKES * unit
+    )
     if not always and known[0] >= NEARLY_ONE * largest:
         return None
 
@@ -59,7 +62,7 @@ def _circles(path: Path, grid: Grid, block: Quadratic) -> Circles | None:
         return const(float(scale))
 
     size = add(*(size_in_rounding(part, least) for part in block.normal))
-    circles = Circles(code_of([block.apart, size], plan.clocks), max(largest, 1e-300), always)
+    circles = Circles(code_of([block.apart, size], plan.clocks), max(largest, LEAST_DIVISOR), always)
     near = always or not np.nanmin(circles.apart(state, clocks, count)) >= NEARLY_ONE
     return circles if near else None
 
@@ -70,9 +73,9 @@ class QuadraticKernel(Kernel[Quadratic]):
     def begin(self, start: Beginning, block: Quadratic) -> Found:
         """One solution or two, or none."""
         margin = np.broadcast_to(closed_form.quadratic(block, start.state, start.instants.clocks).margin, 2)
-        if not margin[0] >= -MARGIN_TOLERANCE:
+        if not margin[0] >= -DISCRIMINANT_ZERO:
             return Found([], [float(margin[0]) if np.isfinite(margin[0]) else -np.inf])
-        double = margin[0] <= MARGIN_TOLERANCE and not margin[1] > MARGIN_TOLERANCE
+        double = margin[0] <= DISCRIMINANT_ZERO and not margin[1] > DISCRIMINANT_ZERO
         return Found([Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))])
 
     def take(self, start: Beginning, block: Quadratic, choice: Choice) -> None:
@@ -118,7 +121,7 @@ class QuadraticKernel(Kernel[Quadratic]):
         def margin_of(state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
             margin = np.broadcast_to(closed_form.quadratic(block, state, clocks).margin, count)
             for some in near:  # rounding there is no end of a path
-                margin = np.where(some.apart(state, clocks, count) > UNSURE, margin, 1.0)
+                margin = np.where(some.apart(state, clocks, count) > DISCRIMINANT_UNSURE, margin, 1.0)
             return margin
 
         def margin(tau: FloatArray) -> FloatArray:
@@ -150,4 +153,4 @@ class QuadraticKernel(Kernel[Quadratic]):
         margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(track.sign(instants.tau))
         for n, value in zip(block.core, core, strict=True):
             state[n] = value
-        return ~(np.asarray(margin) >= -MARGIN_TOLERANCE)
+        return ~(np.asarray(margin) >= -DISCRIMINANT_ZERO)

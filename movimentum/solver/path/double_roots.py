@@ -17,9 +17,9 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.structure.decompose import Group
 from movimentum.records import replace
 from movimentum.solver.block import closed_form
-from movimentum.solver.block.change_points import MARGIN_TOLERANCE
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.path.follow import instant
+from movimentum.tolerances import DISCRIMINANT_ZERO
 
 
 def with_redundant_rows(plan: Plan, start: Fraction, ahead: float, choices: list[Choice]) -> Plan | None:
@@ -41,7 +41,7 @@ def with_redundant_rows(plan: Plan, start: Fraction, ahead: float, choices: list
             continue
         with np.errstate(all="ignore"):
             margin = closed_form.quadratic(block, state, instants.clocks).margin
-        if not (np.abs(margin) <= MARGIN_TOLERANCE).all():
+        if not (np.abs(margin) <= DISCRIMINANT_ZERO).all():
             continue
         mine = [e for e in checks if max(owner.get(n, -1) for n in plan.system.equations[e].unknowns) == block.number]
         if mine:

@@ -18,10 +18,10 @@ from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants, at_offsets
-from movimentum.solver.block.change_points import MARGIN_TOLERANCE
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.tracks import SignTrack, StillTrack, Track
 from movimentum.solver.kinds import kernels
+from movimentum.tolerances import DISCRIMINANT_ZERO
 
 
 @dataclass(slots=True, eq=False)
@@ -110,7 +110,7 @@ class Piece:
                 else:
                     margin = item.function(state, instants.clocks, signs)
                     if margin is not None:
-                        bad |= ~(np.asarray(margin) >= -MARGIN_TOLERANCE)
+                        bad |= ~(np.asarray(margin) >= -DISCRIMINANT_ZERO)
         return state, bad
 
     def _idle_windings(self) -> frozenset[int]:

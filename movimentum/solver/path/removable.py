@@ -17,11 +17,10 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import SignTrack
 from movimentum.solver.path.piece import Piece
+from movimentum.tolerances import SIDES_AGREE
 
 NEAREST, FARTHEST = 20, 6
 """The motion is looked at 2^-20 to 2^-6 of the piece's length beside the instant: where its sides agree best."""
-AGREE = 1e-6
-"""Of the unknowns' scale: how well what both sides extrapolate to must agree."""
 POINTS = 6
 ONE_SIDED = np.array([6.0, -15.0, 20.0, -15.0, 6.0, -1.0])
 """The value at 0 of the polynomial through values at 1, 2, …, 6."""
@@ -59,13 +58,13 @@ def evaluated(piece: Piece, instants: Instants, *, windings: bool = True) -> tup
     for halvings in range(NEAREST, FARTHEST - 1, -1):
         step = (piece.end - piece.begin) * 0.5**halvings
         limits, here = _limits(piece, instants.tau[places], step, windings=windings)
-        better = (here < off) & (here <= AGREE)
+        better = (here < off) & (here <= SIDES_AGREE)
         off[better] = here[better]
         for n, limit in enumerate(limits):
             if limit is not None:
                 chosen = better & (bad[places] | (n in hanging))
                 state[n][places[chosen]] = limit[chosen]
-    bad[places] = ~(off <= AGREE)
+    bad[places] = ~(off <= SIDES_AGREE)
     return state, bad
 
 
@@ -123,7 +122,7 @@ def _limits(
             fewer: FloatArray = np.where(both, (low + high) @ TWO_FEWER, one @ FEWER)
             size = np.maximum(scale, np.abs(limit))
             apart = np.where(both, np.abs((low - high) @ ONE_SIDED), 0.0) / size
-            miss = np.where(apart <= AGREE, np.abs(limit - fewer) / size, np.inf)
+            miss = np.where(apart <= SIDES_AGREE, np.abs(limit - fewer) / size, np.inf)
             off = np.where(np.isfinite(miss), np.maximum(off, miss), np.inf)
             limits.append(limit)
     return limits, off

@@ -32,14 +32,21 @@ from movimentum.solver.arithmetic.evaluation import ordered
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient, plus, times
 from movimentum.solver.basis.instants import Instants, at_times
 from movimentum.solver.basis.pose_state import Snapshot
-from movimentum.solver.block.rates import SINGULAR, Moment
+from movimentum.solver.block.rates import Moment
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.free.rates import depths, extend, undefined
 from movimentum.solver.motion import BATCH, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
-from movimentum.tolerances import LIMITS_AGREE, NEARLY_SINGULAR_FOR_RATES, ROUNDING_OF_POSES, SLOW_RATE, TINY
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    LIMITS_AGREE,
+    NEARLY_SINGULAR_FOR_RATES,
+    ROUNDING_OF_POSES,
+    SINGULAR_FOR_RATES,
+    SLOW_RATE,
+)
 
 NEAREST, FARTHEST = 18, 6
 """Limits are taken from points 2^-18 to 2^-6 of the piece's length beside the instant."""
@@ -137,8 +144,8 @@ class _Course:
         doubtful = np.nonzero(condition < NEARLY_SINGULAR_FOR_RATES)[0]
         if len(doubtful) == 0 or self.piece.end <= self.piece.begin:
             return values
-        at_best = ROUNDING_OF_POSES / np.maximum(condition[doubtful], TINY) ** self.order
-        off = np.where(condition[doubtful] > SINGULAR, at_best, np.inf)
+        at_best = ROUNDING_OF_POSES / np.maximum(condition[doubtful], LEAST_DIVISOR) ** self.order
+        off = np.where(condition[doubtful] > SINGULAR_FOR_RATES, at_best, np.inf)
         values[:, doubtful[~np.isfinite(off)]] = np.nan
         tau = instants.tau[doubtful]
         waiting = np.arange(len(doubtful))
@@ -167,7 +174,7 @@ class _Course:
             inside = (points >= self.piece.begin) & (points <= self.piece.end)
             moments = self.piece.instants(np.clip(points, self.piece.begin, self.piece.end).reshape(-1))
             values, condition, near = self._direct(moments)
-            good = inside & (condition > SINGULAR).reshape(points.shape)
+            good = inside & (condition > SINGULAR_FOR_RATES).reshape(points.shape)
             pace = np.fmax(pace, np.max(np.where(good, near.reshape(points.shape), 0.0), axis=1))
             return np.where(good, values.reshape(len(values), *points.shape), np.nan)
 
@@ -177,7 +184,7 @@ class _Course:
         one = np.where(has_before[:, None], before, after)
         limit = np.where(both, (before + after) @ TWO_SIDED, one @ ONE_SIDED)
         fewer = np.where(both, (before + after) @ TWO_FEWER, one @ FEWER)
-        near = np.nanmax(np.abs(np.concatenate([before, after], axis=2)), axis=2, initial=TINY)
+        near = np.nanmax(np.abs(np.concatenate([before, after], axis=2)), axis=2, initial=LEAST_DIVISOR)
         near = np.maximum(near, SLOW_RATE * pace)
         sides = np.where(both, np.abs((before - after) @ ONE_SIDED), 0.0) / near
         apart = np.where(sides <= LIMITS_AGREE, np.abs(limit - fewer) / near, np.inf)

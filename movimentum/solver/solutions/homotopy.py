@@ -27,6 +27,19 @@ from movimentum.planning.lowering import polynomial as poly
 from movimentum.records import dataclass
 from movimentum.solver.basis.memory import remembered
 from movimentum.solver.block.problem import BlockProblem
+from movimentum.tolerances import (
+    HOMOTOPY_DIFFERENCE,
+    HOMOTOPY_STEP_AT_INFINITY,
+    HOMOTOPY_STEP_DONE,
+    HOMOTOPY_STEP_MET,
+    LEAST_DIVISOR,
+    NEGLIGIBLE_COEFFICIENT,
+    PREDICTOR_AIM,
+    PREDICTOR_OFF,
+    REAL_ROOT,
+    SAME_ROOT,
+    SHORTEST_HOMOTOPY_STEP,
+)
 
 ComplexArray = NDArray[np.complex128]
 
@@ -34,10 +47,7 @@ LARGEST = 512
 """Paths; the count is the product of the equations' degrees."""
 INFINITE = 1e5
 """Size (in units of the unknowns' own) beyond which a path is taken to end at infinity."""
-REAL = 1e-7
 STEPS = 400
-NEAR, AIM = 1e-2, 1e-4
-"""Of a path's size: how far the predictor may be off, and how far it well may."""
 
 
 Inputs = Mapping[int, Any]
@@ -70,7 +80,7 @@ def degrees_of(block: Newton) -> list[int] | None:
 
 
 def _negligible(value: float | None) -> bool:
-    return value is not None and abs(value) < 1e-14
+    return value is not None and abs(value) < NEGLIGIBLE_COEFFICIENT
 
 
 class AllSolutions:
@@ -128,9 +138,9 @@ class AllSolutions:
 
     def _real(self, ends: ComplexArray) -> list[FloatArray]:
         real: list[FloatArray] = []
-        for end in ends[np.all(np.abs(ends.imag) <= REAL, axis=1)]:
+        for end in ends[np.all(np.abs(ends.imag) <= REAL_ROOT, axis=1)]:
             x = end.real * self.scale
-            if not any(np.max(np.abs(x - other) / self.scale) < 1e-6 for other in real):
+            if not any(np.max(np.abs(x - other) / self.scale) < SAME_ROOT for other in real):
                 real.append(x)
         return real
 
@@ -193,7 +203,7 @@ class _Family(_ComplexRows):
         self.roots = roots
         if len(roots):
             some = np.exp(2j * np.pi * np.random.default_rng(5).uniform(size=(4, roots.shape[1])))
-            self.rows = np.maximum(np.max(np.abs(self.evaluated(some, generic)[0]), axis=0), 1e-300)
+            self.rows = np.maximum(np.max(np.abs(self.evaluated(some, generic)[0]), axis=0), LEAST_DIVISOR)
 
     def lead_to(self, target: Inputs) -> None:
         """The inputs at t = 1."""
@@ -211,8 +221,8 @@ class _Family(_ComplexRows):
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """H, its Jacobian by x, and its derivative by t (the same function on all ``paths``)."""
         values, jacobian = self.evaluated(x, self._inputs(t))
-        ahead, behind = (self.evaluated(x, self._inputs(t + h))[0] for h in (1e-5, -1e-5))
-        return values, jacobian, (ahead - behind) / 2e-5
+        ahead, behind = (self.evaluated(x, self._inputs(t + h))[0] for h in (HOMOTOPY_DIFFERENCE, -HOMOTOPY_DIFFERENCE))
+        return values, jacobian, (ahead - behind) / (2.0 * HOMOTOPY_DIFFERENCE)
 
 
 class _Problem(_ComplexRows):
@@ -228,7 +238,7 @@ class _Problem(_ComplexRows):
         self.turn = np.exp(2j * np.pi * generator.uniform())
         self.constants = np.exp(2j * np.pi * generator.uniform(size=len(degrees)))
         probes = np.exp(2j * np.pi * generator.uniform(size=(4, len(degrees))))
-        self.rows = np.maximum(np.max(np.abs(self.evaluated(probes, state)[0]), axis=0), 1e-300)
+        self.rows = np.maximum(np.max(np.abs(self.evaluated(probes, state)[0]), axis=0), LEAST_DIVISOR)
 
     def starts(self) -> ComplexArray:
         """All solutions of the start system (paths, n)."""
@@ -271,8 +281,9 @@ def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, N
     """Follow all paths from t = 0 to 1, each with its own step (``first`` to begin with): where they end (paths, n),
     which ends are finite (paths,), and which paths could not be followed to an end (paths,).
 
-    A step counts if Newton's method first moves its end by less than `NEAR`, and ever less from there. The next one is
-    as long as makes that first move `AIM`: of a predictor of fourth order it goes with the step's fifth power.
+    A step counts if Newton's method first moves its end by less than `PREDICTOR_OFF`, and ever less from there. The
+    next one is as long as makes that first move `PREDICTOR_AIM`: of a predictor of fourth order it goes with the step's
+    fifth power.
     """
     x = problem.starts()
     count = len(x)
@@ -295,18 +306,18 @@ def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, N
             size = np.max(np.abs(move), axis=1) / (1.0 + np.max(np.abs(guess), axis=1))
             if round_ == 0:
                 off = size
-                good &= size < NEAR
-            good &= np.isfinite(size) & ((size < 0.3 * last) | (size < 1e-12))
+                good &= size < PREDICTOR_OFF
+            good &= np.isfinite(size) & ((size < 0.3 * last) | (size < HOMOTOPY_STEP_DONE))
             last = size
-        good &= last < 1e-8
+        good &= last < HOMOTOPY_STEP_MET
         done = active[good]
         x[done], t[done] = guess[good], (now + step)[good]
-        h[done] = step[good] * np.clip((AIM / np.maximum(off[good], 1e-300)) ** 0.2, 0.5, 4.0)
+        h[done] = step[good] * np.clip((PREDICTOR_AIM / np.maximum(off[good], LEAST_DIVISOR)) ** 0.2, 0.5, 4.0)
         h[active[~good]] = 0.5 * step[~good]
         # a path that grows without bound, or whose steps shrink to nothing while it is large, ends at infinity
         large = np.max(np.abs(x), axis=1)
-        alive &= ~((large > INFINITE) | ((h < 1e-9) & (large > 50.0)))
-        alive &= h > 1e-12
+        alive &= ~((large > INFINITE) | ((h < HOMOTOPY_STEP_AT_INFINITY) & (large > 50.0)))
+        alive &= h > SHORTEST_HOMOTOPY_STEP
     ended = t >= 1.0
     large = np.max(np.abs(x), axis=1)
     lost = ~ended & ~((large > 50.0) | ~np.isfinite(large))

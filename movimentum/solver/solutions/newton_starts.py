@@ -20,17 +20,23 @@ from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import relative_error
-from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, scale_of
+from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.initial_pose import STEPS, Turn, least, turns_of
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.solutions.homotopy import AllSolutions
-from movimentum.tolerances import EQUATION_MET_BY_A_START, EQUATION_NEARLY_MET_BY_A_START, ROUNDING_OF_A_START
+from movimentum.tolerances import (
+    EQUATION_MET_BY_A_START,
+    EQUATION_NEARLY_MET_BY_A_START,
+    FIRST_SOLUTION_NEAR,
+    INEQUALITY_MET,
+    MOBILE_SOLUTION_MET,
+    ROUNDING_OF_A_START,
+    SAME_ROOT,
+)
 
 SEEDS = 64
 LARGEST_BATCH = 4_000_000
 """Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
-SAME = 1e-6
-BEGUN = 1e-3
 NEXT = 0.1
 """In units of the unknowns' scale: a solution nearer than that to the pose on show is next to it."""
 NEWTON_EFFORT, PATH_EFFORT = 100, 12
@@ -94,7 +100,7 @@ def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSol
     first = carried_values(plan, block, carry)
     if any(plan.system.unknowns[n].thing in carry.now.known for n in block.core):
         outcome = newton(one, first[None], iterations=6)
-        near = NEXT if carry.shown else SAME
+        near = NEXT if carry.shown else SAME_ROOT
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < near:
             return Starts([outcome.x[0]], True)
     if block.rows == len(block.core) and _mobile(one, _completed(plan, one, carry, first)):
@@ -127,7 +133,7 @@ def _distinct(problem: BlockProblem, ends: FloatArray) -> list[FloatArray]:
     # what is said twice may be rounded differently
     most = EQUATION_MET_BY_A_START if block.rows == len(block.core) else np.inf
     for x, good in zip(polished.x, polished.converged & (polished.error <= most), strict=True):
-        if good and not any(np.max(np.abs(x - other) / scale) < SAME for other in found):
+        if good and not any(np.max(np.abs(x - other) / scale) < SAME_ROOT for other in found):
             found.append(x)
     return found
 
@@ -185,7 +191,7 @@ def begun_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts | Non
     block, scale, one = problem.block, problem.scale, problem.first()
     first = _completed(plan, one, carry, carried_values(plan, block, carry))
     outcome = newton(one, first[None], iterations=6)
-    if not (outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < BEGUN):
+    if not (outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < FIRST_SOLUTION_NEAR):
         return None
     if block.rows == len(block.core) and _mobile(one, outcome.x[0]):
         return Starts([], True)
@@ -200,7 +206,7 @@ def _mobile(problem: BlockProblem, x: FloatArray) -> bool:
         core = (y * scale)[None]
         return problem.residual(core)[0], problem.jacobian(core)[0] * scale
 
-    return _error(problem, x) <= SAME and is_mobile(rows, x / scale)
+    return _error(problem, x) <= MOBILE_SOLUTION_MET and is_mobile(rows, x / scale)
 
 
 def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
@@ -266,7 +272,7 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
     if nearest is not None and not _error(one, nearest) <= EQUATION_NEARLY_MET_BY_A_START:
         nearest = None  # as near as rods come that do not reach
     if nearest is not None:
-        others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME]
+        others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME_ROOT]
         return Starts([nearest, *others], starts.complete)
     begins = sorted(starts.solutions, key=cost)[:BEGINS]
     found = [x for begin in begins if (x := _on_its_side(least_from, begin, sides)) is not None]
@@ -314,7 +320,7 @@ def _sides(plan: Plan, one: BlockProblem) -> Sides:
     known = {*one.block.unknowns, *one.inputs, *given}
     stated = zip(plan.system.selectors, plan.selectors, strict=True)
     own = [function for selector, function in stated if symbol_numbers(selector.value) <= known]
-    least = -SELECTOR_TOLERANCE * plan.size
+    least = -INEQUALITY_MET * plan.size
 
     def satisfied(x: FloatArray) -> bool:
         there = {**given, **one.completed(x[None])}

@@ -12,13 +12,8 @@ from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.start.contradictions import Contradiction
-from movimentum.solver.start.costs import SAME
 from movimentum.solver.start.rejections import Rejection, TurnedDown
-
-SEEN = 1e-6
-"""Of an unknown's size: a difference that can be seen."""
-MIRRORED = 1e-6
-"""Of the squared turn: two paths that turn as far as each other."""
+from movimentum.tolerances import CANDIDATES_APART, SAME_VALUE, TURNS_ALIKE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +68,7 @@ def decided_by(leaves: Sequence[Candidate]) -> str:
         return "only"
     first, second = leaves[0].cost, leaves[1].cost
     for name, a, b in zip(("continuity", "wish", "carried"), first, second, strict=False):
-        if b - a > SAME * (1.0 + abs(a)):
+        if b - a > SAME_VALUE * (1.0 + abs(a)):
             return name
     return "drawn"
 
@@ -82,7 +77,9 @@ def same_pose(plan: Plan, one: Candidate, other: Candidate) -> bool:
     """Whether two candidates begin with the same pose, as far as can be seen."""
     unknowns = [n for n in one.values if not isinstance(plan.system.unknowns[n].payload, Anonymous | ThingAngle)]
     scale = scale_of(plan, unknowns)
-    return all(abs(one.values[n] - other.values[n]) <= SEEN * s for n, s in zip(unknowns, scale, strict=True))
+    return all(
+        abs(one.values[n] - other.values[n]) <= CANDIDATES_APART * s for n, s in zip(unknowns, scale, strict=True)
+    )
 
 
 def mirrored_settled(plan: Plan, leaves: list[Candidate]) -> list[Candidate]:
@@ -92,8 +89,8 @@ def mirrored_settled(plan: Plan, leaves: list[Candidate]) -> list[Candidate]:
 
     def is_tied(leaf: Candidate) -> bool:
         a, b = leaves[0].cost, leaf.cost
-        near = all(y - x <= SAME * (1.0 + abs(x)) for x, y in zip(a[:3], b[:3], strict=True))
-        return near and b[3] - a[3] <= MIRRORED * a[3] and same_pose(plan, leaves[0], leaf)
+        near = all(y - x <= SAME_VALUE * (1.0 + abs(x)) for x, y in zip(a[:3], b[:3], strict=True))
+        return near and b[3] - a[3] <= TURNS_ALIKE * a[3] and same_pose(plan, leaves[0], leaf)
 
     number_of, things = plan.system.number_of, sorted(plan.system.scene.things, key=lambda thing: thing.name)
 
@@ -106,9 +103,11 @@ def mirrored_settled(plan: Plan, leaves: list[Candidate]) -> list[Candidate]:
                 if a in leaf.values and b in leaf.values:
                     if one is PoseCos:
                         turned = leaf.values[a] * leaf.later[b] - leaf.values[b] * leaf.later[a]
-                        found.append(round(turned / SEEN))
+                        found.append(round(turned / CANDIDATES_APART))
                     else:
-                        found += [round((leaf.later[n] - leaf.values[n]) / plan.size / SEEN) for n in (a, b)]
+                        found += [
+                            round((leaf.later[n] - leaf.values[n]) / plan.size / CANDIDATES_APART) for n in (a, b)
+                        ]
         return found
 
     tied = [leaf for leaf in leaves if is_tied(leaf)]
@@ -128,7 +127,7 @@ def distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
                 continue
             scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else plan.size
             for value in (leaf.values[n], leaf.later[n]):
-                steps = value / scale / SEEN
+                steps = value / scale / CANDIDATES_APART
                 shown.append(round(steps) if math.isfinite(steps) else steps)
         key = tuple(shown)
         if key not in keys:

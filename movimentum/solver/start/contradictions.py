@@ -19,9 +19,10 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
-from movimentum.solver.start.fitting import MET, Fitting, eliminated
+from movimentum.solver.start.fitting import Fitting, eliminated
 from movimentum.solver.start.irreducible import MemberTrials, irreducible, pulling
 from movimentum.solver.start.rejections import TurnedDown
+from movimentum.tolerances import FIT_ROW_MET, ROW_IN_CERTIFICATE, SAME_FIT_END
 
 LARGEST = 1500
 """Rows; larger parts are not looked at (each fit takes time with the cube of it)."""
@@ -48,7 +49,6 @@ STARTS = (24, 72)
 UNSEEN = 0.15
 """Of all starts, those that ended where no other did: the chance that the next one ends elsewhere too (Good 1953,
 Biometrika 40)."""
-SAME = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,7 +198,7 @@ def contradiction_of(
     known: set[frozenset[Member]] = set()
     for _ in range(ROUNDS):
         fit = fitting.fit(np.array(poses))
-        if np.min(fit.error) <= MET:
+        if np.min(fit.error) <= FIT_ROW_MET:
             return None, fit.u[int(np.argmin(fit.error))]
         pose = fit.u[fit.best]
         stressed = demands.with_things(pulling(fitting, fit))
@@ -258,7 +258,7 @@ def met_by(demands: Demands, starts: Sequence[FloatArray], counts: Sequence[int]
     sizes: list[FloatArray] = []
     for count in counts:
         fit = fitting.fit(np.concatenate([poses, scattered(demands, count, seed=count)[1:]]))
-        if np.min(fit.error) <= MET:
+        if np.min(fit.error) <= FIT_ROW_MET:
             return fit.u[int(np.argmin(fit.error))]
         sizes.append(np.linalg.norm(fit.left, axis=1))
         if _settled(np.concatenate(sizes)):
@@ -269,7 +269,7 @@ def met_by(demands: Demands, starts: Sequence[FloatArray], counts: Sequence[int]
 def _settled(sizes: FloatArray) -> bool:
     """Whether the starts, which ended at residuals of ``sizes``, have seen about every place where one can end."""
     ordered = np.sort(sizes)
-    new = np.concatenate([[True], np.diff(ordered) > SAME * ordered[1:]])
+    new = np.concatenate([[True], np.diff(ordered) > SAME_FIT_END * ordered[1:]])
     counts = np.bincount(np.cumsum(new) - 1)
     return bool(np.sum(counts == 1) <= UNSEEN * len(sizes))
 
@@ -282,14 +282,14 @@ def _unmet_linear(demands: Demands, chosen: Sequence[int]) -> list[int] | None:
 
     def unmet(some: NDArray[np.intp]) -> bool:
         apart = eliminated(rows[some], demands.right[linear[some]], rows.shape[1])[3]
-        return bool(np.any(np.abs(apart) > MET))
+        return bool(np.any(np.abs(apart) > FIT_ROW_MET))
 
     every = np.arange(len(linear))
     if not len(linear) or not unmet(every):
         return None
     # the certificate: multipliers that add the rows up to 0 = something else
     left = demands.right[linear] - rows @ least_squares(rows, demands.right[linear])
-    kept = np.nonzero(np.abs(left) > 1e-7 * np.max(np.abs(left)))[0]
+    kept = np.nonzero(np.abs(left) > ROW_IN_CERTIFICATE * np.max(np.abs(left)))[0]
     if not unmet(kept):
         kept = every
     for i in kept[::-1]:

@@ -14,13 +14,8 @@ from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
+from movimentum.tolerances import SAME_VALUE, SPELLING_WEIGHT
 
-SAME = 1e-7
-"""Two values of an unknown of size one are the same solution."""
-TIE = 1e-9
-"""What settles which of several spellings of one pose is taken: the smaller angles, without full turns, and variables.
-Far below any difference of poses that decides, far above what rounding leaves of one.
-"""
 TURN = 360.0
 
 
@@ -67,7 +62,7 @@ class Measures:
                 continue
             scale = 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else self.plan.size
             now, later = pair(state[n])
-            if not abs(now - before) <= SAME * scale:
+            if not abs(now - before) <= SAME_VALUE * scale:
                 return 1.0
             rate = self.carry.rate(system, n)
             if rate is not None and self.ahead > 0.0:
@@ -87,7 +82,9 @@ class Measures:
             value, _ = pair(state[n])
             if isinstance(payload, ThingAngle | VariableComponent):
                 if not self.carried[n]:
-                    turned += TIE * squared(value / (TURN if isinstance(payload, ThingAngle) else self.plan.size))
+                    turned += SPELLING_WEIGHT * squared(
+                        value / (TURN if isinstance(payload, ThingAngle) else self.plan.size)
+                    )
                 if isinstance(payload, ThingAngle):
                     continue
             before = self.before(n)

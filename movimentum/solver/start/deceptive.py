@@ -20,9 +20,8 @@ from movimentum.solver.basis.memory import remembered
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.start.placement import pinned, rigid_motion
+from movimentum.tolerances import LOOP_CLOSED
 
-CLOSED = 1e-6
-"""Relative to the sizes of a row's terms: what a pose that satisfies the row may be off by."""
 LARGEST = 700
 """Unknowns of a group that is looked at (its Jacobian is dense)."""
 
@@ -84,7 +83,7 @@ def _holds(system: System, equation: int, values: _Values, moved: bool) -> bool:
             return True
         total += term
         weight += abs(term)
-    return abs(total) <= CLOSED * weight
+    return abs(total) <= LOOP_CLOSED * weight
 
 
 def _bodies(system: System, equation: int) -> int:

@@ -32,6 +32,7 @@ from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
+from movimentum.tolerances import FIRST_POSE_MEETS, TURN_COEFFICIENT_WHOLE, TURN_COEFFICIENT_ZERO
 
 IntArray = NDArray[np.intp]
 
@@ -139,7 +140,7 @@ class Demands:
     def met_at_first(self) -> bool:
         """Whether the pose to begin with meets all rows."""
         off = self.matrix @ self.first - self.right
-        if np.max(np.abs(off), initial=0.0) > 1e-9:
+        if np.max(np.abs(off), initial=0.0) > FIRST_POSE_MEETS:
             return False
         others = self.rows[self.linear :]
         self.effort.spend(0.3 * COMPILED * len(others))
@@ -147,7 +148,7 @@ class Demands:
         state: State = [np.array([value]) for value in self.first * self.scale]
         values = [first_of(value) for value in function(state, self.clocks)]
         return all(
-            value >= 0.0 if row.side else abs(value) <= 1e-9 * self.plan.size
+            value >= 0.0 if row.side else abs(value) <= FIRST_POSE_MEETS * self.plan.size
             for row, value in zip(others, values, strict=True)
         )
 
@@ -268,12 +269,12 @@ def _unwound(matrix: FloatArray, right: FloatArray, turning: BoolArray) -> Float
             if row[pivot] != 0.0:
                 value -= row[pivot] * constant
                 row = row - row[pivot] * other
-        row[np.abs(row) < 1e-12] = 0.0
+        row[np.abs(row) < TURN_COEFFICIENT_ZERO] = 0.0
         if not row.any():
-            coefficients: FloatArray = np.abs(matrix[i][np.abs(matrix[i]) >= 1e-12])
+            coefficients: FloatArray = np.abs(matrix[i][np.abs(matrix[i]) >= TURN_COEFFICIENT_ZERO])
             if len(coefficients) == 0:  # it says nothing, whatever is turned
                 continue
-            whole = np.all(np.abs(coefficients - np.round(coefficients)) < 1e-12)
+            whole = np.all(np.abs(coefficients - np.round(coefficients)) < TURN_COEFFICIENT_WHOLE)
             turn = TURN * (float(np.gcd.reduce(np.round(coefficients).astype(np.int64))) if whole else 1.0)
             bound[i] -= turn * round(value / turn)
         else:

@@ -15,17 +15,22 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray, least_squares, solutions
 from movimentum.records import dataclass
 from movimentum.solver.start.demands import Demands, Effort
+from movimentum.tolerances import (
+    DEPENDENT_LINEAR_ROW,
+    FIRST_DAMPING_OF_A_START,
+    FIT_FALL_DONE,
+    FIT_MET,
+    FIT_ROW_MET,
+    FIT_STEP_DONE,
+    FITS_AS_GOOD,
+    LEAST_DAMPING_OF_A_START,
+    LEAST_DIVISOR,
+)
 
 IntArray = NDArray[np.intp]
 Slopes = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Coordinates (F, k) to residuals (F, q) and their slopes (F, q, k)."""
 
-DEPENDENT = 1e-9
-"""Of a linear row's unit length: what is left of one that depends on others."""
-MET = 1e-9
-"""Residual of a row of unit gradient over unknowns of size one."""
-ENOUGH = 1e-24
-"""Sum of squared residuals at which a fit ends."""
 ITERATIONS = 80
 OVERHEAD = 2e5
 """Work of an iteration besides its arithmetic (see `Effort`)."""
@@ -47,7 +52,7 @@ class StartFit:
     def best(self) -> int:
         """The start that fits best; the first of those that are as good."""
         cost = np.sum(self.left**2, axis=1)
-        return int(np.argmax(cost <= cost.min() * (1.0 + 1e-6) + 1e-24))
+        return int(np.argmax(cost <= cost.min() * (1.0 + FITS_AS_GOOD) + FIT_MET))
 
 
 class Fitting:
@@ -75,7 +80,7 @@ class Fitting:
     @property
     def consistent(self) -> bool:
         """Whether the linear rows can be met."""
-        return bool(np.all(np.abs(self.apart) <= MET))
+        return bool(np.all(np.abs(self.apart) <= FIT_ROW_MET))
 
     def values(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Residuals (F, q) and Jacobian (F, q, columns) of the rows to be fitted: the soft ones, then the others."""
@@ -138,7 +143,7 @@ class Fitting:
         if len(linear):
             across = self.matrix[:, self.columns].T
             linear = np.nan_to_num(least_squares(across, -pull))
-        largest = max(float(np.max(np.abs(other), initial=0.0)), 1e-300)
+        largest = max(float(np.max(np.abs(other), initial=0.0)), LEAST_DIVISOR)
         found = np.zeros(len(self.demands.rows))
         found[self.linear], found[self.fitted] = np.abs(linear) / largest, np.abs(other) / largest
         return found
@@ -151,12 +156,12 @@ def _descended(at: Slopes, z: FloatArray, iterations: int, effort: Effort) -> Fl
         return z
     right, rows = at(z)
     cost = np.sum(right**2, axis=1)
-    damping = np.full(count, 1e-3)
+    damping = np.full(count, FIRST_DAMPING_OF_A_START)
     growth = np.full(count, 2.0)
     going: IntArray = np.arange(count, dtype=np.intp)
     eye = np.eye(k)
     for _ in range(iterations):
-        if not len(going) or cost.min() < ENOUGH:  # one that meets all is all that is asked for
+        if not len(going) or cost.min() < FIT_MET:  # one that meets all is all that is asked for
             break
         effort.spend(OVERHEAD + len(going) * (k**3 / 3 + rows.shape[1] * k * (k + rows.shape[2])))
         some = rows[going]
@@ -167,17 +172,22 @@ def _descended(at: Slopes, z: FloatArray, iterations: int, effort: Effort) -> Fl
         new_right, new_rows = at(trial)
         new_cost = np.sum(new_right**2, axis=1)
         promised = np.sum(step * (damping[going, None] * step - gradient), axis=1)
-        gain = (cost[going] - new_cost) / np.maximum(promised, 1e-300)
+        gain = (cost[going] - new_cost) / np.maximum(promised, LEAST_DIVISOR)
         better = (new_cost < cost[going]) & np.isfinite(step).all(axis=1)
         moved: IntArray = going[better]
         size = np.max(np.abs(step), axis=1, initial=0.0)
-        fall = (cost[going] - new_cost) / np.maximum(cost[going], 1e-300)
+        fall = (cost[going] - new_cost) / np.maximum(cost[going], LEAST_DIVISOR)
         z[moved], rows[moved], right[moved] = trial[better], new_rows[better], new_right[better]
         cost[moved] = new_cost[better]
         factor = np.where(better, np.maximum(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), growth[going])
-        damping[going] = np.maximum(damping[going] * factor, 1e-14)
+        damping[going] = np.maximum(damping[going] * factor, LEAST_DAMPING_OF_A_START)
         growth[going] = np.where(better, 2.0, growth[going] * 2.0)
-        done = (cost[going] < ENOUGH) | (damping[going] > 1e8) | (better & (size < 1e-11)) | (better & (fall < 1e-13))
+        done = (
+            (cost[going] < FIT_MET)
+            | (damping[going] > 1e8)
+            | (better & (size < FIT_STEP_DONE))
+            | (better & (fall < FIT_FALL_DONE))
+        )
         going = going[~done]
     return z
 
@@ -212,7 +222,7 @@ def eliminated(
             wide[i, pivots] = 0.0
         lengths = np.abs(wide[i, :columns])
         pivot = int(np.argmax(lengths)) if columns else 0
-        if not columns or lengths[pivot] <= DEPENDENT:
+        if not columns or lengths[pivot] <= DEPENDENT_LINEAR_ROW:
             dependent.append(i)
             continue
         wide[i] /= wide[i, pivot]

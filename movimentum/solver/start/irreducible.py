@@ -12,10 +12,9 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.solver.start.demands import Demands, Member, scattered
-from movimentum.solver.start.fitting import MET, Fitting, StartFit
+from movimentum.solver.start.fitting import Fitting, StartFit
+from movimentum.tolerances import FIT_ROW_MET, PULLS_IN_FIT
 
-STRESSED = 1e-5
-"""Of the largest residual of a best fit: a row that pulls less has no part in the contradiction."""
 FIRST, LATEST = 3, 3
 """Poses that a trial begins with: of those given, and of those that earlier trials found."""
 MORE = 8
@@ -24,7 +23,7 @@ MORE = 8
 
 def pulling(fitting: Fitting, fit: StartFit) -> frozenset[Member]:
     """What pulls on something else where the best of a fit ended."""
-    found = np.nonzero(fitting.stress(fit) > STRESSED)[0]
+    found = np.nonzero(fitting.stress(fit) > PULLS_IN_FIT)[0]
     return frozenset(fitting.demands.rows[i].member for i in found)
 
 
@@ -46,8 +45,8 @@ class MemberTrials:
         nearest: StartFit | None = None
         for starts in (np.array([*self.given, *self.found[-LATEST:]]), self.random):
             fit = fitting.fit(starts)
-            if np.min(fit.error) <= MET:
-                pose = fit.u[int(np.argmax(fit.error <= MET))]
+            if np.min(fit.error) <= FIT_ROW_MET:
+                pose = fit.u[int(np.argmax(fit.error <= FIT_ROW_MET))]
                 self.found.append(pose)
                 return pose, some
             nearest = nearest or fit

@@ -11,13 +11,9 @@ from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.start.costs import squared
 from movimentum.solver.start.rejections import Rejection
-from movimentum.tolerances import STRICTLY_BEYOND
-
-CHECK_TOLERANCE = 1e-8
-"""Relative residual above which a redundant equation contradicts."""
+from movimentum.tolerances import INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_AT_START, STRICTLY_BEYOND
 
 
 class Judgements:
@@ -67,10 +63,10 @@ class Judgements:
         for i in self.checks_after.get(number, ()):
             equation = self.plan.system.equations[self.plan.checks[i]]
             value = self._check_value(i)
-            if not abs(value) <= CHECK_TOLERANCE:
+            if not abs(value) <= REDUNDANT_AT_START:
                 return Rejection(value, check=equation.number)
         if number in self.selectors_after:
-            tolerance = SELECTOR_TOLERANCE * self.plan.size
+            tolerance = INEQUALITY_MET * self.plan.size
             for i in self.selectors_after[number]:
                 value = np.broadcast_to(self.plan.selectors[i](self.state, self.clocks)[0], 2)
                 # where it is just met, what comes next decides; what stays at equality does not satisfy a strict one
@@ -105,4 +101,4 @@ class Judgements:
         value, size = self.plan.check_values[i](self.state, self.clocks)
         first = float(np.broadcast_to(value, 2)[0])
         weight = float(np.broadcast_to(size, 2)[0])
-        return first / max(weight, 1e-300) if math.isfinite(first) else math.inf
+        return first / max(weight, LEAST_DIVISOR) if math.isfinite(first) else math.inf

@@ -19,15 +19,23 @@ from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.records import replace
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.local import ITERATIONS, SINGULAR
+from movimentum.solver.block.local import ITERATIONS
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import track_scale
-from movimentum.solver.continuation.folds import CLOSED
-from movimentum.solver.continuation.steps import CERTAIN, RESTING
+from movimentum.solver.continuation.steps import CERTAIN
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.path.piece import Piece
+from movimentum.tolerances import (
+    FOLD_CLOSED,
+    LEADING_DIFFERENCE,
+    LEAST_DIVISOR,
+    RESTING_ON_PATH,
+    SHORTEST_LEADING_STEP,
+    SINGULAR_ON_PATH,
+    STRAIGHT_DRIVE,
+)
 
 LARGEST = 24
 """Unknowns of a block that is led; of a larger one every look costs too much."""
@@ -35,12 +43,6 @@ SOUND = 0.1
 """Of the best conditioned pose of a path: those that it is led on from are as well conditioned as that."""
 POSES = 33
 """Poses of a path to choose from."""
-SHORTEST = 1e-3
-"""Of the way: where so short a step fails, there is no solution further on."""
-SHIFT = 1e-6
-"""Of the way: the width of differences."""
-STRAIGHT = 1e-6
-"""Of its length: how far from a straight line what goes along it may be."""
 _EXACT = {"add", "mul", "neg"}
 
 
@@ -66,7 +68,7 @@ def led(
         moved, drives = _driven(piece, block, state, instants.clocks, total)
         if not _on_a_line(drives):  # straight is not how it goes: what Newton's method finds counts, too
             outcome = newton(problem.at(np.arange(count), total), x, iterations=30, limit=0.1)
-            x, good = outcome.x, ~bad[:count] & (outcome.error <= CLOSED)
+            x, good = outcome.x, ~bad[:count] & (outcome.error <= FOLD_CLOSED)
         jacobians = problem.at(np.arange(count, total), total).jacobian(track.values[nodes])
         nearest = _nearest(drives, count, jacobians, scale)
         asked = np.nonzero(~bad[:count] & np.isfinite(drives[:, :count]).all(axis=0))[0]
@@ -85,7 +87,7 @@ def _nearest(drives: FloatArray, count: int, jacobians: FloatArray, scale: Float
     conditions = np.nan_to_num(singular[:, -1] / singular[:, 0])
     sound = np.nonzero(conditions >= SOUND * np.max(conditions))[0]
     ends, poses = drives[:, :count], drives[:, count:]
-    units = np.maximum(np.ptp(poses, axis=1), 1e-300)[:, None, None]
+    units = np.maximum(np.ptp(poses, axis=1), LEAST_DIVISOR)[:, None, None]
     away = np.sum(np.square((ends[:, :, None] - poses[:, None, sound]) / units), axis=0)
     return np.asarray(sound[np.argmin(np.where(np.isfinite(away), away, np.inf), axis=1)], dtype=np.int64)
 
@@ -96,9 +98,9 @@ def _on_a_line(drives: FloatArray) -> bool:
     """
     ways = (drives - drives[:, -1:])[:, np.isfinite(drives).all(axis=0)]
     lengths = np.max(np.abs(ways), axis=0, initial=0.0)
-    told = lengths > STRAIGHT * np.max(np.abs(drives[:, -1]), initial=0.0)
+    told = lengths > STRAIGHT_DRIVE * np.max(np.abs(drives[:, -1]), initial=0.0)
     singular = np.linalg.svd(ways[:, told] / lengths[told], compute_uv=False)
-    return len(singular) < 2 or bool(singular[1] <= STRAIGHT * singular[0])
+    return len(singular) < 2 or bool(singular[1] <= STRAIGHT_DRIVE * singular[0])
 
 
 def _driven(
@@ -154,13 +156,15 @@ class _Way:
         """The velocities (K, n) of core values ``x`` (K, n) on the way, and the signs (K,) of the Jacobians there (0:
         singular).
         """
-        drift = self.at(ways, part + SHIFT).residual(x) - self.at(ways, part - SHIFT).residual(x)
+        drift = self.at(ways, part + LEADING_DIFFERENCE).residual(x) - self.at(
+            ways, part - LEADING_DIFFERENCE
+        ).residual(x)
         rows, lengths = scaled(self.at(ways, part).jacobian(x), self.scale)
-        right = -drift / (2.0 * SHIFT) / lengths
+        right = -drift / (2.0 * LEADING_DIFFERENCE) / lengths
         velocity, sign = np.zeros_like(x), np.zeros(len(x))
         known = np.nonzero(np.isfinite(rows).all(axis=(1, 2)) & np.isfinite(right).all(axis=1))[0]
         singular = np.linalg.svd(rows[known], compute_uv=False)
-        known = known[singular[:, -1] > SINGULAR * singular[:, 0]]
+        known = known[singular[:, -1] > SINGULAR_ON_PATH * singular[:, 0]]
         velocity[known] = np.linalg.solve(rows[known], right[known][..., None])[..., 0] * self.scale
         sign[known] = np.linalg.slogdet(rows[known])[0]
         return velocity, sign
@@ -183,10 +187,12 @@ class _Way:
             outcome = newton(self.at(some, ahead[near]), predicted[near], iterations=ITERATIONS)
             off = np.max(np.abs(outcome.x - predicted[near]) / self.scale, axis=1)
             rates, sign = self.rates(some, ahead[near], outcome.x)
-            right = outcome.converged & (off <= CERTAIN.correction * moved[near] + RESTING) & (sign == sides[some])
+            right = (
+                outcome.converged & (off <= CERTAIN.correction * moved[near] + RESTING_ON_PATH) & (sign == sides[some])
+            )
             good[near] = right
             x[some[right]], velocity[some[right]] = outcome.x[right], rates[right]
             part[ways[good]] = ahead[good]
             length[ways] *= np.where(good, 2.0, 0.5)
-            going[ways] = (part[ways] < 1.0) & (length[ways] > SHORTEST)
+            going[ways] = (part[ways] < 1.0) & (length[ways] > SHORTEST_LEADING_STEP)
         return x, part >= 1.0

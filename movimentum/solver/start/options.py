@@ -30,12 +30,11 @@ from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.solver.solutions.newton_starts import Starts, all_of, begun_start, free_start
 from movimentum.solver.start.costs import Measures, pair
 from movimentum.solver.start.rejections import Rejection
+from movimentum.tolerances import SAME_AS_FIRST_POSE
 
 NO_COST = (0.0, 0.0, 0.0, 0.0)
 NEARER = 100.0
 """Of what is at infinity when a path would begin: so many times nearer it is a little later."""
-CLOSED = 1e-5
-"""In units of the unknowns' scale: a solution nearer than that to the pose to begin from is that pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -242,6 +241,6 @@ class BlockOptions:
             if n is None or self.state[n] is None:
                 continue
             before = self.measures.before(n)
-            if before is None or not abs(pair(self.state[n])[0] - before) <= CLOSED * scale:
+            if before is None or not abs(pair(self.state[n])[0] - before) <= SAME_AS_FIRST_POSE * scale:
                 return False
         return True

@@ -22,13 +22,14 @@ from movimentum.scene.model import AnchorCoordinate, Constraint, Relation
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.basis.pose_state import Carry, ThingPose
 from movimentum.solver.block.closed_form import State
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    PART_FITS,
+    PLACEMENT_DIFFERENCE,
+    PLACEMENT_STEP_DONE,
+    RANK_FOR_PLACEMENT,
+)
 
-FITS = 1e-6
-"""Of the scene's size: what a part may be off by where it is laid, to count as fitting."""
-INNER = 1e-5
-"""Of what a row tells about its bodies' own ways: less than that about the way of them all is nothing."""
-STEP = 1e-4
-"""Radians, and of the scene's size: for differences."""
 BEGINS = 12
 """Directions from which the turn of a part is looked for."""
 ROUNDS = 12
@@ -171,7 +172,7 @@ def pinned(
         if x is not None and y is not None:
             pins.append((drawn(one) - shift, complex(x, y) - shift, one.thing))
         elif isinstance(other, AnchorCoordinate) and constraint.right[1].payload == replace(other, axis=1):
-            closed = closed and abs(drawn(one) - drawn(other)) <= FITS * size
+            closed = closed and abs(drawn(one) - drawn(other)) <= PART_FITS * size
     return pins, closed
 
 
@@ -180,7 +181,7 @@ def rigid_motion(pins: Sequence[tuple[complex, complex, int]], size: float) -> L
     if not pins:
         return Lie()
     here, there = np.array([p for p, _, _ in pins]), np.array([q for _, q, _ in pins])
-    if np.max(np.abs(here - there)) <= FITS * size:
+    if np.max(np.abs(here - there)) <= PART_FITS * size:
         return Lie()
     middle = complex(np.mean(here))
     turn = complex(np.vdot(here - middle, there - np.mean(there)))
@@ -188,7 +189,7 @@ def rigid_motion(pins: Sequence[tuple[complex, complex, int]], size: float) -> L
         return None
     turn = turn / abs(turn) if abs(turn) > 0.0 else 1.0 + 0.0j
     away = complex(np.mean(there)) - turn * middle
-    if not np.max(np.abs(turn * here + away - there)) <= FITS * size:
+    if not np.max(np.abs(turn * here + away - there)) <= PART_FITS * size:
         return None
     return Lie(float(np.angle(turn)), away.real, away.imag)
 
@@ -261,15 +262,20 @@ class _Fit:
         generator = np.random.default_rng(3)
         still, ways = np.zeros((1, 3)), (generator.uniform(-1.0, 1.0, (len(self.bodies), 3)) for _ in range(2))
         here = self._values(still)[0]
-        changes = [np.abs(self._values(still, way * self.weights * STEP)[0] - here) / STEP for way in ways]
-        return np.maximum(np.nan_to_num(np.max(changes, axis=0)), 1e-300)
+        changes = [
+            np.abs(self._values(still, way * self.weights * PLACEMENT_DIFFERENCE)[0] - here) / PLACEMENT_DIFFERENCE
+            for way in ways
+        ]
+        return np.maximum(np.nan_to_num(np.max(changes, axis=0)), LEAST_DIVISOR)
 
     def meets(self, lie: Lie) -> bool:
         """Whether the part lies right there."""
         mx, my = self.middle
         c, s = float(np.cos(lie.turn)), float(np.sin(lie.turn))
         there = np.array([[lie.turn, lie.x + (c * mx - s * my) - mx, lie.y + (s * mx + c * my) - my]])
-        return bool(np.all(np.abs(self._values(there)[0]) <= FITS * self.natural)) and bool(self._allowed(there)[0])
+        return bool(np.all(np.abs(self._values(there)[0]) <= PART_FITS * self.natural)) and bool(
+            self._allowed(there)[0]
+        )
 
     def best(self) -> Lie | None:
         """The motion that meets the rows; None where none does.
@@ -286,11 +292,13 @@ class _Fit:
                 right = np.nan_to_num(self._values(lies) / self.natural)
                 step = np.zeros_like(lies)
                 # what the rows leave open stays: the least step
-                step[:, free] = -np.einsum("fij,fj->fi", np.linalg.pinv(rows[:, :, free], rcond=1e-7), right)
+                step[:, free] = -np.einsum(
+                    "fij,fj->fi", np.linalg.pinv(rows[:, :, free], rcond=RANK_FOR_PLACEMENT), right
+                )
                 lies = lies + step * self.weights
-                if np.max(np.abs(step)) < 1e-13:
+                if np.max(np.abs(step)) < PLACEMENT_STEP_DONE:
                     break
-            met = np.max(np.abs(self._values(lies)) / self.natural, axis=1) <= FITS
+            met = np.max(np.abs(self._values(lies)) / self.natural, axis=1) <= PART_FITS
             good = np.nonzero(met & self._allowed(lies))[0]
             if len(good):
                 least = min(good, key=lambda i: (round(abs(float(lies[i, 0])), 9), -float(lies[i, 0])))
@@ -320,7 +328,7 @@ class _Fit:
         state, clocks = self._state(lies, None), self._clocks(len(lies))
         for some in self.sides:
             for value in some(state, clocks):
-                allowed &= np.broadcast_to(value, len(lies)) >= -FITS * self.plan.size
+                allowed &= np.broadcast_to(value, len(lies)) >= -PART_FITS * self.plan.size
         return allowed
 
     def _clocks(self, count: int) -> tuple[FloatArray, ...]:
@@ -346,7 +354,7 @@ class _Fit:
 
     def _slopes(self, lies: FloatArray) -> FloatArray:
         """(F, m, 3) derivatives of the residuals by turn and place, by central differences."""
-        steps = np.diag(STEP * self.weights)
+        steps = np.diag(PLACEMENT_DIFFERENCE * self.weights)
         return np.stack(
             [(self._values(lies + step) - self._values(lies - step)) / (2.0 * np.max(step)) for step in steps], axis=2
         )

@@ -15,14 +15,13 @@ from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.effort import GivenUp, is_limited, limited
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
-from movimentum.solver.block.change_points import ROUNDING
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
-from movimentum.solver.block.sizes import SELECTOR_TOLERANCE, scale_of, sizes_at, track_scale
-from movimentum.solver.continuation.folds import CLOSED, fold_near
+from movimentum.solver.block.sizes import scale_of, sizes_at, track_scale
+from movimentum.solver.continuation.folds import fold_near
 from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, SignTrack, StillTrack
 from movimentum.solver.kinds.kernels import evaluate
@@ -31,17 +30,20 @@ from movimentum.solver.path.follow import instant
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.leading import led
+from movimentum.tolerances import (
+    BARELY_REGULAR,
+    BRANCH_TOLD_AFTER,
+    BRANCH_TOLD_BEFORE,
+    CLEAR_OF_FOLD,
+    FIRST_RESUMPTION,
+    FOLD_CLOSED,
+    INEQUALITY_MET,
+    RATE_DIFFERENCE_AT_FOLD,
+    ROUNDING_OF_DISCRIMINANT,
+)
 
-BEFORE, AFTER = 1e-6, 1e-9
-"""Of the interval: how long before its end a path's pose tells which branch it is on, and how long after its beginning
-that can be told where the two meet."""
-CLEAR, BARELY = 1e-5, 1e-7
-"""Of the largest singular value: a pose with a smaller one is as good as at a fold; from one with less a path cannot
-be followed."""
 WIDE = 0.3
 """Of the unknowns' scale: a step that moves something by more may lead to another branch."""
-NEAREST = 1e-10
-"""Of the interval: the first time after a path's end that is tried, then twice as far, then node by node."""
 ASIDE = np.geomspace(1e5, 1.0, 11)
 """Of the time in which something is as good as at infinity: how far from it branches may be told apart;"""
 AFAR = 1e3
@@ -72,14 +74,14 @@ class Branch:
     signs: dict[int, float] = field(default_factory=dict[int, float])
     within: float = math.inf
     _led: dict[tuple[int, float], FloatArray] = field(default_factory=dict[tuple[int, float], FloatArray])
-    _clear: float = CLEAR
+    _clear: float = CLEAR_OF_FOLD
     _good: float = 0.0
     _begins: bool = False
 
     @staticmethod
     def of(piece: Piece, tau: float) -> Branch:
         """The branch at ``tau``, where the piece has a solution. (Two meet at the end of a path: a little before.)"""
-        tau = max(piece.begin, tau - BEFORE * (tau - piece.begin))
+        tau = max(piece.begin, tau - BRANCH_TOLD_BEFORE * (tau - piece.begin))
         with np.errstate(all="ignore"):
             state, _ = piece.evaluate(piece.instants(np.array([tau])))
         cores: dict[int, FloatArray] = {}
@@ -128,7 +130,7 @@ class Branch:
                 choices.append(choice)
             for selector in plan.selectors:
                 value = first_of(selector(state, instants.clocks)[0])
-                if not value >= -SELECTOR_TOLERANCE * plan.size:
+                if not value >= -INEQUALITY_MET * plan.size:
                     return None
         return choices
 
@@ -150,7 +152,7 @@ class Branch:
             problem = BlockProblem.of(block, state, instants.clocks, track_scale(piece.plan, block))
             for start in self._starts(block, track, tau):
                 outcome = newton(problem, start[None], iterations=30, limit=0.1)
-                if not (outcome.error[0] <= CLOSED and self._regular(problem, outcome.x)):
+                if not (outcome.error[0] <= FOLD_CLOSED and self._regular(problem, outcome.x)):
                     continue
                 for j, n in enumerate(block.core):
                     state[n] = outcome.x[:, j]
@@ -164,7 +166,7 @@ class Branch:
             elif self.before is not None:
                 sign = min(sign, -sign, key=lambda sign: self._off(block, state, instants, sign))
             margin = _set_root(block, state, instants, sign)
-            if not margin >= -ROUNDING:
+            if not margin >= -ROUNDING_OF_DISCRIMINANT:
                 return None
             choice = Choice(sign=sign)
         else:
@@ -227,7 +229,7 @@ class Branch:
                     return found
                 found = self.onset(end, *found)  # Newton's method from the last pose did not find it before
                 return found if self._begins else None  # it was there when the path ended: another branch
-            elif nearest is None and time - bad > BEFORE * (float(times[-1]) - bad):
+            elif nearest is None and time - bad > BRANCH_TOLD_BEFORE * (float(times[-1]) - bad):
                 nearest = time
         if lost or nearest is None:
             return None
@@ -293,7 +295,9 @@ class Branch:
             block, track = piece.plan.blocks[number], piece.tracks[number]
             if isinstance(track, NodeTrack) and isinstance(block, Newton) and tau > track.until:
                 length = float(piece.nodes[-1] - piece.nodes[0]) or 1.0
-                local = Local(block, probe_of(piece, block), 1e-8 * length, tau - length, tau + length)
+                local = Local(
+                    block, probe_of(piece, block), RATE_DIFFERENCE_AT_FOLD * length, tau - length, tau + length
+                )
                 fold = fold_near(local, tau, core, track_scale(piece.plan, block), length)
                 found = found if fold is None else max(found or fold, fold)
         return tau if found is None else found
@@ -304,9 +308,9 @@ class Branch:
         """
         if not self._cores:
             return begin, choices
-        after = AFTER * length
-        self._clear = BARELY
-        while after < BEFORE * length:
+        after = BRANCH_TOLD_AFTER * length
+        self._clear = BARELY_REGULAR
+        while after < BRANCH_TOLD_BEFORE * length:
             later = self.at(begin + after)
             if later is not None:
                 return begin + after, later
@@ -331,7 +335,7 @@ def times_after(begin: float, nodes: FloatArray, end: float) -> FloatArray:
     if len(later) == 0 or end <= begin:
         return np.zeros(0)
     first = float(later[0]) - begin
-    count = max(1, int(np.ceil(np.log2(max(first / (NEAREST * (end - begin)), 2.0)))))
+    count = max(1, int(np.ceil(np.log2(max(first / (FIRST_RESUMPTION * (end - begin)), 2.0)))))
     near = begin + first * 0.5 ** np.arange(count, 0, -1.0)
     widths = np.diff(np.append(begin, later))[1:]
     between = [later[:-1] + widths * k / (BETWEEN + 1.0) for k in range(1, BETWEEN + 1)]

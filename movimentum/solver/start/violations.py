@@ -9,12 +9,9 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.writing import Compiled
-from movimentum.solver.block.change_points import MARGIN_TOLERANCE, find_events
-from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
+from movimentum.solver.block.change_points import find_events
 from movimentum.solver.path.piece import Piece
-
-DISAGREES = 1e-7
-"""Of an equation's terms: a redundant one that is off by more does not hold."""
+from movimentum.tolerances import DISCRIMINANT_ZERO, INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_LATER
 
 
 def first_violation(piece: Piece, horizon: float) -> tuple[int, float] | None:
@@ -36,12 +33,12 @@ def first_violation(piece: Piece, horizon: float) -> tuple[int, float] | None:
             def slack(tau: FloatArray, function: Compiled = function) -> FloatArray:
                 moments = piece.instants(tau)
                 values = function(piece.evaluate(moments)[0], moments.clocks)[0]
-                return np.broadcast_to(values, len(tau)) / plan.size + SELECTOR_TOLERANCE
+                return np.broadcast_to(values, len(tau)) / plan.size + INEQUALITY_MET
 
-            values = np.broadcast_to(function(state, instants.clocks)[0], len(nodes)) / plan.size + SELECTOR_TOLERANCE
+            values = np.broadcast_to(function(state, instants.clocks)[0], len(nodes)) / plan.size + INEQUALITY_MET
             if np.nanmin(values) > 0.3 * (np.nanmax(values) - np.nanmin(values)):
                 continue
-            below = np.nonzero(~(values >= -MARGIN_TOLERANCE))[0]
+            below = np.nonzero(~(values >= -DISCRIMINANT_ZERO))[0]
             seen = slice(0, int(below[0]) + 1 if len(below) else None)  # what rounding decides may have many gaps
             for low, _ in find_events(slack, nodes[seen], values[seen]).gaps:
                 if low < horizon and (best is None or low < best[1]):
@@ -56,7 +53,7 @@ def _crossing(slack: Callable[[FloatArray], FloatArray], good: float, bad: float
     """
 
     def holds(tau: float) -> bool:
-        return bool(slack(np.array([tau]))[0] > SELECTOR_TOLERANCE)
+        return bool(slack(np.array([tau]))[0] > INEQUALITY_MET)
 
     end = bad
     if not holds(good):
@@ -82,7 +79,7 @@ def first_disagreement(piece: Piece, horizon: float) -> tuple[int, float] | None
         instants = piece.instants(tau)
         state, bad = piece.evaluate(instants)
         value, size = plan.check_values[number](state, instants.clocks)
-        return np.broadcast_to(np.abs(value) > DISAGREES * np.maximum(size, 1e-300), len(tau)) & ~bad
+        return np.broadcast_to(np.abs(value) > REDUNDANT_LATER * np.maximum(size, LEAST_DIVISOR), len(tau)) & ~bad
 
     best: tuple[int, float] | None = None
     with np.errstate(all="ignore"):

@@ -16,10 +16,9 @@ from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.sizes import SELECTOR_TOLERANCE
 from movimentum.solver.kinds.across import column
 from movimentum.things.kinds.toothed import RACK
-from movimentum.tolerances import BEYOND_VIOLATION, JUMPED, LEAST_BEYOND, SAME_DIRECTION
+from movimentum.tolerances import BEYOND_VIOLATION, INEQUALITY_MET, JUMPED, LEAST_BEYOND, SAME_DIRECTION
 from movimentum.variants.lowered import FrameMoments, LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
@@ -242,7 +241,7 @@ class Batch:
                 run = segment.solve(segment.run(places.varied, resume[:, None], size), own, continued=False)
                 slack = segment.selectors(filled(run.state), run.instants.clocks)
                 least = np.min([np.broadcast_to(value, (len(some), 1))[:, 0] for value in slack], axis=0)
-                seen = (least < -2.0 * SELECTOR_TOLERANCE * size) | (resume >= length)
+                seen = (least < -2.0 * INEQUALITY_MET * size) | (resume >= length)
                 if seen.all():
                     break
                 resume = np.where(seen, resume, np.minimum(tau + 2.0 * (resume - tau), length))

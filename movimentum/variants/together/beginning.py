@@ -12,21 +12,20 @@ from typing import Any
 
 import numpy as np
 
+from movimentum import tolerances
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.records import dataclass
 from movimentum.scene.model import Anonymous, Bearing, ThingAngle, VariableComponent
-from movimentum.solver.block.change_points import MARGIN_TOLERANCE
 from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.block.newton import newton_across
 from movimentum.solver.kinds.across import column
 from movimentum.solver.kinds.kernels import across
-from movimentum.solver.start.costs import SAME, TIE, TURN
-from movimentum.solver.start.judgements import CHECK_TOLERANCE, SELECTOR_TOLERANCE, Judgements
+from movimentum.solver.start.costs import TURN
+from movimentum.solver.start.judgements import Judgements
 from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.search import independent_parts
-from movimentum.tolerances import CLOSE_COSTS, COST_FLOOR, SAME_ROOT, SINGULAR_AT_FIRST, STRICTLY_BEYOND
 from movimentum.variants.together.pattern import (
     MOST_CHOICES,
     NotTogether,
@@ -162,8 +161,8 @@ class VariantBeginning:
             x, converged, determinant = newton_across(
                 block, here, [c[..., :1] for c in self.instants.clocks], core, scale
             )
-            stays = converged & (np.max(np.abs(x - core) / scale, axis=1) < SAME_ROOT)
-            self.unsure |= ~stays | (np.abs(determinant) < SINGULAR_AT_FIRST)
+            stays = converged & (np.max(np.abs(x - core) / scale, axis=1) < tolerances.SAME_ROOT)
+            self.unsure |= ~stays | (np.abs(determinant) < tolerances.SINGULAR_AT_FIRST)
             return [(x, every)]
         found = all_roots(item, self.state, self.instants.clocks, scale)
         self.unsure |= found.unsure
@@ -174,7 +173,7 @@ class VariantBeginning:
             clocks = [c[..., :1] for c in self.instants.clocks]
             x, converged, determinant = newton_across(block, here, clocks, start, scale)
             exist = found.exist[:, k]
-            self.unsure |= exist & (~converged | (np.abs(determinant) < SINGULAR_AT_FIRST))
+            self.unsure |= exist & (~converged | (np.abs(determinant) < tolerances.SINGULAR_AT_FIRST))
             result.append((x, exist))
         return result
 
@@ -219,17 +218,17 @@ class VariantBeginning:
             values = pattern.checks(filled(self.state), clocks)
             for i in judgements.checks_after[number]:
                 off = np.abs(np.broadcast_to(values[i], (self.count, 2))[:, 0])
-                bad = ~(off <= 0.01 * CHECK_TOLERANCE * np.minimum(self.size, 1.0))
+                bad = ~(off <= 0.01 * tolerances.REDUNDANT_AT_START * np.minimum(self.size, 1.0))
                 self.unsure |= bad
         if number in judgements.selectors_after:
             values = pattern.selectors(filled(self.state), clocks)
-            tolerance = SELECTOR_TOLERANCE * self.size
+            tolerance = tolerances.INEQUALITY_MET * self.size
             for i in judgements.selectors_after[number]:
                 value = np.broadcast_to(values[i], (self.count, 2))
                 here, later = value[:, 0], value[:, 1]
                 meets = np.abs(here) <= tolerance
                 strict = pattern.plan.system.selectors[i].strict
-                least = STRICTLY_BEYOND * tolerance if strict else -100.0 * tolerance
+                least = tolerances.STRICTLY_BEYOND * tolerance if strict else -100.0 * tolerance
                 allowed &= (here >= -tolerance) & ~(meets & ~(later >= least))
         return allowed
 
@@ -288,8 +287,8 @@ class _Part:
             able = alive & exist
             if margin is not None:
                 first = np.broadcast_to(margin, (beginning.count, 2))
-                able = alive & (first[:, 0] >= -MARGIN_TOLERANCE)
-                beginning.unsure |= alive & (np.abs(first[:, 0]) <= 1e3 * MARGIN_TOLERANCE)
+                able = alive & (first[:, 0] >= -tolerances.DISCRIMINANT_ZERO)
+                beginning.unsure |= alive & (np.abs(first[:, 0]) <= 1e3 * tolerances.DISCRIMINANT_ZERO)
                 beginning.unsure |= alive & ~np.isfinite(first[:, 0])
             able = able & beginning.allowed(number)
             if branches:
@@ -333,7 +332,7 @@ class _Part:
             if isinstance(payload, ThingAngle | VariableComponent):
                 if not is_carried:
                     unit = TURN if isinstance(payload, ThingAngle) else size
-                    result[:, 2:3] += TIE * np.square(here / unit)
+                    result[:, 2:3] += tolerances.SPELLING_WEIGHT * np.square(here / unit)
                 if isinstance(payload, ThingAngle):
                     continue
             before = beginning.before(n)
@@ -343,7 +342,7 @@ class _Part:
                 scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else size
                 off = np.abs(here - before) / scale
                 result[:, 1:2] += np.square(off)
-                result[:, 0:1] = np.maximum(result[:, 0:1], np.where(off <= SAME, 0.0, 1.0))
+                result[:, 0:1] = np.maximum(result[:, 0:1], np.where(off <= tolerances.SAME_VALUE, 0.0, 1.0))
             elif isinstance(payload, PoseCos | PoseSin):
                 other = system.number_of[(PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)]
                 known_too = beginning.state[other] is not None
@@ -384,7 +383,7 @@ def _close(one: FloatArray, other: FloatArray) -> BoolArray:
     open_ = np.ones(len(one), dtype=np.bool_)
     for k in range(one.shape[1]):
         apart = np.abs(other[:, k] - one[:, k])
-        same = ~(apart > CLOSE_COSTS * (COST_FLOOR + np.abs(one[:, k])))
+        same = ~(apart > tolerances.CLOSE_COSTS * (tolerances.COST_FLOOR + np.abs(one[:, k])))
         exactly = other[:, k] == one[:, k]
         if k == one.shape[1] - 1:
             close |= open_ & same & np.isfinite(other[:, k])

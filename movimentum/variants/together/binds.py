@@ -15,8 +15,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.block.change_points import ROUNDING
-from movimentum.tolerances import CLEAR_MARGIN, EQUAL_AT_BIND, NEAR_A_BIND
+from movimentum.tolerances import CLEAR_MARGIN, EQUAL_AT_BIND, NEAR_A_BIND, ROUNDING_OF_DISCRIMINANT
 from movimentum.variants.together.pattern import SegmentPattern, filled
 
 ROUNDS = 24
@@ -53,7 +52,7 @@ def bind_times(
     def holds(tau: FloatArray) -> BoolArray:
         run = pattern.solve(pattern.run(some, tau, size[bound]), own, continued=False)
         margins = [np.broadcast_to(margin, tau.shape) for margin in run.margins.values()]
-        return np.asarray(np.min(margins, axis=0) >= -ROUNDING, dtype=np.bool_)
+        return np.asarray(np.min(margins, axis=0) >= -ROUNDING_OF_DISCRIMINANT, dtype=np.bool_)
 
     good = _last(holds, good, bad)
     first = instants.tau[np.maximum(places - LAST - 1, 0)]

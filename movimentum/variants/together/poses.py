@@ -14,7 +14,8 @@ from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Relation
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.start.placement import FITS, connected_parts
+from movimentum.solver.start.placement import connected_parts
+from movimentum.tolerances import PART_FITS
 from movimentum.variants.together.pattern import Pattern, SegmentPattern, numbered
 
 
@@ -177,7 +178,7 @@ def _pins(
         elif isinstance(other, AnchorCoordinate) and isinstance(right[1].payload, AnchorCoordinate):
             same = (right[1].payload.thing, right[1].payload.anchor) == (other.thing, other.anchor)
             if same and right[1].payload.axis == 1:
-                closed &= np.abs(drawn(one) - drawn(other)) <= FITS * size
+                closed &= np.abs(drawn(one) - drawn(other)) <= PART_FITS * size
     return pins, closed
 
 
@@ -186,12 +187,12 @@ def _rigid(pins: Sequence[tuple[Any, Any, int]], size: FloatArray, count: int) -
     if not pins:
         return np.zeros(count, dtype=np.bool_), np.ones(count, complex), np.zeros(count, complex)
     here, there = np.stack([p for p, _, _ in pins], axis=1), np.stack([q for _, q, _ in pins], axis=1)
-    still = np.max(np.abs(here - there), axis=1) <= FITS * size
+    still = np.max(np.abs(here - there), axis=1) <= PART_FITS * size
     middle, target = np.mean(here, axis=1), np.mean(there, axis=1)
     turn = np.sum(np.conj(here - middle[:, None]) * (there - target[:, None]), axis=1)
     turn = np.where(np.abs(turn) > 0.0, turn / np.where(np.abs(turn) > 0.0, np.abs(turn), 1.0), 1.0)
     away = target - turn * middle
-    fits = np.max(np.abs(turn[:, None] * here + away[:, None] - there), axis=1) <= FITS * size
+    fits = np.max(np.abs(turn[:, None] * here + away[:, None] - there), axis=1) <= PART_FITS * size
     return fits & ~still, turn, away
 
 
@@ -238,5 +239,5 @@ def _fits_as_drawn(
     scale = np.minimum(places.size(), 1.0)
     for k, value in enumerate(values):
         value = np.broadcast_to(value, (places.count, 2))[:, 0]
-        fits &= (np.abs(value) <= FITS * scale) if k < len(single) else (value >= 0.0)
+        fits &= (np.abs(value) <= PART_FITS * scale) if k < len(single) else (value >= 0.0)
     return fits

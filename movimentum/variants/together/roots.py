@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.solutions.homotopy import REAL, ComplexArray, followed
-from movimentum.tolerances import LEAST_DIVISOR, NEARLY_REAL
+from movimentum.solver.solutions.homotopy import ComplexArray, followed
+from movimentum.tolerances import LEAST_DIVISOR, NEARLY_REAL, REAL_ROOT
 from movimentum.variants.together.pattern import BlockFormulas, NotTogether, PolynomialRows
 
 
@@ -144,8 +144,8 @@ def all_roots(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], s
     many = len(roots)
     ends, finite, lost = ends.reshape(count, many, size), finite.reshape(count, many), lost.reshape(count, many)
     imaginary = np.max(np.abs(ends.imag), axis=2) / (1.0 + np.max(np.abs(ends.real), axis=2))
-    real = finite & (imaginary <= REAL)
-    unsure = bad | lost.any(axis=1) | (finite & (imaginary > REAL) & (imaginary < NEARLY_REAL)).any(axis=1)
+    real = finite & (imaginary <= REAL_ROOT)
+    unsure = bad | lost.any(axis=1) | (finite & (imaginary > REAL_ROOT) & (imaginary < NEARLY_REAL)).any(axis=1)
     order = np.argsort(~real, axis=1, kind="stable")
     x = np.take_along_axis(ends.real, order[..., None], axis=1) * unit
     exist = np.take_along_axis(real, order, axis=1)
