@@ -26,6 +26,7 @@ from movimentum.signals import ignore_interrupts
 
 MODULES = {
     "check": "check:check",
+    "explain": "explain:explain",
     "export": "exchange:export",
     "fit": "fit:fit",
     "golden": "golden:golden",
