@@ -11,15 +11,14 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-import movimentum
 from movimentum.errors import UsageError, usage_error
 from movimentum.output.files import made_folder, unwritable, whole_file
 from movimentum.records import dataclass
 from movimentum.terminal import typed
 from movimentum.workflow.read import mentioned_files, read
 
-_PACKAGE = Path(movimentum.__file__).resolve().parent
-_STARTERS = Path(__file__).resolve().parent / "starters"
+_PACKAGE = Path(__file__).resolve().parent.parent
+_STARTERS = _PACKAGE / "workflow" / "starters"
 _LONGEST_TITLE = 90
 
 
