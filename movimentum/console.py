@@ -41,7 +41,7 @@ _WORDS_S = (10, 60, 300, 1800)
 
 _HOW_TO_REPORT = (
     "run the same command with --debug, and report what it prints together with the script and the output of "
-    '`movimentum --version` (README, "Reporting a bug")'
+    '`movimentum --version -v` (README, "Reporting a bug")'
 )
 
 

@@ -660,7 +660,7 @@ LEAST_AGREEMENT = 1e-9
 DIFFERING_PIXELS = 1e-5
 """Share of the pixels that may differ from a golden picture by more than rounding, if the renderer is the same."""
 FRAME_LEAD_S = 0.001
-"""Seconds by which an animation is ahead of its frames' times: at the very time of a frame, the frame is shown, and not
+"""Seconds by which a film is ahead of its frames' times: at the very time of a frame, the frame is shown, and not
 by an error of rounding the one before.
 """
 

@@ -19,9 +19,9 @@ from typing import Any, NoReturn, cast
 
 import click
 
-from movimentum import __version__, budget
+from movimentum import budget
 from movimentum.cli.common import EXIT_CODES, SPEECH
-from movimentum.console import INTERRUPTED, USAGE, Console, ReaderGone, guarded
+from movimentum.console import INTERRUPTED, USAGE, Console, ReaderGone, answer, guarded
 from movimentum.signals import ignore_interrupts
 
 MODULES = {
@@ -153,6 +153,20 @@ def _by_another_name() -> Generator[None]:
         raise RuntimeError("unexpected end of a file") from error
 
 
+def _version(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if not wanted or context.resilient_parsing:
+        return
+    from movimentum.version import version
+
+    told = f"movimentum, version {version()}\n"
+    if isinstance(context.obj, Console) and context.obj.verbose:
+        from movimentum.workflow.installation import installation
+
+        told += installation()
+    answer(told)
+    context.exit()
+
+
 @click.group(
     cls=_Commands,
     commands=cast("dict[str, click.Command]", _Modules()),  # click only reads it
@@ -171,7 +185,14 @@ Shell completion (bash; zsh and fish alike):
 """
     + EXIT_CODES,
 )
-@click.version_option(__version__, prog_name="movimentum")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_version,
+    help="Show the version and exit; with -v, also what is installed, for reports of bugs.",
+)
 @SPEECH
 def commands() -> None:
     """Animate mechanisms by stating what is connected to what.

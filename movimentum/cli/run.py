@@ -1,4 +1,4 @@
-"""`movimentum run`: an animation or pictures."""
+"""`movimentum run`: a film or pictures."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def run(
     watch: bool,
     open_it: bool,
 ) -> int:
-    """Render SCRIPT as an animation or as pictures."""
+    """Render SCRIPT as a film or as pictures."""
     if picture.at is not None and picture.frames is not None:
         raise click.UsageError("--at is one picture and --frames is a range: give only one of the two.")
     target = output_file(script, output, ".gif" if picture.at is None else ".png")

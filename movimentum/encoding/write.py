@@ -144,7 +144,7 @@ def write_animation(
 ) -> WriteReport:
     """Draw all frames of ``source`` and write them to ``path``, whose suffix gives the format (see `check_output`).
 
-    Frame k (by position in ``source``) is shown from k / ``fps``. ``loop``: how often the animation is played, 0 for
+    Frame k (by position in ``source``) is shown from k / ``fps``. ``loop``: how often the film is played, 0 for
     ever (not in video). Of a GIF, ``lossy``: levels of a channel by which its colours may be off, so that it is
     smaller; ``matte``: the colour that half-transparent pixels are blended with. ``workers``: processes that
     draw; None: chosen automatically. The bytes written do not depend on it, nor on whether they are drawn

@@ -121,7 +121,7 @@ def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | 
     """The display list of ``scene``, ready to be drawn; reads ``source`` only if the canvas must fit the drawing, or
     something depends on the whole film.
 
-    ``source`` has all frames of the animation, so that canvas and traces are the same whichever frames are drawn.
+    ``source`` has all frames of the film, so that canvas and traces are the same whichever frames are drawn.
 
     `ScriptError`: sprites that are missing, unreadable or too large (all of them), a canvas over the limit;
     `UsageError`: a scale that is not a positive number.

@@ -74,7 +74,7 @@ def _description(film: Film) -> str:
     if film.frames == 1:
         return f"A drawing of {what}."
     times = "again and again" if film.loop == 0 else "once" if film.loop == 1 else f"{film.loop} times"
-    return f"An animation of {what}: {short(float(film.frames / film.fps), 2)} s, {times}."
+    return f"A film of {what}: {short(float(film.frames / film.fps), 2)} s, {times}."
 
 
 class _SvgWriter:

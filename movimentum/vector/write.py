@@ -45,7 +45,7 @@ def write_film(
 ) -> WriteReport:
     """Write all frames of ``source`` to ``path``, a ``.svg`` or a ``.html``; one frame is a still.
 
-    Frame k (by position in ``source``) is shown from k / ``fps`` seconds. ``loop``: how often the animation is played,
+    Frame k (by position in ``source``) is shown from k / ``fps`` seconds. ``loop``: how often the film is played,
     0 for ever. The same film gives the same bytes. The file appears whole or not at all; `UsageError` if it cannot be
     written (``output/unwritable``) or there is no frame (``output/no-frames``).
     """

@@ -61,7 +61,7 @@ def exported(source: SourceText, target: Path | None, form: str, at: Fraction | 
     if form == "linkages":
         moment = timeline.start if at is None else at
         if not timeline.start <= moment <= timeline.end:
-            raise usage_error("usage/at", f"time {moment} is outside the animation, {timeline.start} to {timeline.end}")
+            raise usage_error("usage/at", f"time {moment} is outside the film, {timeline.start} to {timeline.end}")
         active = timeline.segments[timeline.segment_at(moment)].active
         linkage, _, found = linkage_of(timeline.scene, active, solution.motion.poses_at([moment]))
         text = linkage_text(linkage)
