@@ -26,10 +26,13 @@ from movimentum.signals import ignore_interrupts
 
 MODULES = {
     "check": "check:check",
+    "examples": "new:examples",
+    "explain": "explain:explain",
     "export": "exchange:export",
     "fit": "fit:fit",
     "golden": "golden:golden",
     "import": "exchange:import_",
+    "new": "new:new",
     "repl": "repl:repl",
     "run": "run:run",
     "solve": "solve:solve",
@@ -156,7 +159,8 @@ def _by_another_name() -> Generator[None]:
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="""\b
 Examples:
-  movimentum run scripts/four-bar.mov
+  movimentum new four-bar
+  movimentum run four-bar.mov
   movimentum check my-engine.mov
   movimentum solve my-engine.mov -o poses.csv
 

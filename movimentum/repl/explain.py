@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from movimentum import tolerances
+from movimentum import messages, tolerances
+from movimentum.errors import UsageError
 from movimentum.output.files import whole_file
 from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
@@ -64,6 +65,21 @@ def formula(session: Session, argument: str) -> Answer:
             lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
     since = time_text(float(session.segment_motion.segment.start))
     return session, "\n".join([*lines, f"(t counts from {since}, where this step begins; angles in radians inside)"])
+
+
+@COMMANDS.add("explain [CODE]")
+def explain(session: Session, argument: str) -> Answer:
+    """what a message code means and what to do, with an example; without CODE, the codes of the script's messages"""
+    if argument.strip():
+        found = messages.find(argument)
+        if not found:
+            raise UsageError([messages.unknown(argument.strip(), "explain")])
+        return session, "\n\n\n".join(each.text for each in found)
+    codes = dict.fromkeys(diagnostic.code for diagnostic in session.advice)
+    found = [each for code in codes for each in messages.find(code)]
+    if not found:
+        return session, "the script has no messages; `explain CODE` explains any code, such as `explain wish/blocked`"
+    return session, table([[each.code, each.summary] for each in found])
 
 
 def _name(argument: str, example: str) -> str:

@@ -29,6 +29,7 @@ from movimentum.terminal import visible
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.exchange import exported
 from movimentum.workflow.read import mentioned_files, read
+from movimentum.workflow.samples import gallery
 
 UNTITLED = "untitled"
 MOST_RECENT = 8
@@ -131,16 +132,6 @@ def openable(folder: Path) -> tuple[str, ...]:
 
 
 # --- the start page ---------------------------------------------------------------------------------------
-
-
-def gallery() -> tuple[Path, ...]:
-    """The scripts that come with the program."""
-    here = Path(__file__).resolve().parent
-    for folder in (here / "gallery", here.parent.parent / "scripts"):
-        found = tuple(sorted(folder.glob("*.mov")))
-        if found:
-            return found
-    return ()
 
 
 def state_file(name: str) -> Path:

@@ -49,7 +49,7 @@ def test_the_wheel_holds_the_grammar_and_nothing_foreign(wheel: Path) -> None:
     assert {f"movimentum/rendering/fonts/{name}" for name in fonts} <= set(names)
     assert {"movimentum/vector/painter.js", "movimentum/vector/player.js", "movimentum/vector/page.css"} <= set(names)
     studio = {f"movimentum/studio/web/{name}" for name in ("index.html", "studio.css", "studio.js")}
-    assert {*studio, "movimentum/studio/gallery/four-bar.mov"} <= set(names)
+    assert {*studio, "movimentum/gallery/four-bar.mov"} <= set(names)
     assert not [name for name in names if "node_modules" in name]
     assert "movimentum = movimentum.__main__:main" in entry_points
     assert {name.partition("/")[0].partition("-")[0] for name in names} == {"movimentum"}
