@@ -229,7 +229,7 @@ def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float
         label=off_text(conflict, last.number) if last is not None else "",
         labels=tuple(labels),
         notes=(f"smallest conflicting set{rest}",),
-        fixes=(*other_pins(scene, chosen), *left_out_in_turn(scene, chosen), *others),
+        fixes=(*other_pins(scene, chosen, segment_motion.segment.active), *left_out_in_turn(scene, chosen), *others),
     ).advised(*helps)
 
 

@@ -89,7 +89,7 @@ def bind(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, ad
         if conflict is None or advice is not Advice.FULL
         else (
             *_long_enough(segment_motion, trouble, block, carry, conflict),
-            *other_pins(plan.system.scene, chosen),
+            *other_pins(plan.system.scene, chosen, segment_motion.segment.active),
         ),
         helps=("`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out",),
     )

@@ -52,8 +52,11 @@ def so_long(scene: Scene, thing: Thing, wanted: float, now: float) -> Iterator[F
     yield from (Fix(title, (change,)) for title, change in arguments(scene, thing, wanted / now))
 
 
-def other_pins(scene: Scene, chosen: Sequence[Constraint]) -> list[Fix]:
-    """Each pin of the ``chosen`` at another anchor of the same thing."""
+def other_pins(scene: Scene, chosen: Sequence[Constraint], active: Sequence[Constraint]) -> list[Fix]:
+    """Each pin of the ``chosen`` at another anchor of the same thing, if nothing that is ``active`` says where that is:
+    it would be said no more.
+    """
+    stated = {item.anchor for item in active}
     found: dict[tuple[Span, str], Fix] = {}
     for constraint in reversed(chosen):
         if constraint.relation is not Relation.EQUAL or constraint.anchor is None:
@@ -69,8 +72,9 @@ def other_pins(scene: Scene, chosen: Sequence[Constraint]) -> list[Fix]:
             if word is None or word[1] != body.anchors[anchor.anchor].name:
                 continue
             place = Span(span.start + word.start(1), span.start + word.end(1))
-            for each in body.anchors:
-                if math.dist(each.local, body.anchors[anchor.anchor].local) > 0.0:
+            for n, each in enumerate(body.anchors):
+                restated = span is constraint.left_span and AnchorRef(anchor.thing, n) in stated
+                if not restated and math.dist(each.local, body.anchors[anchor.anchor].local) > 0.0:
                     edit = in_script(scene, Edit(place, each.name))
                     if edit is not None:
                         begin = place.start - constraint.span.start
