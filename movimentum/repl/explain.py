@@ -99,6 +99,7 @@ def free(session: Session, argument: str) -> Answer:
         raise refused("argument", f"`free` takes `--matrix` or nothing, found `{argument.strip()}`", "free --matrix")
     from movimentum.analysis.freedom.motions import remedy
 
+    _ = session.piece  # what has no pose cannot be asked how it moves
     found = session.freedom()
     if not found:
         return session, "nothing can move in a way that is not determined"
