@@ -26,6 +26,7 @@ from movimentum.signals import ignore_interrupts
 
 MODULES = {
     "check": "check:check",
+    "completion": "completion:completion",
     "examples": "new:examples",
     "explain": "explain:explain",
     "export": "exchange:export",
@@ -95,6 +96,8 @@ def run_command_line(arguments: Sequence[str], *, watched: bool = False) -> int:
 
 
 def _dispatch(arguments: list[str], console: Console) -> int:
+    if os.environ.get("_MOVIMENTUM_COMPLETE", "").startswith("powershell"):
+        import_module("movimentum.cli.completion")  # click does not know that shell
     try:
         code = commands.main(arguments, prog_name="movimentum", standalone_mode=False, obj=console)
     except click.Abort:
@@ -179,8 +182,8 @@ Examples:
   movimentum solve my-engine.mov -o poses.csv
 
 \b
-Shell completion (bash; zsh and fish alike):
-  eval "$(_MOVIMENTUM_COMPLETE=bash_source movimentum)"
+Shell completion (bash; zsh, fish and PowerShell alike):
+  eval "$(movimentum completion bash)"
 
 """
     + EXIT_CODES,
