@@ -28,6 +28,7 @@ MODULES = {
     "check": "check:check",
     "export": "exchange:export",
     "fit": "fit:fit",
+    "fmt": "fmt:fmt",
     "golden": "golden:golden",
     "import": "exchange:import_",
     "repl": "repl:repl",
