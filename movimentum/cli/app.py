@@ -31,6 +31,7 @@ MODULES = {
     "explain": "explain:explain",
     "export": "exchange:export",
     "fit": "fit:fit",
+    "fmt": "fmt:fmt",
     "golden": "golden:golden",
     "import": "exchange:import_",
     "new": "new:new",

@@ -19,7 +19,16 @@ if TYPE_CHECKING:
 
 def read(path: str) -> SourceText:
     """The script at ``path`` (``-`` is stdin); `UsageError` if there is none, `ScriptError` if it is not text."""
-    shown = "<stdin>" if path == "-" else path
+    return decoded(read_bytes(path), path)
+
+
+def _shown(path: str) -> str:
+    return "<stdin>" if path == "-" else path
+
+
+def read_bytes(path: str) -> bytes:
+    """The bytes of the script at ``path`` (``-`` is stdin); `UsageError` without one, `ScriptError` for too many."""
+    shown = _shown(path)
     try:
         if path == "-":
             data = sys.stdin.buffer.read(MAX_SCRIPT_BYTES + 1)
@@ -32,6 +41,12 @@ def read(path: str) -> SourceText:
         raise usage_error("usage/script", f"cannot read {shown}: {reason}", *helps) from problem
     if len(data) > MAX_SCRIPT_BYTES:
         raise script_error("limit/script", f"{shown} is larger than the limit of {MAX_SCRIPT_BYTES // 2**20} MiB")
+    return data
+
+
+def decoded(data: bytes, path: str) -> SourceText:
+    """The script that was read from ``path``; `ScriptError` if it is not text."""
+    shown = _shown(path)
     try:
         return SourceText(shown, data.decode("utf-8-sig"))
     except UnicodeDecodeError as problem:
