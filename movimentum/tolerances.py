@@ -6,6 +6,10 @@ the same bound they share the name, and where two bounds only happen to be equal
 
 # --- equations: when one holds, when a matrix loses rank ------------------------------------------
 
+TABLE_END = 1e-9
+"""Of the arguments of a table: how far beyond its ends it still counts as defined. Far above what rounding makes of an
+angle or a time that ends just there, far below a row.
+"""
 LEAST_DIVISOR = 1e-300
 """What is divided by (or has its logarithm taken) is at least this: smaller than any number of a scene, so that the
 quotient of two zeros is zero and nothing else changes.
@@ -94,6 +98,8 @@ SHORT_PIECE = 1e-7
 """Of a segment: a piece that is shorter ends where it begins."""
 LEADS_FARTHER = 1e-3
 """Of the rest of a segment: a plan made anew has to lead farther by more than this."""
+BEYOND_TABLE = (0.0, 1e-6, 1e-3, 1e-2)
+"""Of a step, after a motion has lost its value: where it is looked for what a table was asked beyond its ends."""
 WITHOUT_VALUE_AT_ONCE = 1e-12
 """Of a path: where something has no value for no longer than this, as sin(t)/t at zero, the path does not end."""
 SIDES_AGREE = 1e-6
