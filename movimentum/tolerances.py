@@ -41,6 +41,9 @@ POSE_BESIDE_MET, POSE_BESIDE_NEARLY_MET = 1e-12, 1e-9
 it does if the last step (in units of the unknowns' scale) is below the first."""
 INEQUALITY_MET = 1e-9
 """Of the scene's size: an inequality that is violated by less than that is just met."""
+INEQUALITY_BLURRED = 1e-6
+"""The same where two solutions meet: there rounding of a discriminant, by its root, hides whether it holds, and what
+comes shortly after decides."""
 FRAME_SOLVED = 1e-7
 """Of the scene's size: what a frame's constraints as stated may be off by. Far above what rounding makes of a
 well-posed frame (1e-14), far below what can be seen.
@@ -71,6 +74,13 @@ REDUNDANT_AT_START = 1e-8
 """Of a redundant equation's terms: one that is off by more contradicts, where a path begins."""
 REDUNDANT_LATER = 1e-7
 """The same along a path, whose poses are less accurate: one that is off by more does not hold any longer."""
+
+CUBIC_FITS = 1e-4
+"""Of an expression's size: what the cubic between two times may be off by in the middle, for nothing to be hidden."""
+DIFFERENCED_RATE = 1e-6
+"""Of the film: half the time between the values whose difference is a rate that no equations tell."""
+VALUE_TOUCHED = 1e-11
+"""Of an expression's size (at least the scene's): a value that comes nearer is touched."""
 
 # --- paths: nodes, branches, folds, ends ----------------------------------------------------------
 

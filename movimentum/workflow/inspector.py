@@ -211,11 +211,24 @@ class Inspector:
         return [(motion, first_that_works(trials, index, motion.holds, len(motions))) for motion in motions]
 
     def solutions(self) -> list[Alternatives]:
-        """The parts of the scene that have several solutions, with all of them."""
+        """The parts of the scene that have several solutions, with all of them, and those that inequalities reject;
+        where there is no pose, because they reject all.
+        """
         from movimentum.analysis.interactive.all_solutions import alternatives
+        from movimentum.solver.segment_motion import Unsolved
 
-        piece, tau = self.piece
-        return [part for part in alternatives(self.segment_motion, piece, tau) if len(part.solutions) > 1]
+        part, tau = self.part
+        piece = None if isinstance(part, Unsolved) else part
+        found = alternatives(self.segment_motion, piece, tau)
+        if piece is None and not any(each.rejected for each in found):
+            _ = self.piece  # says that there is none
+        return [each for each in found if len(each.solutions) + len(each.rejected) > (piece is not None)]
+
+    def statement(self, constraint: int) -> tuple[int, str]:
+        """The line and the text of a constraint."""
+        source = self.work.scene.source
+        span = next(item.span for item in self.work.scene.constraints() if item.number == constraint)
+        return source.position(span.start).line, source.statement(span)
 
     def poses_of(self, snapshots: Sequence[Snapshot]) -> Poses:
         """The scene in each of ``snapshots``, as the poses of so many frames."""
