@@ -47,6 +47,7 @@ KINDS: dict[str, tuple[TokenKind, str]] = {
     **dict.fromkeys(("TABLE", "SMOOTH", "HELD", "PERIODIC", "OVER"), (Name.Function, "support.function")),
     "ROTATE": (Name.Function, "support.function"),
     "WORD": (Name.Attribute, "entity.other.attribute-name"),
+    "CLIP": (Name.Attribute, "entity.other.attribute-name"),
     "OPTION": (Name.Attribute, "entity.other.attribute-name"),
     "ELEMENT": (Name.Label, "entity.name.element"),
     "NUMBER": (Number, "constant.numeric"),

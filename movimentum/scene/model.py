@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 from fractions import Fraction
+from typing import TypeAlias
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr, const
@@ -125,12 +126,25 @@ class AnchorRef:
 
 
 @dataclass(frozen=True, slots=True)
+class FixedPoint:
+    """A point of the canvas (``anchor``, which has no name) at which thing number ``thing`` is drawn."""
+
+    thing: int
+    anchor: Anchor
+
+
+PointRef: TypeAlias = AnchorRef | FixedPoint
+"""What a thing is drawn at."""
+
+
+@dataclass(frozen=True, slots=True)
 class Thing:
     """A rigid body (or what is only drawn at other things' anchors: those in ``through``).
 
     ``own``: what only things of its ``kind`` have. ``text`` is a label's, or what is written at a dimension, an arc or
     a vector; where numbers in it change, ``pieces`` are its parts, and ``text`` is how it looks where all of them are
-    0. ``placement``: that of the copy which a thing belongs to (its anchors are placed already).
+    0. ``about``: the things that it is about, by number; ``clip``: the thing inside which it is seen. ``placement``:
+    that of the copy which a thing belongs to (its anchors are placed already).
     """
 
     number: int
@@ -143,7 +157,9 @@ class Thing:
     look: Look = field(default_factory=Look)
     text: str | None = None
     pieces: tuple[Piece, ...] = ()
-    through: tuple[AnchorRef, ...] = ()
+    through: tuple[PointRef, ...] = ()
+    about: tuple[int, ...] = ()
+    clip: int | None = None
     placement: CopyFrame = HERE
 
     @property
@@ -332,6 +348,12 @@ class Scene:
             return -1.0 if thing.kind.under else thing.number
 
         return tuple(thing.number for thing in sorted(self.things, key=lambda t: (layer(t), t.number)))
+
+    def local(self, ref: PointRef) -> tuple[float, float]:
+        """Where a point is in the local frame of its thing."""
+        if isinstance(ref, FixedPoint):
+            return ref.anchor.local
+        return self.things[ref.thing].anchors[ref.anchor].local
 
     @property
     def shows_numbers(self) -> bool:

@@ -317,7 +317,9 @@ def _part_text(part: AnchorDefinition | Reference | Option) -> str:
         case Option():
             return _option_text(part)
         case Reference():
-            return f"{expression_text(part.thing)}.{part.anchor}"
+            return f"{expression_text(part.thing)}.{part.anchor}" if part.anchor else expression_text(part.thing)
+        case AnchorDefinition(name=""):
+            return expression_text(part.base)
         case AnchorDefinition():
             offsets = "".join(f" {operator} {_term_text(value)}" for operator, value in part.offsets)
             return f"{part.name} = {_term_text(part.base)}{offsets}"

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.drawing.clips import clip_outline
 from movimentum.drawing.model import (
     DiscMark,
     FreeArrow,
@@ -79,6 +80,12 @@ class Film:
 
     def paint(self, item: PreparedMark) -> tuple[FloatArray, FloatArray]:
         """(F,) opacity, 0 where the mark is not drawn, and (F, 3) colour."""
+        opacity, color = self._paint(item)
+        if item.clip is not None:
+            opacity = np.where(clip_outline(item.clip, self.poses).shown, opacity, 0.0)
+        return opacity, color
+
+    def _paint(self, item: PreparedMark) -> tuple[FloatArray, FloatArray]:
         mark, poses = item.mark, self.poses
         match mark:
             case NoteMark():
