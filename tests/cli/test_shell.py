@@ -244,7 +244,7 @@ def completed(room: Path, *words: str) -> list[str]:
     return movimentum(env={"_MOVIMENTUM_COMPLETE": "bash_complete", **asked}, cwd=room).stdout.splitlines()
 
 
-@pytest.mark.parametrize("name", sorted(commands.commands.keys() - {"completion", "new"}))
+@pytest.mark.parametrize("name", sorted(commands.commands.keys() - {"completion", "explain", "new"}))
 def test_names_of_files_are_completed(name: str, room: Path) -> None:
     assert completed(room, *words_of(name), "cra") == ["file,cra"]
 
@@ -253,6 +253,7 @@ def test_kinds_examples_and_shells_are_completed(room: Path) -> None:
     assert completed(room, "new", "cra") == ["plain,crank"]
     assert completed(room, "examples", "--only", "wal") == ["plain,walschaerts"]
     assert completed(room, "completion", "z") == ["plain,zsh"]
+    assert completed(room, "explain", "wish/b") == ["plain,wish/blocked"]
     assert completed(room, "comp") == ["plain,completion"]
 
 
