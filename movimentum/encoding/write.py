@@ -273,6 +273,7 @@ def _write_gif(job: _Job, path: Path) -> WriteReport:
         size = stream.tell()
     warnings += told.colors(writer, job.lossy, path)
     warnings += told.weight(size, path, job.total, painter.size, job.fps, job.lossy)
+    warnings += told.area(path, writer.frames, painter.size, painter.view.scale, job.fps)
     return job.report([path], Fraction(end, 100), workers, *warnings)
 
 

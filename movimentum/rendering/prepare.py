@@ -254,7 +254,14 @@ def _view(scene: Scene, options: PictureOptions, fineness: int, box: tuple[float
                 )
             ]
         )
-    return View(left, bottom, max(1, round(width)), max(1, round(height)), options.scale)
+    across, up = max(1, round(width)), max(1, round(height))
+    if options.canvas is None:
+        return View(left, bottom, across, up, options.scale)
+    whole = max(across, options.canvas[0]), max(up, options.canvas[1])
+    aside, below = (
+        (all_of_it - film) // 2 / options.scale for all_of_it, film in zip(whole, (across, up), strict=True)
+    )
+    return View(left - aside, bottom - below, *whole, options.scale)
 
 
 def _fitted(
