@@ -311,8 +311,8 @@ class Motion:
         max_pixels: int | None = None,
     ) -> Written:
         """Draw it into the file ``path``, whose suffix names the format: a film (``.gif``, ``.apng``, ``.webp``,
-        ``.svg``, ``.mp4``, ``.webm``), a page with a player (``.html``), a still (``.png``, ``.jpg``; ``.svg`` with
-        ``at``), or numbered pictures (``"frames/%04d.png"``).
+        ``.svg``, ``.mp4``, ``.webm``), a page with a player (``.html``), a page for each frame (``.pdf``), a still
+        (``.png``, ``.jpg``; ``.svg`` and ``.pdf`` with ``at``), or numbered pictures (``"frames/%04d.png"``).
 
         The keywords are the options of `movimentum run`: ``frames`` (``slice(12, 48)``, ``"12:48"``, ``7``) or one time
         ``at``; ``trace`` ("Rod.B", or several), ``show`` ("names", "free", "anchors", or several), ``background`` (a

@@ -63,8 +63,8 @@ Examples:
     metavar="OUT",
     shell_complete=files,
     help="The file to write: .gif (default, under the script's name), .png or .jpg (a still, or numbered pictures "
-    "with %d in the name), .apng, .webp, .svg (a still with --at), .html (a page with a player); .mp4 and .webm with "
-    "the video extra.",
+    "with %d in the name), .apng, .webp, .svg (a still with --at), .pdf (a page for each frame, one with --at), .html "
+    "(a page with a player); .mp4 and .webm with the video extra.",
 )
 @FPS
 @FRAMES

@@ -66,7 +66,7 @@ def svg_document(film: Film) -> Iterator[str]:
     # who wants less motion sees the first frame; readers that do not know of this see the film
     yield "<style>@media (prefers-reduced-motion:reduce){#film{display:none}#still{display:inline}}</style>\n"
     yield from (f'<g id="film" {drawn}>\n', *lines, "</g>\n")
-    still = _SvgWriter(film.first_frame(), writer)
+    still = _SvgWriter(film.frame(0), writer)
     yield from (f'<g id="still" display="none" {drawn}>\n', *still.definitions(), *still.marks(), "</g>\n</svg>\n")
 
 
