@@ -1,5 +1,5 @@
 """Finding the cause: what forbids a value, what it depends on, the smallest change that mends the film, and how a
-moment was solved.
+moment was solved. Limits of time are in the thread's processor time: what else the machine does has no influence.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from movimentum.analysis.diagnose.remedies import other_pins
 from movimentum.diagnostics import Fix, Severity
 from movimentum.errors import MovimentumError, script_error
 from movimentum.query import parsed_statement
@@ -49,7 +50,7 @@ class Forbidding:
 
 def why_not(inspector: Inspector, condition: str, seconds: float) -> Forbidding:
     """Which statements forbid a condition such as ``Rod.B.x = 300`` at the moment. `ScriptError` for what is none."""
-    until = time.monotonic() + seconds
+    until = time.thread_time() + seconds
     statement = parsed_statement(f"{condition.strip().removesuffix(';')};", condition)
     if statement is None:
         raise script_error("query/expression", f"`{condition.strip()}` is not a condition such as `Rod.B.x = 300`")
@@ -78,7 +79,7 @@ def _smallest(
     while size > 1:
         place = 0
         while place < len(kept):
-            if time.monotonic() > until:
+            if time.thread_time() > until:
                 return kept, False
             rest = kept[:place] + kept[place + size :]
             if trials.possible([*rest, *claim]):
@@ -87,7 +88,7 @@ def _smallest(
                 kept = rest
         size //= 2
     for item in list(kept):
-        if time.monotonic() > until:
+        if time.thread_time() > until:
             return kept, False
         rest = [other for other in kept if other is not item]
         if not trials.possible([*rest, *claim]):
@@ -135,10 +136,10 @@ class Mending:
 
 
 def bisect(inspector: Inspector, seconds: float) -> Mending:
-    """The smallest change of statements that makes the film pass, and its claims hold: statements left out, or
-    inequalities turned round; one, then two at a time.
+    """The smallest change of statements that makes the film pass, and its claims hold: statements left out,
+    inequalities turned round, pins at another anchor; one, then two at a time.
     """
-    until = time.monotonic() + seconds
+    until = time.thread_time() + seconds
     work = inspector.work
     before = work.diagnostics
     if not any(item.severity is Severity.ERROR for item in before):
@@ -149,7 +150,7 @@ def bisect(inspector: Inspector, seconds: float) -> Mending:
         sets = list(combinations(single, size))
         found: list[tuple[int, Fix]] = []
         for some in sets:
-            if time.monotonic() > until:
+            if time.thread_time() > until:
                 return Mending(size, _best(found), tried, len(single) + (len(sets) if size > 1 else 0))
             edits = tuple(edit for fix in some for edit in fix.edits)
             if len({edit.span for edit in edits}) < len(edits):
@@ -165,12 +166,12 @@ def bisect(inspector: Inspector, seconds: float) -> Mending:
 
 
 def _best(found: Sequence[tuple[int, Fix]]) -> tuple[Fix, ...]:
-    """Those after which least is told first."""
-    return tuple(fix for _, fix in sorted(found, key=lambda item: item[0]))
+    """Those after which least is told first, and those that leave nothing out before the others."""
+    return tuple(fix for _, fix in sorted(found, key=lambda item: (item[0], "leave out" in item[1].title)))
 
 
 def _changes(inspector: Inspector) -> Iterator[Fix]:
-    """Each statement left out, and each inequality turned round; those that a message is about first."""
+    """Each statement left out, each inequality turned round, pins at other anchors; what a message is about first."""
     scene = inspector.work.scene
     named = [item.span for each in inspector.work.diagnostics for item in (each, *each.labels) if item.span is not None]
     seen: set[Edit] = set()
@@ -186,6 +187,9 @@ def _changes(inspector: Inspector) -> Iterator[Fix]:
         if out is not None and out not in seen:
             seen.add(out)
             yield Fix(f"line {line}: leave out `{text}`", (out,))
+    for pin in other_pins(scene, items, items):
+        line = scene.source.script.position(pin.edits[0].span.start).line
+        yield Fix(f"line {line}: {pin.title}", pin.edits)
 
 
 @dataclass(frozen=True, slots=True)
