@@ -77,6 +77,8 @@ REDUNDANT_LATER = 1e-7
 
 CUBIC_FITS = 1e-4
 """Of an expression's size: what the cubic between two times may be off by in the middle, for nothing to be hidden."""
+NO_INFLUENCE = 1e-9
+"""Of a value's change for a change of what a statement says: less is none."""
 DIFFERENCED_RATE = 1e-6
 """Of the film: half the time between the values whose difference is a rate that no equations tell."""
 VALUE_TOUCHED = 1e-11

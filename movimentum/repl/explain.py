@@ -14,6 +14,7 @@ from movimentum.diagnostics import Fix
 from movimentum.errors import UsageError
 from movimentum.output.files import whole_file
 from movimentum.records import replace
+from movimentum.repl.causes import why_not
 from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import at_the_prompt, query
 from movimentum.repl.session import Session, refused
@@ -28,9 +29,11 @@ PATIENCE_S = 1.4
 """The time for finding a formula: the user waits two seconds in all."""
 
 
-@COMMANDS.add("why NAME")
+@COMMANDS.add("why NAME | why not CONDITION")
 def why(session: Session, argument: str) -> Answer:
-    """the constraints that determine a thing, an anchor or a variable, in their order"""
+    """the constraints that determine a thing, an anchor or a variable, in their order; or what forbids a value now"""
+    if argument.split(None, 1)[:1] == ["not"]:
+        return why_not(session, argument.split(None, 1)[1] if len(argument.split()) > 1 else "")
     text = _name(argument, "why Rod.B")
     thing = session.thing(text)
     if thing is not None and not thing.anchors:

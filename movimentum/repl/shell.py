@@ -12,7 +12,7 @@ from movimentum.console import is_terminal, wants_color
 from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.records import replace
-from movimentum.repl import edit, explain, files, inspect, navigate, over_time
+from movimentum.repl import causes, edit, explain, files, inspect, navigate, over_time
 from movimentum.repl.command import Answer, table
 from movimentum.repl.session import Session, refused, typed
 from movimentum.signals import signal_handled
@@ -27,6 +27,7 @@ COMMANDS = {
     **over_time.COMMANDS,
     **inspect.COMMANDS,
     **explain.COMMANDS,
+    **causes.COMMANDS,
     **edit.COMMANDS,
     **files.COMMANDS,
 }

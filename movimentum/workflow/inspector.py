@@ -187,8 +187,11 @@ class Inspector:
         """Each component of an expression by its name, as a SymPy expression of the time since the step's beginning
         (angles in radians), or the `Obstacle` in its way; found within about so many ``seconds``.
         """
+        import sympy  # before the time runs: an import that is given up half way is broken for good
+
         from movimentum.analysis.interactive.formula import short_formula
 
+        del sympy
         begun = time.monotonic()
         expressions = self.expressions(text)
         _ = self.piece  # what has no pose has no formula
