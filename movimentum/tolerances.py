@@ -20,12 +20,8 @@ NEWTON_STALLED = 1e-9
 """In units of the unknowns' scale: steps below this that no longer halve end Newton's method, where digits are lost."""
 NEWTON_SOLVED = 1e-9
 """Residual of a solution, each row relative to its gradient over unknowns of their own size."""
-NEWTON_ACROSS_DONE = 1e-11
-"""Relative residual, and last step in units of the unknowns' scale, of a solution across variants."""
 START_EXACT = 1e-14
 """Relative residual of a start that Newton's method cannot make better."""
-SINGULAR_ACROSS = 1e-14
-"""A determinant (rows and unknowns of size one) below which Newton's method across variants makes no step."""
 SAME_ROOT = 1e-6
 """In units of the unknowns' scale: solutions of a loop that are nearer are one."""
 RANK_OF_ROWS = 1e-8

@@ -28,6 +28,7 @@ MODULES = {
     "check": "check:check",
     "completion": "completion:completion",
     "examples": "new:examples",
+    "explain": "explain:explain",
     "export": "exchange:export",
     "fit": "fit:fit",
     "golden": "golden:golden",

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from movimentum import tolerances
+from movimentum import messages, tolerances
+from movimentum.errors import UsageError
 from movimentum.output.files import whole_file
 from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
@@ -66,6 +67,21 @@ def formula(session: Session, argument: str) -> Answer:
     return session, "\n".join([*lines, f"(t counts from {since}, where this step begins; angles in radians inside)"])
 
 
+@COMMANDS.add("explain [CODE]")
+def explain(session: Session, argument: str) -> Answer:
+    """what a message code means and what to do, with an example; without CODE, the codes of the script's messages"""
+    if argument.strip():
+        found = messages.find(argument)
+        if not found:
+            raise UsageError([messages.unknown(argument.strip(), "explain")])
+        return session, "\n\n\n".join(each.text for each in found)
+    codes = dict.fromkeys(diagnostic.code for diagnostic in session.advice)
+    found = [each for code in codes for each in messages.find(code)]
+    if not found:
+        return session, "the script has no messages; `explain CODE` explains any code, such as `explain wish/blocked`"
+    return session, table([[each.code, each.summary] for each in found])
+
+
 def _name(argument: str, example: str) -> str:
     text = argument.strip()
     if not text:
@@ -83,6 +99,7 @@ def free(session: Session, argument: str) -> Answer:
         raise refused("argument", f"`free` takes `--matrix` or nothing, found `{argument.strip()}`", "free --matrix")
     from movimentum.analysis.freedom.motions import remedy
 
+    _ = session.piece  # what has no pose cannot be asked how it moves
     found = session.freedom()
     if not found:
         return session, "nothing can move in a way that is not determined"

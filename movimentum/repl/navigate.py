@@ -25,8 +25,10 @@ def where(session: Session) -> str:
     step = session.work.scene.steps[session.step]
     line = session.work.scene.source.position(step.span.start).line
     lines = [f"t = {time_text(float(session.time))} ({frame}), in step @{time_text(float(step.time))} (line {line})"]
-    if not session.poses().solved[0]:
-        lines.append("there is no solution here; the last good pose is shown (`conflicts` says why)")
+    standing = session.standing
+    if not standing.solved:
+        shown = "things are shown as drawn" if standing.last is None else "the last good pose is shown"
+        lines.append(f"there is no solution here; {shown} (`conflicts` says why)")
     if session.watches:
         lines.append(shown_values(session, session.watches))
     return "\n".join(lines)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from movimentum.errors import MovimentumError, UsageError
-from movimentum.output.files import whole_file
+from movimentum.output.files import write_script
 from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.studio.messages import (
@@ -34,7 +34,6 @@ from movimentum.workflow.samples import gallery
 UNTITLED = "untitled"
 MOST_RECENT = 8
 MOST_LISTED = 500
-_WINDOWS_MARK = b"\xef\xbb\xbf"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,16 +79,6 @@ def renamed(path: Path, before: tuple[int, int, int] | None) -> str:
     except OSError:
         return ""
     return next((other.name for other in beside if stamp(other) == before), "")
-
-
-def write_script(path: Path, text: str) -> None:
-    """Write a script, whole or not at all; `UsageError` if that cannot be done. A mark at its beginning stays."""
-    try:
-        marked = path.read_bytes()[:3] == _WINDOWS_MARK
-    except OSError:
-        marked = False
-    with whole_file(path) as part:
-        part.write_bytes((_WINDOWS_MARK if marked else b"") + text.encode("utf-8"))
 
 
 def free_name(folder: Path) -> Path:

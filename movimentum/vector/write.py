@@ -12,6 +12,7 @@ from movimentum.rendering.prepare import PreparedDrawing
 from movimentum.rendering.stream import PoseSource, chunks, concatenate
 from movimentum.scene.model import Scene
 from movimentum.terminal import typed
+from movimentum.text import counted
 from movimentum.vector.film import make_film
 
 MAX_POSES = 1_000_000
@@ -25,8 +26,8 @@ def refuse_too_long(scene: Scene, frames: int, path: Path) -> None:
         kind, fewer = path.suffix[1:].upper(), max(1, MAX_POSES // len(scene.things))
         raise usage_error(
             "limit/poses",
-            f"{frames:,} frames of {len(scene.things):,} things are too much for one {kind} file: the limit is"
-            f" {MAX_POSES:,} poses",
+            f"{counted(frames, 'frame')} of {counted(len(scene.things), 'thing')} are too much for one {kind} file: the"
+            f" limit is {MAX_POSES:,} poses",
             f"--frames 0:{fewer}",
             f"-o {typed(path.with_suffix('.gif'))}",
         )

@@ -15,7 +15,7 @@ from movimentum.errors import MovimentumError
 from movimentum.repl.session import opened
 from movimentum.repl.shell import COMMANDS, answer, split, step
 from movimentum.workflow.choices import Choices
-from tests.command import movimentum
+from tests.command import BINDS, movimentum
 from tests.solver.scenes import motion_of
 
 SLIDER = """.config(20, 300, 300);
@@ -480,3 +480,32 @@ def test_the_session_in_the_documentation(tmp_path, monkeypatch):
         line, _, expected = exchange.partition("\n")
         state, text = answer(state, line)
         assert text.strip() == expected.strip(), line
+
+
+CONTRADICTORY = """.config(20, 360, 200);
+B1 : .bar  C = [100,100]   P = C + [80,0];
+B2 : .bar  A = [0,0]      B = A + [80,0];
+@0   B1.C = [100,100];     B2.A = B1.P;  B2.B = [400,100];
+@2
+"""
+
+
+def test_a_drawing_is_not_shown_as_a_pose(talk):
+    say = talk(CONTRADICTORY)
+    assert say("show B2.B").splitlines() == ["there is no pose at t = 0; as drawn:", "B2.B = [80, 0]"]
+    assert say("show").startswith("there is no pose at t = 0; as drawn:\n")
+    assert "as drawn" in say("at 1")
+    message = say("conflicts")
+    amounts = {line.split()[0] for line in say("residuals").splitlines()[2:]}
+    assert amounts == set(re.findall(r"off by ([\d.]+) where", message)) == {"140"}
+    for line in ("formula B1.P", "free", "solutions"):
+        assert say.refuses(line) == "repl/no-solution"
+
+
+def test_after_a_bind_the_last_pose_is_shown(talk):
+    say = talk(BINDS)
+    say("at 0.7")
+    assert say("show Rod.B").splitlines() == [
+        "there is no pose at t = 0.7; the last one, of t = 0.525:",
+        "Rod.B = [51, 40]",
+    ]

@@ -100,6 +100,7 @@ def lifted(block: Block, lift: Lift) -> Block:
     formulas = tuple((n, lift.formula(root)) for n, root in block.formulas)
     phases = list(dict.fromkeys(angle for angle in _angles(formulas) if angle.value is None))
     common: dict[str, Any] = {
+        "inputs": block.inputs | lift.constants,
         "given": given,
         "explicit": lift.code([root for _, root in given]) if given else None,
         "formulas": formulas,
