@@ -554,6 +554,8 @@ GAIN_WORTH_A_NOTE = 1e-4
 """Of what the goals miss: a wider range that gains less is not worth a note's help."""
 AT_AN_END = 1e-6
 """Of its interval: a constant that is nearer to an end stands there."""
+SAME_PLACE_OF_DRAWING = 1e-6
+"""Of a drawing's size: ends of lines that are nearer are one joint. Drawings have some eight digits."""
 SAME_POINT = 1e-5
 """Of the intervals: points that are nearer to each other than that are one."""
 ROUNDED_UP = 1e-9

@@ -77,8 +77,8 @@ def test_pages_look_like_the_frames(film: Path) -> None:
         frame = Image.open(film / f"png-{k:02d}.png").convert("RGB")
         assert page.size == frame.size
         off = np.abs(np.asarray(page, float) - np.asarray(frame, float)).max(axis=-1)
-        assert off[:, :100].mean() < 1.0
-        assert np.percentile(off[:, :100], 99) < 40
+        assert off[:, :100].mean() < 2.0
+        assert np.percentile(off[:, :100], 99) < 60
         assert off.mean() < 4.0  # Poppler makes pictures up to a pixel larger
 
 
