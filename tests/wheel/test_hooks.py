@@ -1,4 +1,4 @@
-"""What other repositories use of this one: the hooks of pre-commit, and the action. Its steps are run here as they are."""
+"""What other repositories use of this one: the hooks of pre-commit, and the action; its steps run here as they are."""
 
 from __future__ import annotations
 
