@@ -31,6 +31,7 @@ MODULES = {
     "fit": "fit:fit",
     "golden": "golden:golden",
     "import": "exchange:import_",
+    "prove": "prove:prove",
     "repl": "repl:repl",
     "run": "run:run",
     "solve": "solve:solve",
