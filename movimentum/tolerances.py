@@ -752,3 +752,10 @@ SHORTEST_DECIMAL = 1e-4
 
 THREAD_SWITCH_S = 0.001
 """Seconds: how often Python lets the studio's messages go before the solver; its own 5 ms are felt while dragging."""
+
+BESIDE_CONSTANT = 1e-4
+"""By about which share constants are changed that a proof leaves open: enough for no two of them to be in a simple
+ratio, little enough for the mechanism to be put together as before."""
+
+NEARBY_POSITION = 1e-3
+"""The smallest share by which drives are changed where other positions of a mechanism are looked at."""
