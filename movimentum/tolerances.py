@@ -81,6 +81,8 @@ NO_INFLUENCE = 1e-9
 """Of a value's change for a change of what a statement says: less is none."""
 DIFFERENCED_RATE = 1e-6
 """Of the film: half the time between the values whose difference is a rate that no equations tell."""
+JUMP_ACROSS = 1e-3
+"""Of the change over an interval: a value that is farther from zero where it changes its sign jumps over it."""
 VALUE_TOUCHED = 1e-11
 """Of an expression's size (at least the scene's): a value that comes nearer is touched."""
 
