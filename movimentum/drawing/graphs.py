@@ -254,9 +254,10 @@ def _seen(points: FloatArray) -> Iterator[FloatArray]:
         yield points[chosen]
         return
     # a line that comes to the same places again and again: the parts of it that are somewhere new
-    visited: set[tuple[float, float]] = set()
+    visited: set[tuple[int, int]] = set()
     run: list[int] = []
-    for number, cell in enumerate(map(tuple, np.floor(kept / (2.0 * _CELL)).tolist())):
+    cells = [(math.floor(x / (2.0 * _CELL)), math.floor(y / (2.0 * _CELL))) for x, y in kept.tolist()]
+    for number, cell in enumerate(cells):
         new = cell not in visited
         visited.add(cell)
         if new or len(run) < 2:

@@ -113,7 +113,7 @@ def velocity_tip(mark: SymbolMark, points: FloatArray, poses: Poses) -> tuple[Fl
     thing = mark.paint.thing
     x, y = (poses.properties.get((thing, value_name(mark.number, axis)), none) for axis in (0, 1))
     rate = np.stack([x, y], axis=-1)
-    known = np.isfinite(rate).all(axis=-1)
+    known = np.isfinite(x) & np.isfinite(y)
     return points[:, 0] + own_of(mark, Polygon).magnified * np.where(known[:, None], rate, 0.0), known
 
 
@@ -144,7 +144,7 @@ def _path(mark: PolodeMark, scene: Scene, source: Iterable[Poses], motion: PathM
 
     def shown(place: FloatArray, poses: Poses) -> FloatArray:
         """(F, 3) in the frame of the carrying body."""
-        near = np.isfinite(place).all(axis=-1) & (np.hypot(*(np.nan_to_num(place) - middle).T) < _FAR * size)
+        near = np.isfinite(place[:, 0] + place[:, 1]) & (np.hypot(*(np.nan_to_num(place) - middle).T) < _FAR * size)
         local = _local(np.where(near[:, None], place, 0.0), poses, mark.carried)
         return np.concatenate([local, (near & poses.visible[mark.paint.thing])[:, None].astype(np.float64)], axis=1)
 

@@ -69,7 +69,8 @@ class PreparedMark:
             return found
         around = bounds(self.clip, poses, ())
         low, high = np.maximum(found[:, :2], around[:, :2]), np.minimum(found[:, 2:], around[:, 2:])
-        return np.where((low <= high).all(axis=1)[:, None], np.concatenate([low, high], axis=1), np.nan)
+        some = np.logical_and(low[:, 0] <= high[:, 0], low[:, 1] <= high[:, 1])
+        return np.where(some[:, None], np.concatenate([low, high], axis=1), np.nan)
 
     def state(self, poses: Poses) -> Floats:
         """(F, K): all numbers that its picture depends on; equal rows are equal pictures."""
@@ -157,7 +158,7 @@ def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | 
     drawing = compose(scene, options)
     things = _loaded(_free(_measured(_graphed(drawing.things, scene, source, options), source), source), magnification)
     if drawing.clips:
-        clips = dict(drawing.clips)
+        clips: dict[int | None, ThingMark] = dict(drawing.clips)
         things = [replace(item, clip=clips.get(_painted(item.mark))) for item in things]
     whole, traces = _followed((drawing.paths, drawing.traces), source, options, box is None, 0.05 / magnification)
     overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
