@@ -755,9 +755,22 @@ SHORTEST_DECIMAL = 1e-4
 THREAD_SWITCH_S = 0.001
 """Seconds: how often Python lets the studio's messages go before the solver; its own 5 ms are felt while dragging."""
 
+
 BESIDE_CONSTANT = 1e-4
 """By about which share constants are changed that a proof leaves open: enough for no two of them to be in a simple
 ratio, little enough for the mechanism to be put together as before."""
 
 NEARBY_POSITION = 1e-3
 """The smallest share by which drives are changed where other positions of a mechanism are looked at."""
+
+SAME_TICK = 1e-6
+"""Of the range of a graph (or of a quarter turn): a tick this close to its end is at its end."""
+
+ONE_VALUE = 1e-9
+"""Of its size: a value of a graph that changes less is one value; a tick that is off its step less is on it."""
+
+SHORTEST_TICK = 1e-4
+"""Numbers at the ticks of a graph that are smaller have an exponent."""
+
+POLE_AT_INFINITY = 1e-12
+"""Of the velocity that two bodies have relative to each other: if they turn less, their pole is at infinity."""
