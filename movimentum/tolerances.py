@@ -81,6 +81,8 @@ NO_INFLUENCE = 1e-9
 """Of a value's change for a change of what a statement says: less is none."""
 DIFFERENCED_RATE = 1e-6
 """Of the film: half the time between the values whose difference is a rate that no equations tell."""
+JUMP_ACROSS = 1e-3
+"""Of the change over an interval: a value that is farther from zero where it changes its sign jumps over it."""
 VALUE_TOUCHED = 1e-11
 """Of an expression's size (at least the scene's): a value that comes nearer is touched."""
 
@@ -752,3 +754,10 @@ SHORTEST_DECIMAL = 1e-4
 
 THREAD_SWITCH_S = 0.001
 """Seconds: how often Python lets the studio's messages go before the solver; its own 5 ms are felt while dragging."""
+
+BESIDE_CONSTANT = 1e-4
+"""By about which share constants are changed that a proof leaves open: enough for no two of them to be in a simple
+ratio, little enough for the mechanism to be put together as before."""
+
+NEARBY_POSITION = 1e-3
+"""The smallest share by which drives are changed where other positions of a mechanism are looked at."""

@@ -35,6 +35,7 @@ MODULES = {
     "golden": "golden:golden",
     "import": "exchange:import_",
     "new": "new:new",
+    "prove": "prove:prove",
     "repl": "repl:repl",
     "run": "run:run",
     "solve": "solve:solve",
