@@ -285,6 +285,7 @@ FAMILIES = {
     "name": "Names",
     "kind": "Kinds and values",
     "asset": "Pictures and included files",
+    "table": "Tables",
     "timeline": "Steps and times",
     "loop": "Films without end",
     "constraint": "What holds, and what is free",

@@ -39,7 +39,8 @@ def refused(code: str, message: str, *helps: str) -> UsageError:
 class Session(Inspector):
     """``file`` is the script's path, ``original`` its text there; ``work`` has the text as it is now.
 
-    ``time`` is the moment looked at. ``watches`` are expressions shown after every move. ``past`` and ``future`` are
+    ``time`` is the moment looked at. ``watches`` are expressions shown after every move, ``breaks``
+    the conditions at which `run` stops. ``past`` and ``future`` are
     the texts that undo and redo go to. ``suggestions`` are what `apply` does, numbered from 1: fixes, and statements
     that it puts in at this step.
     """
@@ -47,6 +48,7 @@ class Session(Inspector):
     file: str
     original: str
     watches: tuple[str, ...] = ()
+    breaks: tuple[str, ...] = ()
     past: tuple[str, ...] = ()
     future: tuple[str, ...] = ()
     suggestions: tuple[str | Fix, ...] = ()

@@ -12,7 +12,7 @@ from movimentum.console import is_terminal, wants_color
 from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.records import replace
-from movimentum.repl import edit, explain, files, inspect, navigate
+from movimentum.repl import causes, edit, explain, files, inspect, navigate, over_time
 from movimentum.repl.command import Answer, table
 from movimentum.repl.session import Session, refused, typed
 from movimentum.signals import signal_handled
@@ -22,7 +22,15 @@ from movimentum.terminal import visible_lines
 if TYPE_CHECKING:
     from prompt_toolkit import PromptSession
 
-COMMANDS = {**navigate.COMMANDS, **inspect.COMMANDS, **explain.COMMANDS, **edit.COMMANDS, **files.COMMANDS}
+COMMANDS = {
+    **navigate.COMMANDS,
+    **over_time.COMMANDS,
+    **inspect.COMMANDS,
+    **explain.COMMANDS,
+    **causes.COMMANDS,
+    **edit.COMMANDS,
+    **files.COMMANDS,
+}
 QUIT = ("quit", "exit")
 INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")
 _RELATION = re.compile(r"\s*[=<>~]|\.")

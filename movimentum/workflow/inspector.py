@@ -187,8 +187,11 @@ class Inspector:
         """Each component of an expression by its name, as a SymPy expression of the time since the step's beginning
         (angles in radians), or the `Obstacle` in its way; found within about so many ``seconds``.
         """
+        import sympy  # before the time runs: an import that is given up half way is broken for good
+
         from movimentum.analysis.interactive.formula import short_formula
 
+        del sympy
         begun = time.monotonic()
         expressions = self.expressions(text)
         _ = self.piece  # what has no pose has no formula
@@ -211,11 +214,24 @@ class Inspector:
         return [(motion, first_that_works(trials, index, motion.holds, len(motions))) for motion in motions]
 
     def solutions(self) -> list[Alternatives]:
-        """The parts of the scene that have several solutions, with all of them."""
+        """The parts of the scene that have several solutions, with all of them, and those that inequalities reject;
+        where there is no pose, because they reject all.
+        """
         from movimentum.analysis.interactive.all_solutions import alternatives
+        from movimentum.solver.segment_motion import Unsolved
 
-        piece, tau = self.piece
-        return [part for part in alternatives(self.segment_motion, piece, tau) if len(part.solutions) > 1]
+        part, tau = self.part
+        piece = None if isinstance(part, Unsolved) else part
+        found = alternatives(self.segment_motion, piece, tau)
+        if piece is None and not any(each.rejected for each in found):
+            _ = self.piece  # says that there is none
+        return [each for each in found if len(each.solutions) + len(each.rejected) > (piece is not None)]
+
+    def statement(self, constraint: int) -> tuple[int, str]:
+        """The line and the text of a constraint."""
+        source = self.work.scene.source
+        span = next(item.span for item in self.work.scene.constraints() if item.number == constraint)
+        return source.position(span.start).line, source.statement(span)
 
     def poses_of(self, snapshots: Sequence[Snapshot]) -> Poses:
         """The scene in each of ``snapshots``, as the poses of so many frames."""

@@ -156,7 +156,40 @@ def test_solutions_are_all_and_what_is_pasted_selects(talk, tmp_path):
     say(f"apply {other}")
     assert before == 260
     assert abs(float(say("show x").split()[-1]) - 20) < 1e-9
-    assert talk(SLIDER)("solutions").startswith("there is one solution only")
+    assert "rejected by line 6: `x > 100`, by 80" in talk(SLIDER)("solutions")
+    still = "Rod : .bar A=[0,0] B=[9,0]; @0 Rod.A = [1,1]; Rod.angle = 0; @1"
+    assert talk(still)("solutions").startswith("there is one solution only")
+
+
+def test_what_rejects_every_solution_is_told_and_turned_round(talk):
+    say = talk(SLIDER.replace("x > 100", "x > 400"))
+    said = say("solutions")
+    assert said.startswith("there is no pose at t = 0: ")
+    assert "rejected by line 6: `x > 400`, by 140" in said
+    assert "rejected by line 6: `x > 400`, by 380" in said
+    assert say("apply 1").endswith("everything is determined and agrees")
+    assert "x < 400" in say("diff")
+    assert abs(float(say("show x").split()[-1]) - 260) < 1e-9
+
+
+def test_exact_times(talk):
+    say = talk(SLIDER)
+    time = (180 / math.pi) * math.asin(0.5) / 90
+    assert f"t = {time:.12g}" in say("when Crank.P.y = 120").replace("0.3333333333333", f"{time:.12g}")
+    say("until Crank.P.y = 120")
+    assert abs(float(say.session.time) - time) < 1e-15
+    say("until Crank.P.y = 120")
+    say("back until Crank.P.y = 120")
+    assert abs(float(say.session.time) - time) < 1e-15
+    assert say.refuses("back until x = 9999") == "repl/never"
+    assert say("when x = 999").startswith("`x = 999` never holds; `x` goes from ")
+    assert say("max Crank.P.y") == "Crank.P.y is largest at t = 1: 140"
+    assert say("break when Crank.P.y = 130").endswith("2 times in the film")
+    assert say("run").startswith("`Crank.P.y = 130` comes to hold")
+    say("run")
+    assert say("run").startswith("no break comes to hold\nt = 4 ")
+    for wrong in ("when", "when x", "until", "back until", "max", "break x = 3", "when x = [1,2]", "when Rod.Q = 3"):
+        say.refuses(wrong)
 
 
 def test_thumbnails_show_the_whole_of_each_solution(talk, tmp_path):

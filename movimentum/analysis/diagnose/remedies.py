@@ -53,11 +53,11 @@ def so_long(scene: Scene, thing: Thing, wanted: float, now: float) -> Iterator[F
 
 
 def other_pins(scene: Scene, chosen: Sequence[Constraint], active: Sequence[Constraint]) -> list[Fix]:
-    """Each pin of the ``chosen`` at another anchor of the same thing, if nothing that is ``active`` says where that is:
-    it would be said no more.
+    """Each pin of the ``chosen`` at another anchor of the same thing, the pins that are closest as drawn first; only if
+    nothing that is ``active`` says where that anchor is, for it would be said no more.
     """
     stated = {item.anchor for item in active}
-    found: dict[tuple[Span, str], Fix] = {}
+    found: dict[tuple[Span, str], tuple[float, Fix]] = {}
     for constraint in reversed(chosen):
         if constraint.relation is not Relation.EQUAL or constraint.anchor is None:
             continue
@@ -66,7 +66,8 @@ def other_pins(scene: Scene, chosen: Sequence[Constraint], active: Sequence[Cons
         other = _one_anchor(constraint.right)
         if other is not None:
             sides.append((other, Span(constraint.left_span.end, constraint.span.end)))
-        for anchor, span in reversed(sides):
+        for side, (anchor, span) in reversed(list(enumerate(sides))):
+            opposite = None if other is None else _drawn(scene, sides[1 - side][0])
             word = _LAST_WORD.search(scene.source.slice(span))
             body = scene.things[anchor.thing]
             if word is None or word[1] != body.anchors[anchor.anchor].name:
@@ -80,8 +81,14 @@ def other_pins(scene: Scene, chosen: Sequence[Constraint], active: Sequence[Cons
                         begin = place.start - constraint.span.start
                         after = scene.source.slice(constraint.span)
                         after = " ".join((after[:begin] + each.name + after[begin + len(word[1]) :]).split())
-                        found.setdefault((edit.span, each.name), Fix(f"`{after}` instead of `{text}`", (edit,)))
-    return list(found.values())[:MOST_PINS]
+                        apart = math.inf if opposite is None else math.dist(each.local, opposite)
+                        fix = Fix(f"`{after}` instead of `{text}`", (edit,))
+                        found.setdefault((edit.span, each.name), (apart, fix))
+    return [fix for _, fix in sorted(found.values(), key=lambda item: item[0])][:MOST_PINS]
+
+
+def _drawn(scene: Scene, anchor: AnchorRef) -> tuple[float, float]:
+    return scene.things[anchor.thing].anchors[anchor.anchor].local
 
 
 def _one_anchor(sides: Sequence[Expr]) -> AnchorRef | None:
