@@ -303,6 +303,10 @@ LEAST_POSE_DENSE = 1e-13
 """Of the size of unknowns: a step toward the least pose that ends it, where steps come from a singular value
 decomposition.
 """
+LEAST_POSE_SETTLED = 1e-10
+"""Of the size of unknowns: where a last step is longer, a variant's pose is looked for by itself."""
+FREE_STARTS_CLOSE = 2e-9
+"""Of the squares, rounded to nine digits, of what is off in two poses: no difference."""
 LEAST_POSE_SPARSE = 1e-12
 """Of the size of unknowns: the same for sparse saddle point systems, whose rounding is larger."""
 REGULAR = 1e-14
@@ -590,6 +594,8 @@ LEAST_PLOTTED = 1e-17
 """Pixels: an error of 0 is plotted here, on a logarithmic axis."""
 SAME_BOTH_WAYS = 1e-9
 """Of a measure's size, and of time: what a variant may differ by that is solved together with others and alone."""
+SAME_BOTH_WAYS_FREE = 1e-8
+"""The same where something moves freely: its path is integrated in steps that are off by `FREE_MOTION_STEP` each."""
 CLAIM_WITHIN = 1e-9
 """Of the scene's size: the tolerance of a claim without ``.within``."""
 JUMPED = 1e-7
