@@ -31,6 +31,7 @@ MODULES = {
     "fmt": "fmt:fmt",
     "golden": "golden:golden",
     "import": "exchange:import_",
+    "lsp": "lsp:lsp",
     "repl": "repl:repl",
     "run": "run:run",
     "solve": "solve:solve",
