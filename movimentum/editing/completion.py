@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 
 from movimentum.editing.lexemes import Lexeme, lexemes
-from movimentum.editing.outline import Outline, OutlineItem, Symbol
+from movimentum.editing.outline import OutlineItem, Symbol, TextOutline
 from movimentum.editing.project import Project, builtin_members
 from movimentum.editing.words import (
     CLOCK_HELP,
@@ -33,9 +33,9 @@ PICTURES = (".png", ".gif", ".jpg", ".jpeg", ".webp", ".bmp", ".svg")
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """Something that may be written: ``text`` takes the place of what ``span`` covers. ``kind``: as of a `Symbol`, or
-    "kind", "option", "function", "clock", "member", "word", "value" or "file". ``detail``: in short what it is, ``help``
-    in a sentence.
+    """Something that may be written: ``text`` for what ``span`` covers. ``kind``: as of a `Symbol`, or "kind",
+    "option", "function", "clock", "member", "word", "value" or "file". ``detail``: in short what it is, ``help``: in a
+    sentence.
     """
 
     label: str
@@ -86,7 +86,7 @@ def _fitting(found: Iterable[Proposal], begun: str) -> list[Proposal]:
     return list(unique.values())
 
 
-def _place(outline: Outline, offset: int) -> _Place:
+def _place(outline: TextOutline, offset: int) -> _Place:
     pieces = [piece for piece in outline.pieces if piece.kind != "comment" and piece.start < offset]
     begun = ""
     if pieces and pieces[-1].kind in ("name", "word") and pieces[-1].end >= offset:
@@ -120,7 +120,7 @@ def _in_braces(pieces: list[Lexeme], piece: Lexeme) -> bool:
     return False
 
 
-def _own(outline: Outline, before: list[Lexeme]) -> list[Lexeme]:
+def _own(outline: TextOutline, before: list[Lexeme]) -> list[Lexeme]:
     """The last item in what stands before: it may have begun without a ``;`` before it, or behind a brace."""
     for number in range(len(before) - 1, -1, -1):
         item = outline.item_at(before[number].start)
@@ -131,7 +131,7 @@ def _own(outline: Outline, before: list[Lexeme]) -> list[Lexeme]:
     return before
 
 
-def _found(project: Project, outline: Outline, place: _Place) -> Iterator[Proposal]:
+def _found(project: Project, outline: TextOutline, place: _Place) -> Iterator[Proposal]:
     before, begun, span = place.before, place.begun, place.span
     last = before[-1] if before else None
     if begun.startswith("."):
@@ -161,7 +161,7 @@ def _in_value(before: list[Lexeme]) -> bool:
     return any(piece.text == "{" for piece in before)
 
 
-def _visible(project: Project, outline: Outline, place: _Place) -> dict[str, Symbol]:
+def _visible(project: Project, outline: TextOutline, place: _Place) -> dict[str, Symbol]:
     scope = outline.scope_at(place.span.start)
     found = project.visible(outline.path, scope)
     item = place.item
@@ -171,7 +171,9 @@ def _visible(project: Project, outline: Outline, place: _Place) -> dict[str, Sym
     return {name: each for name, each in found.items() if each.span.end != place.span.end or each.path != outline.path}
 
 
-def _members(project: Project, outline: Outline, before: list[Lexeme], span: Span, begun: str) -> Iterator[Proposal]:
+def _members(
+    project: Project, outline: TextOutline, before: list[Lexeme], span: Span, begun: str
+) -> Iterator[Proposal]:
     """What may follow a dot: the anchors of a thing, what is in a copy, and the language's own members."""
     chain: list[Lexeme] = []
     depth = 0
@@ -294,7 +296,7 @@ def described(symbol: Symbol) -> str:
 
 
 def _in_string(
-    project: Project, outline: Outline, string: Lexeme, offset: int, folder: Callable[[str], list[str]]
+    project: Project, outline: TextOutline, string: Lexeme, offset: int, folder: Callable[[str], list[str]]
 ) -> list[Proposal]:
     """In quotes: the name of a file, a colour or another word; in a label, names in braces."""
     begun = string.text[1 : offset - string.start]
@@ -320,7 +322,7 @@ def _in_string(
     return found
 
 
-def _in_field(project: Project, outline: Outline, start: int, offset: int) -> list[Proposal]:
+def _in_field(project: Project, outline: TextOutline, start: int, offset: int) -> list[Proposal]:
     """A number in a text: as in any expression."""
     before = lexemes(outline.text[start:offset], start)
     begun = ""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from movimentum.editing.completion import described
 from movimentum.editing.lexemes import Lexeme
-from movimentum.editing.outline import Outline, OutlineItem, Symbol
+from movimentum.editing.outline import OutlineItem, Symbol, TextOutline
 from movimentum.editing.project import Project
 from movimentum.records import dataclass
 from movimentum.source import Span
@@ -97,12 +97,12 @@ class Entry:
     inside: tuple[Entry, ...] = ()
 
 
-def entries(outline: Outline) -> list[Entry]:
+def entries(outline: TextOutline) -> list[Entry]:
     """What a text defines, and its steps."""
     return _entries(outline, outline.script.items)
 
 
-def _entries(outline: Outline, items: list[OutlineItem]) -> list[Entry]:
+def _entries(outline: TextOutline, items: list[OutlineItem]) -> list[Entry]:
     found: list[Entry] = []
     for item in items:
         inside = () if item.body is None else tuple(_entries(outline, item.body.items))
@@ -124,7 +124,7 @@ def _entry(symbol: Symbol, span: Span, inside: tuple[Entry, ...] = ()) -> Entry:
     return Entry(symbol.name, symbol.kind, described(symbol), whole, symbol.span, inside)
 
 
-def folds(outline: Outline) -> list[tuple[Span, str]]:
+def folds(outline: TextOutline) -> list[tuple[Span, str]]:
     """What can be folded, over several lines: steps with their statements, parts, loops, long definitions, comments."""
     found: list[tuple[Span, str]] = []
     for items, end in _blocks(outline):
@@ -138,14 +138,14 @@ def folds(outline: Outline) -> list[tuple[Span, str]]:
     return [(span, kind) for span, kind in found if "\n" in outline.text[span.start : span.end]]
 
 
-def _blocks(outline: Outline) -> Iterator[tuple[list[OutlineItem], int]]:
+def _blocks(outline: TextOutline) -> Iterator[tuple[list[OutlineItem], int]]:
     yield outline.script.items, len(outline.text)
     for item in outline.items():
         if item.body is not None:
             yield item.body.items, item.body.end
 
 
-def constants(outline: Outline) -> Iterator[tuple[str, int, bool]]:
+def constants(outline: TextOutline) -> Iterator[tuple[str, int, bool]]:
     """Constants of the script itself: name, where the definition ends before its ``;``, and whether a number is stated
     plainly.
     """

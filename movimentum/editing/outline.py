@@ -28,7 +28,7 @@ class Symbol:
     whole: Span
     word: str = ""
     members: dict[str, Symbol] = field(default_factory=dict[str, "Symbol"])
-    body: Scope | None = None
+    body: NameScope | None = None
     note: str = ""
     many: bool = False
 
@@ -39,7 +39,7 @@ class Symbol:
 
 
 @dataclass(eq=False)
-class Scope:
+class NameScope:
     """Where names hold: the script, or from ``start`` to ``end`` a part or a loop. ``items``: its definitions,
     statements and steps, in their order.
     """
@@ -47,7 +47,7 @@ class Scope:
     kind: str
     start: int
     end: int = 10**9
-    above: Scope | None = None
+    above: NameScope | None = None
     names: dict[str, Symbol] = field(default_factory=dict[str, Symbol])
     items: list[OutlineItem] = field(default_factory=list["OutlineItem"])
     duplicates: list[Symbol] = field(default_factory=list[Symbol])
@@ -62,21 +62,21 @@ class OutlineItem:
     kind: str
     start: int
     end: int
-    scope: Scope
+    scope: NameScope
     pieces: list[Lexeme]
     symbol: Symbol | None = None
-    body: Scope | None = None
+    body: NameScope | None = None
     defining: dict[int, Symbol] = field(default_factory=dict[int, Symbol])
 
 
 @dataclass(frozen=True, eq=False)
-class Outline:
+class TextOutline:
     """The outline of a text: all ``pieces``, the scope of the script, and the files that it includes."""
 
     path: str
     text: str
     pieces: list[Lexeme]
-    script: Scope
+    script: NameScope
     includes: tuple[str, ...]
 
     def items(self) -> Iterator[OutlineItem]:
@@ -96,7 +96,7 @@ class Outline:
                 found = item
         return found
 
-    def scope_at(self, offset: int) -> Scope:
+    def scope_at(self, offset: int) -> NameScope:
         """The innermost scope around ``offset``."""
         found = self.script
         for item in self.items():
@@ -105,16 +105,16 @@ class Outline:
         return found
 
 
-def outline(path: str, text: str) -> Outline:
+def outline(path: str, text: str) -> TextOutline:
     """The outline of any text."""
     pieces = lexemes(text)
-    reader = _Reader(path, text, pieces)
-    script = Scope("script", 0)
+    reader = _OutlineReader(path, text, pieces)
+    script = NameScope("script", 0)
     reader.items(script, 0)
-    return Outline(path, text, pieces, script, tuple(reader.includes))
+    return TextOutline(path, text, pieces, script, tuple(reader.includes))
 
 
-class _Reader:
+class _OutlineReader:
     def __init__(self, path: str, text: str, pieces: list[Lexeme]) -> None:
         self.path = path
         self.text = text
@@ -152,7 +152,7 @@ class _Reader:
 
     # --- items
 
-    def items(self, scope: Scope, depth: int) -> None:
+    def items(self, scope: NameScope, depth: int) -> None:
         """The items of a scope, up to its brace."""
         while (piece := self.piece()) is not None:
             if piece.text == "}":
@@ -166,7 +166,7 @@ class _Reader:
             else:
                 self.item(scope)
 
-    def step(self, scope: Scope) -> None:
+    def step(self, scope: NameScope) -> None:
         """``@time``: a time is a number, a name, a clock or a call, with signs in between."""
         begin = self.at
         self.at += 1
@@ -197,7 +197,7 @@ class _Reader:
             if depth <= 0:
                 return
 
-    def block(self, scope: Scope, depth: int) -> None:
+    def block(self, scope: NameScope, depth: int) -> None:
         """``.part Name(a, b = 3) { … }`` and ``.for k = 1..3 { … }``."""
         begin = self.at
         is_part = self.shows(".part")
@@ -207,7 +207,7 @@ class _Reader:
                 break
         item = self.finish("part" if is_part else "loop", scope, begin)
         head = item.pieces
-        body = Scope(item.kind, item.end, above=scope)
+        body = NameScope(item.kind, item.end, above=scope)
         item.body = body
         if len(head) > 1 and head[1].kind == "name":
             kind = "part" if is_part else "index"
@@ -229,7 +229,7 @@ class _Reader:
         if item.symbol is not None:
             item.symbol.whole = Span(item.start, item.end)
 
-    def item(self, scope: Scope) -> None:
+    def item(self, scope: NameScope) -> None:
         """A definition or a statement: up to its ``;``, or to where another one must begin."""
         begin, depth = self.at, 0
         head = self.is_head()
@@ -288,7 +288,7 @@ class _Reader:
                 symbol.members.setdefault(piece.text, anchor)
                 item.defining[piece.start] = symbol.members[piece.text]
 
-    def define(self, item: OutlineItem, piece: Lexeme, kind: str, scope: Scope) -> Symbol:
+    def define(self, item: OutlineItem, piece: Lexeme, kind: str, scope: NameScope) -> Symbol:
         symbol = Symbol(piece.text, kind, self.path, Span(piece.start, piece.end), Span(item.start, item.end))
         symbol.note = self.note(item)
         if piece.text in scope.names:
@@ -304,7 +304,7 @@ class _Reader:
         comment = self.comments.get(item.end + len(rest) - len(rest.lstrip()))
         return "" if comment is None else comment.text.strip("/* \t")
 
-    def finish(self, kind: str, scope: Scope, begin: int) -> OutlineItem:
+    def finish(self, kind: str, scope: NameScope, begin: int) -> OutlineItem:
         pieces = self.pieces[begin : self.at] or self.pieces[begin : begin + 1]
         self.at = max(self.at, begin + 1)
         item = OutlineItem(kind, pieces[0].start, pieces[-1].end, scope, pieces)

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 
 from movimentum.editing.lexemes import Lexeme, fields_in
-from movimentum.editing.outline import Outline, OutlineItem, Scope, Symbol, outline
+from movimentum.editing.outline import NameScope, OutlineItem, Symbol, TextOutline, outline
 from movimentum.records import dataclass, field
 from movimentum.source import Span
 from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
@@ -38,10 +38,10 @@ class Project:
     """Outlines of texts, each made when it is first needed. ``read``: where texts come from."""
 
     read: ReadFile
-    outlines: dict[str, Outline | None] = field(default_factory=dict[str, "Outline | None"])
+    outlines: dict[str, TextOutline | None] = field(default_factory=dict[str, "TextOutline | None"])
     _uses: dict[str, list[Use]] = field(default_factory=dict[str, list[Use]])
 
-    def outline(self, path: str) -> Outline | None:
+    def outline(self, path: str) -> TextOutline | None:
         """The outline of the file at ``path``."""
         if path not in self.outlines:
             text = self.read(path)
@@ -53,7 +53,7 @@ class Project:
         self.outlines.pop(path, None)
         self._uses.clear()
 
-    def included(self, path: str) -> Iterator[Outline]:
+    def included(self, path: str) -> Iterator[TextOutline]:
         """The files that a script includes, directly or not."""
         waiting, seen = [path], {path}
         while waiting:
@@ -68,7 +68,7 @@ class Project:
                     seen.add(target)
                     waiting.append(target)
 
-    def lookup(self, path: str, scope: Scope | None, name: str) -> Symbol | None:
+    def lookup(self, path: str, scope: NameScope | None, name: str) -> Symbol | None:
         """What a name means in a scope."""
         while scope is not None:
             if name in scope.names:
@@ -80,7 +80,7 @@ class Project:
                 return symbol
         return None
 
-    def visible(self, path: str, scope: Scope | None) -> dict[str, Symbol]:
+    def visible(self, path: str, scope: NameScope | None) -> dict[str, Symbol]:
         """Every name that means something in a scope."""
         found: dict[str, Symbol] = {}
         while scope is not None:
@@ -128,7 +128,7 @@ class Project:
                     yield from self._in_pieces(path, item, inside, scope, indices)
 
     def _in_pieces(
-        self, path: str, item: OutlineItem, pieces: list[Lexeme], scope: Scope, own: dict[str, Symbol]
+        self, path: str, item: OutlineItem, pieces: list[Lexeme], scope: NameScope, own: dict[str, Symbol]
     ) -> Iterator[Use]:
         number = 0
         while number < len(pieces):
@@ -172,7 +172,7 @@ class Project:
             symbol = member
             number += 1
 
-    def _variable(self, path: str, item: OutlineItem, piece: Lexeme, scope: Scope) -> Symbol | None:
+    def _variable(self, path: str, item: OutlineItem, piece: Lexeme, scope: NameScope) -> Symbol | None:
         """A name that nothing defines is a variable of the script or the part, from its first use on."""
         if item.kind not in ("statement", "step"):
             return None

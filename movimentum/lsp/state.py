@@ -10,7 +10,7 @@ from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.editing.about import NO_FACTS, Facts
 from movimentum.editing.project import Project
 from movimentum.lsp.texts import EditedFiles, OpenText, Texts, uri_of
-from movimentum.lsp.work import Solver, Told
+from movimentum.lsp.work import BackgroundSolver, Told
 from movimentum.source import FarSpan, Span
 
 _SEVERITIES = {
@@ -32,7 +32,9 @@ class State:
         self.facts: dict[str, Callable[[str], Facts]] = {}
         self.told: dict[str, Told] = {}
         self._publish = publish
-        self.solver = Solver(lambda: EditedFiles(edited=self.texts), lambda told: soon(lambda: self._take(told)))
+        self.solver = BackgroundSolver(
+            lambda: EditedFiles(edited=self.texts), lambda told: soon(lambda: self._take(told))
+        )
 
     # --- texts
 

@@ -18,7 +18,7 @@ from movimentum.workflow.read import ScriptFiles
 
 ADVICE_S = 3.0
 """How long fixes are tried: nobody waits for them."""
-SWITCH_S = 0.001
+SWITCH_S = 0.002
 """How soon the thread that answers gets its turn while another one solves."""
 
 
@@ -35,7 +35,7 @@ class Told:
     facts: KnownFacts | None = None
 
 
-class Solver:
+class BackgroundSolver:
     """Solves what is given to it; ``tell`` is called in its thread."""
 
     def __init__(self, files: Callable[[], ScriptFiles], tell: Callable[[Told], None]) -> None:
