@@ -38,6 +38,10 @@ KIND_HELP: dict[str, tuple[str, str]] = {
     "dimension": (".dimension A.P B.Q", "A dimension line beside two anchors, with their distance."),
     "arc": (".arc A.P B.Q C.R", "The arc of the angle at the second anchor, with its value."),
     "vector": (".vector Thing.P .velocity(0.2)", "An arrow at an anchor: its velocity, or its `.acceleration(…)`."),
+    "area": (".area A.P B.Q C.R", "The filled area with corners at anchors of other things."),
+    "right": (".right A.P B.Q C.R", "The sign of the right angle at the second anchor."),
+    "ticks": (".ticks A.P B.Q", "Short strokes across a line: lines with as many are equally long."),
+    "parallel": (".parallel A.P B.Q", "Heads of arrows on a line: lines with as many are parallel."),
     "sprite": ("'file.png'  A = [x,y]", "A picture; its anchors are in the picture's pixels."),
 }
 
@@ -84,6 +88,11 @@ OPTION_HELP: dict[str, tuple[str, str]] = {
     "speed": (".speed(60)", "How fast the wish is followed at most, per time unit."),
     "largest": (".largest", "As large as can be."),
     "smallest": (".smallest", "As small as can be."),
+    "count": (".count(2)", "How many signs stand beside each other."),
+    "bulge": (".bulge(0.2)", "The edges are arcs, so many of their lengths high; less than 0: inwards."),
+    "smooth": (".smooth", "One smooth curve, without corners."),
+    "leader": (".leader", "A thin line leads from the anchor to the text."),
+    "clip": (".clip Thing", "It is seen only inside another thing."),
     "crossed": (".crossed", "The belt is crossed: the wheels turn against each other."),
 }
 
@@ -111,6 +120,7 @@ FUNCTION_HELP: dict[str, tuple[str, str]] = {
     "along": (".along(P, A, B)", "How far along the line from A to B the point P is."),
     "mesh": (".mesh(A, B) = 0;", "The gears A and B run together; their teeth fit."),
     "belt": (".belt(A, B) = 0;", "A belt runs around the discs A and B."),
+    "table": (".table('file.csv', 'column', s)", "What a column of a CSV file says at s."),
     "mean": (".mean(s)", "The mean of all frames (measures and goals)."),
     "rms": (".rms(s)", "The root mean square of all frames (measures and goals)."),
     "range": (".range(s)", "The greatest less the least of all frames (measures and goals)."),

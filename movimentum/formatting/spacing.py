@@ -32,7 +32,7 @@ class Glue(Enum):
 
 ITEM_RULES = frozenset(
     {
-        "config", "let", "part", "include", "film_loop", "definition", "follower", "ground", "copy", "loop", "step",
+        "config", "let", "part", "include", "film_loop", "definition", "follower", "placed", "copy", "loop", "step",
         "relative_step", "statement", "claim", "goal", "extreme_goal", "requirement",
     }
 )  # fmt: skip
@@ -100,7 +100,7 @@ def _glues(text: str, branch: Clause, tight: bool) -> Iterator[Glue]:
     """The glue in front of each piece of a branch; that of the first is decided by the branch around."""
     rule, pieces = branch.rule, branch.pieces
     yield Glue.NOTHING
-    if rule in ("definition", "follower", "ground", "copy"):
+    if rule in ("definition", "follower", "placed", "copy"):
         yield from _definition(branch)
         return
     if rule == "reference":
@@ -112,7 +112,7 @@ def _glues(text: str, branch: Clause, tight: bool) -> Iterator[Glue]:
             yield Glue.ITEM
         elif rule in ("sum", "product"):
             yield _operator(text, pieces, number, tight and rule == "sum", rule == "product")
-        elif _is(piece, "MOMENT") or (rule == "vector" and _is(before, "COMMA")):
+        elif _is(piece, "MOMENT") or (rule in ("vector", "fixed_point") and _is(before, "COMMA")):
             yield Glue.SPACE if _spaced(text, piece) else Glue.NOTHING
         else:
             yield _plain(rule, before, piece)
@@ -130,12 +130,21 @@ def _plain(rule: str, before: Piece, piece: Piece) -> Glue:
     return Glue.SPACE
 
 
+_PLACES = {
+    "anchor": Glue.POINT,
+    "reference": Glue.REFERENCE,
+    "fixed_point": Glue.REFERENCE,
+    "option": Glue.OPTION,
+    "clip": Glue.OPTION,
+}
+
+
 def _definition(branch: Clause) -> Iterator[Glue]:
     arguments = 0
     pieces = branch.pieces
     for before, piece in pairwise(pieces):
-        if isinstance(piece, Clause) and piece.rule in ("anchor", "reference", "option"):
-            yield {"anchor": Glue.POINT, "reference": Glue.REFERENCE, "option": Glue.OPTION}[piece.rule]
+        if isinstance(piece, Clause) and piece.rule in _PLACES:
+            yield _PLACES[piece.rule]
         elif _is(piece, "COLON"):
             yield Glue.HEAD
         elif arguments or _is(piece, "LPAR", "SEMICOLON"):  # a copy's arguments
@@ -153,8 +162,11 @@ def _reference(pieces: Sequence[Piece]) -> Iterator[Glue]:
     end = len(pieces)
     while end > least and isinstance(word := pieces[end - 1], Token) and word[1:] in BARE_OPTIONS:
         end -= 1
-    for number in range(1, len(pieces)):
-        yield Glue.OPTION if number >= end else Glue.NOTHING
+    for number, piece in enumerate(pieces[1:], 1):
+        if isinstance(piece, Clause) and piece.rule == "fixed_point":  # a point of the canvas
+            yield Glue.REFERENCE
+        else:
+            yield Glue.OPTION if number >= end else Glue.NOTHING
 
 
 def _operator(text: str, pieces: Sequence[Piece], number: int, tight: bool, product: bool) -> Glue:
