@@ -14,7 +14,6 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 
-from movimentum import __version__
 from movimentum.editing import about, completion, marks, renaming
 from movimentum.editing.project import Use
 from movimentum.errors import MovimentumError
@@ -23,6 +22,7 @@ from movimentum.lsp import shapes
 from movimentum.lsp.state import State
 from movimentum.lsp.texts import OpenText, path_of, uri_of
 from movimentum.source import SourceText, Span
+from movimentum.version import version
 
 SHOW_PICTURE = "movimentum.showPicture"
 """The command that renders a picture: (address of the script, time) -> {"uri", "path"} or {"error"}."""
@@ -32,7 +32,7 @@ class Server(LanguageServer):
     """A session."""
 
     def __init__(self) -> None:
-        super().__init__("movimentum", __version__, text_document_sync_kind=types.TextDocumentSyncKind.Incremental)
+        super().__init__("movimentum", version(), text_document_sync_kind=types.TextDocumentSyncKind.Incremental)
         self.state = State(self.text_document_publish_diagnostics, self._soon)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._folder: tempfile.TemporaryDirectory[str] | None = None
