@@ -2,7 +2,8 @@
 
 - ``reference/commands.md``: every command with its options, as click knows them;
 - ``reference/python.md``: the public names, from their docstrings;
-- ``reference/messages.md``: every code, from ``docs/messages.toml`` and from what the examples say today.
+- ``reference/messages.md``: every code, from ``docs/messages.toml`` and from what the examples say today;
+- ``man/*.1``: a manual page for each command.
 
 ``tests/docs/test_reference.py`` compares the pages with what this makes.
 """
@@ -18,7 +19,7 @@ import shlex
 import tempfile
 import textwrap
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -162,6 +163,7 @@ All public names, from their docstrings. [From Python](../how-to/python.md) intr
 ORDER = {
     "Read": ("load", "loads", "Script", "Limits"),
     "Motions": ("Motion", "Moments", "Accuracy", "FailurePolicy", "Written"),
+    "In a notebook": ("studio",),
     "Many variants, and fits": ("Sweep", "Fit"),
     "Messages and errors": (
         "Diagnostic", "Severity", "MovimentumError", "ScriptError", "NoSolutionError", "UnknownNameError", "UsageError",
@@ -284,6 +286,7 @@ FAMILIES = {
     "name": "Names",
     "kind": "Kinds and values",
     "asset": "Pictures and included files",
+    "table": "Tables",
     "timeline": "Steps and times",
     "loop": "Films without end",
     "constraint": "What holds, and what is free",
@@ -374,11 +377,14 @@ def example(code: str, entry: dict[str, Any], shown: dict[str, tuple[int, str, s
         told = script not in SCRIPTS
         script = SCRIPTS.get(script, script)
         run = entry.get("run", "check example.mov")
-        said = answer(run, {"example.mov": script, **entry.get("files", {})}, entry.get("binary"))
+        files = {"example.mov": script, **entry.get("files", {})}
+        said = answer([*entry.get("first", ()), run], files, entry.get("later", {}), entry.get("binary"))
         blocks = [text for text in re.split(r"\n(?=\w+\[\S+\]:)|\n\n", said) if re.match(rf"\w+\[{code}\]:", text)]
         assert blocks, f"{code}: {run} says\n{said}"
         if script and told:
             yield f"```mov\n{script.rstrip()}\n```\n"
+        if "show" in entry:
+            yield f"```text\n{files[entry['show']].rstrip()}\n```\n"
         yield (
             f"```console\n$ movimentum {run}\n{blocks[0].rstrip()}\n```\n"
             if "run" in entry
@@ -403,18 +409,22 @@ def _raised(expression: str, code: str) -> str:
     raise AssertionError(f"{code}: {expression} raises nothing")
 
 
-def answer(run: str, files: dict[str, str], binary: str | None = None) -> str:
-    """What a command says on both streams, in a folder with these files."""
+def answer(runs: Sequence[str], files: Mapping[str, str], later: Mapping[str, str], binary: str | None = None) -> str:
+    """What the last command says on both streams, in a folder with ``files``; before it, ``later`` are written."""
     from movimentum.cli.app import run_command_line
 
-    said = io.StringIO()
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         for name, text in files.items():
             Path(name).write_text(text, encoding="utf-8")
         if binary is not None:
             Path("example.mov").write_bytes(bytes.fromhex(binary))
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            run_command_line(shlex.split(run))
+        for place, run in enumerate(runs, 1):
+            if place == len(runs):
+                for name, text in later.items():
+                    Path(name).write_text(text, encoding="utf-8")
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+                run_command_line(shlex.split(run))
     return said.getvalue().replace(folder + os.sep, "")
 
 
@@ -423,6 +433,10 @@ def main() -> None:
     for name, made in (("commands", commands), ("python", python), ("messages", messages)):
         (DOCS / "reference" / f"{name}.md").write_text(made() + "", encoding="utf-8")
         print(f"reference/{name}.md")
+    import make_man  # beside this file, which is on the path when it is run
+
+    make_man.write()
+    print("man/*.1")
 
 
 if __name__ == "__main__":

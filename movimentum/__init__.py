@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from movimentum.settings import FailurePolicy as FailurePolicy
     from movimentum.studio.live import studio as studio
 
-__version__ = "0.1.0"
+    __version__: str
 
 _HOME = {
     "Accuracy": "movimentum.settings",
@@ -70,6 +70,9 @@ def __getattr__(name: str) -> object:
 
     if name in ("stages", "studio"):  # packages; the studio can be called
         return import_module(f"movimentum.{name}")
+    if name == "__version__":
+        globals()[name] = import_module("movimentum.version").version()
+        return globals()[name]
     home = _HOME.get(name)
     if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

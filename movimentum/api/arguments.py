@@ -58,7 +58,7 @@ Choice = TypeVar("Choice", bound=StrEnum)
 class Limits:
     """What a script may cost before it is refused, given to `load` and `loads`.
 
-    ``frames`` of an animation, ``pixels`` of a picture, ``nesting`` of brackets and functions, ``operations`` in one
+    ``frames`` of a film, ``pixels`` of a picture, ``nesting`` of brackets and functions, ``operations`` in one
     expression, ``digits`` for ``accuracy="exact"``.
 
     >>> import movimentum as mv

@@ -208,7 +208,7 @@ class Motion:
     def at(self, time: Number | Iterable[Number]) -> Moments:
         """The motion at a time, or at several, between frames too.
 
-        Raises `UsageError` (``usage/at``) for a time outside the animation.
+        Raises `UsageError` (``usage/at``) for a time outside the film.
 
         >>> import movimentum as mv
         >>> motion = mv.load("scripts/slider-crank.mov").solve()
@@ -223,9 +223,7 @@ class Motion:
         """A time; a float that a step's time was rounded to means the step's."""
         timeline, found = self.timeline, exact(time, "a time")
         if not timeline.start <= found <= timeline.end:
-            message = (
-                f"time {time_text(float(found))} is outside the animation, from {timeline.start} to {timeline.end}"
-            )
+            message = f"time {time_text(float(found))} is outside the film, from {timeline.start} to {timeline.end}"
             raise usage_error("usage/at", message)
         steps = (*(segment.start for segment in timeline.segments), timeline.end)
         return next((step for step in steps if float(step) == float(found)), found)
@@ -312,9 +310,9 @@ class Motion:
         open: bool = False,  # noqa: A002 - named as the option
         max_pixels: int | None = None,
     ) -> Written:
-        """Draw it into the file ``path``, whose suffix names the format: an animation (``.gif``, ``.apng``, ``.webp``,
-        ``.svg``, ``.mp4``, ``.webm``), a page with a player (``.html``), a still (``.png``, ``.jpg``; ``.svg`` with
-        ``at``), or numbered pictures (``"frames/%04d.png"``).
+        """Draw it into the file ``path``, whose suffix names the format: a film (``.gif``, ``.apng``, ``.webp``,
+        ``.svg``, ``.mp4``, ``.webm``), a page with a player (``.html``), a page for each frame (``.pdf``), a still
+        (``.png``, ``.jpg``; ``.svg`` and ``.pdf`` with ``at``), or numbered pictures (``"frames/%04d.png"``).
 
         The keywords are the options of `movimentum run`: ``frames`` (``slice(12, 48)``, ``"12:48"``, ``7``) or one time
         ``at``; ``trace`` ("Rod.B", or several), ``show`` ("names", "free", "anchors", or several), ``background`` (a

@@ -307,9 +307,12 @@ class Script(UnderstoodScript):
 
         `UsageError` (``usage/extra``) without the extra ``notebook``.
         """
-        from movimentum.studio.live import studio_of
+        from movimentum.studio.live import refuse_missing
 
-        return studio_of(self, self._choices)
+        refuse_missing()
+        from movimentum.studio.widget import StudioWidget
+
+        return StudioWidget(self, self._choices)
 
     @property
     def _choices(self) -> Choices:

@@ -1,4 +1,4 @@
-"""`movimentum run`: an animation or pictures."""
+"""`movimentum run`: a film or pictures."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ Examples:
     metavar="OUT",
     shell_complete=files,
     help="The file to write: .gif (default, under the script's name), .png or .jpg (a still, or numbered pictures "
-    "with %d in the name), .apng, .webp, .svg (a still with --at), .html (a page with a player); .mp4 and .webm with "
-    "the video extra.",
+    "with %d in the name), .apng, .webp, .svg (a still with --at), .pdf (a page for each frame, one with --at), .html "
+    "(a page with a player); .mp4 and .webm with the video extra.",
 )
 @FPS
 @FRAMES
@@ -161,7 +161,7 @@ def run(
     watch: bool,
     open_it: bool,
 ) -> int:
-    """Render SCRIPT as an animation or as pictures."""
+    """Render SCRIPT as a film or as pictures."""
     if picture.at is not None and picture.frames is not None:
         raise click.UsageError("--at is one picture and --frames is a range: give only one of the two.")
     target = output_file(script, output, ".gif" if picture.at is None else ".png")

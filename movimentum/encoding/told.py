@@ -27,7 +27,7 @@ def too_fast(fps: Fraction) -> Diagnostic:
         "render/gif-rate",
         Severity.WARNING,
         f"GIF shows at most {FASTEST} frames a second: {float(fps):g} are thinned out to {FASTEST}",
-        notes=("browsers slow faster animations down to 10 frames a second",),
+        notes=("browsers slow faster films down to 10 frames a second",),
         helps=(f"--fps {FASTEST}", "-o out.webp"),
     )
 

@@ -12,21 +12,15 @@ from __future__ import annotations
 
 import sys
 from types import ModuleType
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from movimentum.studio.live import LiveScript
-    from movimentum.studio.widget import StudioWidget
+from typing import Any
 
 
 class _Studio(ModuleType):
     """`movimentum.studio` is this package, and the verb of the same name: one object, whatever was imported before."""
 
-    def __call__(self, script: LiveScript) -> StudioWidget:
+    def __call__(self, script: Any) -> Any:
         """See `Script.studio`."""
-        from movimentum.studio.live import studio
-
-        return studio(script)
+        return script.studio()
 
 
 sys.modules[__name__].__class__ = _Studio

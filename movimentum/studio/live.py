@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from importlib.resources import files
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from movimentum.errors import usage_error
 from movimentum.source import SourceText
-from movimentum.workflow.choices import Choices
-
-if TYPE_CHECKING:
-    from movimentum.studio.widget import StudioWidget
 
 
 class LiveScript(Protocol):
@@ -22,7 +18,7 @@ class LiveScript(Protocol):
         """Its text, and where it is."""
         ...
 
-    def studio(self) -> StudioWidget:
+    def studio(self) -> Any:
         """The widget."""
         ...
 
@@ -31,19 +27,16 @@ class LiveScript(Protocol):
         ...
 
 
-def studio(script: LiveScript) -> StudioWidget:
+def studio(script: LiveScript) -> Any:
     """`Script.studio` of a script."""
     return script.studio()
 
 
-def studio_of(script: LiveScript, choices: Choices) -> StudioWidget:
-    """A widget for a script; `UsageError` (``usage/extra``) without anywidget."""
+def refuse_missing() -> None:
+    """`UsageError` (``usage/extra``) without anywidget."""
     if find_spec("anywidget") is None:
         message = "the studio in a notebook needs anywidget, which is not installed"
         raise usage_error("usage/extra", message, "pip install 'movimentum[notebook]'")
-    from movimentum.studio.widget import StudioWidget
-
-    return StudioWidget(script, choices)
 
 
 def page_text() -> str:

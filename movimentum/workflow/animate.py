@@ -1,4 +1,4 @@
-"""`run`: an animation or pictures."""
+"""`run`: a film or pictures."""
 
 from __future__ import annotations
 
@@ -193,13 +193,13 @@ def _frames(timeline: Timeline, picture: Picture) -> range:
     if picture.at is None:
         return range(start, stop)
     if not timeline.start <= picture.at <= timeline.end:
-        message = f"time {picture.at} is outside the animation, from {timeline.start} to {timeline.end}"
+        message = f"time {picture.at} is outside the film, from {timeline.start} to {timeline.end}"
         raise usage_error("usage/at", message, "--at 0")
     return range(math.ceil((picture.at - timeline.start) * timeline.fps), stop)
 
 
 FREE_MOMENTS = 24
-"""Moments of an animation at which its free motions are found again; in between, arrows turn with their things."""
+"""Moments of a film at which its free motions are found again; in between, arrows turn with their things."""
 
 
 def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
