@@ -61,8 +61,7 @@ class TangentsAcross:
     def __init__(self, metric: MetricAcross, jacobian: FloatArray) -> None:
         self.metric = metric
         whitened = np.asarray(jacobian @ metric.white, dtype=np.float64)
-        unit: FloatArray = np.ones(whitened.shape[-1], dtype=np.float64)
-        rows, self.lengths = scaled(whitened, unit)
+        rows, self.lengths = scaled(whitened, np.ones_like(metric.scale[0]))
         self.inverse, self.free = complement(rows)
 
     def at(self, who: IntArray) -> TangentsAcross:
