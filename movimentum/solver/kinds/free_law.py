@@ -61,7 +61,7 @@ class TangentsAcross:
     def __init__(self, metric: MetricAcross, jacobian: FloatArray) -> None:
         self.metric = metric
         whitened = np.asarray(jacobian @ metric.white, dtype=np.float64)
-        rows, self.lengths = scaled(whitened, np.ones(jacobian.shape[2]))
+        rows, self.lengths = scaled(whitened, np.ones_like(metric.scale[0]))
         self.inverse, self.free = complement(rows)
 
     def at(self, who: IntArray) -> TangentsAcross:
