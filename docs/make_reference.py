@@ -295,6 +295,7 @@ FAMILIES = {
     "fit": "Goals and requirements",
     "mesh": "Gears",
     "vector": "Arrows",
+    "graph": "Graphs",
     "canvas": "The canvas",
     "render": "Drawing",
     "output": "Files that are written",

@@ -36,6 +36,7 @@ MODULES = {
     "import": "exchange:import_",
     "lsp": "lsp:lsp",
     "new": "new:new",
+    "prove": "prove:prove",
     "repl": "repl:repl",
     "run": "run:run",
     "solve": "solve:solve",

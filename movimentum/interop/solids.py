@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import combinations, pairwise
 from typing import Any
@@ -16,6 +18,7 @@ from movimentum.interop.shapes import Shape, round_polygon
 from movimentum.scene.model import Thing
 from movimentum.solver.poses import Poses
 from movimentum.syntax.printer import float_text
+from movimentum.things.kinds.toothed import Toothed
 
 Triangle = tuple[tuple[float, float, float], ...]
 
@@ -75,24 +78,27 @@ def _facet(triangle: Triangle) -> list[str]:
 
 
 def bill_of_parts(things: Sequence[Thing]) -> str:
-    """A table with a row for each body: its name, its kind, its width or radius, the distances between its anchors, and
-    how many parts are equal to it, itself included.
+    """A table with a row for each body: its name, its kind, its width, radius or teeth, the distances between its
+    anchors, and how many parts are equal to it, itself included. Texts are no parts.
     """
-    rows = [(thing.name, thing.kind.word, _size(thing), _lengths(thing)) for thing in things if thing.is_body]
-    alike: dict[tuple[str, ...], int] = {}
-    for _, kind, size, lengths in rows:
-        key = (kind, size, *(length for _, length in lengths))
-        alike[key] = alike.get(key, 0) + 1
+    parts = [thing for thing in things if thing.is_body and thing.kind.word != "label"]
+    rows = [(thing.name, thing.kind.word, _size(thing), _lengths(thing)) for thing in parts]
+    # which anchor has which name, and which side is up, makes no other part
+    keys = [(kind, size, *sorted(length for _, length in lengths)) for _, kind, size, lengths in rows]
+    alike = Counter(keys)
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["name", "kind", "size", "lengths", "count"])
-    for name, kind, size, lengths in rows:
-        told = "; ".join(f"{pins} {length}" for pins, length in lengths)
-        writer.writerow([name, kind, size, told, alike[kind, size, *(length for _, length in lengths)]])
+    for key, (name, kind, size, lengths) in zip(keys, rows, strict=True):
+        writer.writerow([name, kind, size, "; ".join(f"{pins} {length}" for pins, length in lengths), alike[key]])
     return stream.getvalue()
 
 
 def _size(thing: Thing) -> str:
+    if isinstance(thing.own, Toothed):
+        return f"{thing.own.teeth} teeth of {_number(thing.own.module)}"
+    if thing.picture is not None:
+        return os.path.basename(thing.picture.image)
     value = thing.look.width if thing.kind.word in ("bar", "plate") else thing.radius
     return "" if value is None else _number(value)
 

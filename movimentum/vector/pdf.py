@@ -89,7 +89,7 @@ class PdfFile:
             mask = f" /SMask {self._pixels(alpha, 1, '/DeviceGray')} 0 R"
             # viewers mix colours and alpha apart: what is clear has the colour of what is beside it
             beside = image.convert("RGBa").filter(ImageFilter.BoxBlur(2)).convert("RGBA")
-            image = Image.composite(image, beside, alpha.point(lambda value: 255 * (value > 0)))
+            image = Image.composite(image, beside, alpha.point([0, *[255] * 255]))
         return self._pixels(image.convert("RGB"), 3, "/DeviceRGB", mask)
 
     def _pixels(self, image: Image.Image, colors: int, space: str, mask: str = "") -> int:

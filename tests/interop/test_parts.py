@@ -144,6 +144,22 @@ def test_a_list_of_parts_counts_equal_ones(folder: Path) -> None:
     assert rows["Wheel"]["size"] == "30"
 
 
+def test_parts_are_equal_whatever_their_anchors_are_called_and_only_then(folder: Path) -> None:
+    script = """A : .plate A = [0,0] B = [30,0] C = [10,20];
+    B : .plate P = [10,20] Q = [0,0] R = [30,0];
+    Flipped : .plate P = [10,-20] Q = [0,0] R = [30,0];
+    Other : .plate P = [10,21] Q = [0,0] R = [30,0];
+    Small : .gear(12, 3) C = [0,0];
+    Large : .gear(24, 3) C = [0,0];
+    Says : .label('x') at = [0,0];
+    @0 A.A = [0,0]; A.angle = 0;"""
+    (folder / "equal.mov").write_text(script, encoding="utf-8")
+    assert run(folder, "export", "equal.mov", "-o", "equal.csv", "-q") == 0
+    with (folder / "equal.csv").open(encoding="utf-8") as stream:
+        counts = {row["name"]: int(row["count"]) for row in csv.DictReader(stream)}
+    assert counts == {"A": 3, "B": 3, "Flipped": 3, "Other": 1, "Small": 1, "Large": 1}
+
+
 @pytest.mark.parametrize("words", [("-o", "x.stl"), ("-o", "x.dxf", "--thickness", "3"), ("-o", "x.csv", "--at", "1")])
 def test_wrong_options_are_told(folder: Path, words: tuple[str, ...]) -> None:
     assert run(folder, "export", "m.mov", *words, "-q") == 2

@@ -23,7 +23,7 @@ from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
-from movimentum.tolerances import NO_INFLUENCE, RANK_FOR_FREEDOM
+from movimentum.tolerances import LEAST_DIVISOR, NO_INFLUENCE, RANK_FOR_FREEDOM
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +57,7 @@ def sensitivities(
         jacobian, gradient = (_slopes(segment_motion, some, unknowns, known, tau) for some in (rows, values))
     scale = scale_of(segment_motion.plan, unknowns)
     jacobian, gradient = jacobian * scale, gradient * scale
-    lengths = np.maximum(np.linalg.norm(jacobian, axis=1), 1e-300)
+    lengths = np.maximum(np.linalg.norm(jacobian, axis=1), LEAST_DIVISOR)
     left, singular, right = np.linalg.svd(jacobian / lengths[:, None], full_matrices=False)
     kept = singular > RANK_FOR_FREEDOM * singular.max(initial=0.0)
     left, singular, right = left[:, kept], singular[kept], right[kept]
