@@ -174,7 +174,7 @@ class Project:
 
     def _variable(self, path: str, item: OutlineItem, piece: Lexeme, scope: NameScope) -> Symbol | None:
         """A name that nothing defines is a variable of the script or the part, from its first use on."""
-        if item.kind not in ("statement", "step"):
+        if item.kind not in ("statement", "step", "thing"):
             return None
         home = scope
         while home.kind == "loop" and home.above is not None:

@@ -42,6 +42,12 @@ KIND_HELP: dict[str, tuple[str, str]] = {
     "right": (".right A.P B.Q C.R", "The sign of the right angle at the second anchor."),
     "ticks": (".ticks A.P B.Q", "Short strokes across a line: lines with as many are equally long."),
     "parallel": (".parallel A.P B.Q", "Heads of arrows on a line: lines with as many are parallel."),
+    "graph": (".graph …  at = [x,y]", "A graph of values over the time."),
+    "velocities": (".velocities …", "A figure of velocities."),
+    "centre": (".centre Thing", "The instant centre of a thing."),
+    "polode": (".polode Thing .fixed", "The path of the instant centre of a thing; `.moving` in the thing itself."),
+    "inflection": (".inflection Thing", "The inflection circle of a thing."),
+    "skeleton": (".skeleton Thing", "A thing as its joints and the lines between them."),
     "sprite": ("'file.png'  A = [x,y]", "A picture; its anchors are in the picture's pixels."),
 }
 
@@ -93,6 +99,12 @@ OPTION_HELP: dict[str, tuple[str, str]] = {
     "smooth": (".smooth", "One smooth curve, without corners."),
     "leader": (".leader", "A thin line leads from the anchor to the text."),
     "clip": (".clip Thing", "It is seen only inside another thing."),
+    "polar": (".polar", "In polar coordinates."),
+    "over": (".over(…)", "What it is drawn, or read, over."),
+    "moving": (".moving", "In the thing that moves."),
+    "xlabel": (".xlabel('s')", "What is written at the x axis."),
+    "ylabel": (".ylabel('mm')", "What is written at the y axis."),
+    "title": (".title('…')", "What is written above."),
     "crossed": (".crossed", "The belt is crossed: the wheels turn against each other."),
 }
 

@@ -146,5 +146,6 @@ def picture_arguments(given: Sequence[Any]) -> tuple[str, Fraction | None]:
         flat = [flat[0].uri, getattr(flat[0], "time", None)]
     uri = flat[0] if flat and isinstance(flat[0], str) else ""
     time = flat[1] if len(flat) > 1 else None
-    usable = isinstance(time, int | float) and math.isfinite(time)
-    return uri, Fraction(time).limit_denominator(10**6) if usable else None
+    if not isinstance(time, int | float) or not math.isfinite(time):
+        return uri, None
+    return uri, Fraction(time).limit_denominator(10**6)
